@@ -1,0 +1,22 @@
+"""Places and findings: what every stage uses to say what is wrong, where, and what to do."""
+
+from fsmkit.diagnostics.diagnostic import Diagnostic, Findings, FsmkitError, Label, fail
+from fsmkit.diagnostics.render import render
+from fsmkit.diagnostics.rules import Rule, Severity, rule, rules
+from fsmkit.diagnostics.source import Source, Span, Text
+
+__all__ = [
+    "Diagnostic",
+    "Findings",
+    "FsmkitError",
+    "Label",
+    "Rule",
+    "Severity",
+    "Source",
+    "Span",
+    "Text",
+    "fail",
+    "render",
+    "rule",
+    "rules",
+]

@@ -1,0 +1,119 @@
+"""What a stage has to tell the user: a value with a rule, places and a way out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from fsmkit.diagnostics.rules import Rule, Severity, rule
+from fsmkit.diagnostics.source import Span, Text
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A remark tied to a place."""
+
+    span: Span
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding: what, where, what else to look at, and how to mend it.
+
+    ``primary`` is absent only where there is no text to point at (a missing file, a tool).
+    """
+
+    rule: Rule
+    message: str
+    primary: Label | None = None
+    secondary: tuple[Label, ...] = ()
+    help: str | None = None
+    severity: Severity = field(default=Severity.ERROR)
+
+
+class FsmkitError(Exception):
+    """The one exception of fsmkit: holds the diagnostics that say why."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Keep the diagnostics, errors and warnings alike, in the order found."""
+        self.diagnostics = tuple(diagnostics)
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        from fsmkit.diagnostics.render import render
+
+        return "\n\n".join(render(d) for d in self.diagnostics)
+
+
+class Findings:
+    """Collects diagnostics through a stage, so that all of them are told before it stops."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._found: list[Diagnostic] = []
+
+    def __iter__(self) -> Iterator[Diagnostic]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def add(
+        self,
+        rule_name: str,
+        message: str,
+        at: Span | Text | None,
+        *,
+        label: str = "",
+        secondary: Iterable[tuple[Span | Text, str]] = (),
+        help: str | None = None,  # noqa: A002  (the word of every compiler's diagnostics)
+        severity: Severity | None = None,
+    ) -> None:
+        """Add a finding of the rule of that name, at a place, unless it is there already.
+
+        ``severity`` overrides the rule's own, for rules that ``--strict`` or a mark in the chart
+        makes more or less of.
+        """
+        kind = rule(rule_name)
+        diagnostic = Diagnostic(
+            kind,
+            message,
+            None if at is None else Label(_span(at), label),
+            tuple(Label(_span(place), text) for place, text in secondary),
+            help,
+            severity or kind.severity,
+        )
+        if diagnostic not in self._found:
+            self._found.append(diagnostic)
+
+    def extend(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Add what another stage found."""
+        self._found += [d for d in diagnostics if d not in self._found]
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether the pipeline must stop here."""
+        return any(d.severity is Severity.ERROR for d in self._found)
+
+    def stop_on_errors(self) -> None:
+        """Raise `FsmkitError` with all findings if one of them is an error."""
+        if self.has_errors:
+            raise FsmkitError(self._found)
+
+
+def _span(at: Span | Text) -> Span:
+    return at.span if isinstance(at, Text) else at
+
+
+def fail(
+    rule_name: str,
+    message: str,
+    at: Span | Text | None = None,
+    *,
+    help: str | None = None,  # noqa: A002  (the word of every compiler's diagnostics)
+) -> FsmkitError:
+    """Return the error to raise for a finding after which nothing can follow."""
+    findings = Findings()
+    findings.add(rule_name, message, at, help=help)
+    return FsmkitError(findings)

@@ -1,0 +1,94 @@
+"""Source texts, places in them, and pieces of text that know their place."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from functools import cached_property
+
+
+@dataclass(frozen=True)
+class Source:
+    """One input text, named as the user named it (``<string>`` where there is no file)."""
+
+    name: str
+    text: str
+
+    @cached_property
+    def _line_starts(self) -> tuple[int, ...]:
+        return (0, *(i + 1 for i, char in enumerate(self.text) if char == "\n"))
+
+    def position(self, offset: int) -> tuple[int, int]:
+        """Return the one-based line and column of an offset."""
+        line = bisect_right(self._line_starts, offset)
+        return line, offset - self._line_starts[line - 1] + 1
+
+    def offset(self, line: int, column: int = 1) -> int:
+        """Return the offset of a one-based line and column, clipped to the text."""
+        starts = self._line_starts
+        if line > len(starts):
+            return len(self.text)
+        return min(starts[max(line, 1) - 1] + column - 1, len(self.text))
+
+    def line(self, number: int) -> str:
+        """Return the text of a one-based line, without its newline."""
+        start = self._line_starts[number - 1]
+        end = self.text.find("\n", start)
+        return self.text[start : len(self.text) if end < 0 else end].rstrip("\r")
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """The half-open range ``start:end`` (offsets in characters) of a source text."""
+
+    source: Source
+    start: int
+    end: int
+
+    def __repr__(self) -> str:
+        return f"Span({self})"
+
+    def __str__(self) -> str:
+        line, column = self.source.position(self.start)
+        return f"{self.source.name}:{line}:{column}"
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A piece of source text as a value, with its place. Places do not take part in equality.
+
+    ``offsets`` maps each character of ``value`` to its offset in the source where the two do not
+    run in parallel (a YAML block scalar, an XML attribute with entities). Without it the value
+    stands in the source as it is, from ``span.start`` on.
+    """
+
+    value: str
+    span: Span = field(compare=False)
+    offsets: tuple[int, ...] | None = field(default=None, compare=False, repr=False)
+
+    def __str__(self) -> str:
+        return self.value
+
+    def span_of(self, start: int, end: int) -> Span:
+        """Return the place of ``value[start:end]``."""
+        start, end = max(0, start), max(start, end)
+        if self.offsets is None:
+            first = min(self.span.start + start, self.span.end)
+            return Span(
+                self.span.source, first, max(first, min(self.span.start + end, self.span.end))
+            )
+        if not self.offsets:
+            return self.span
+        first = self.offsets[min(start, len(self.offsets) - 1)]
+        last = self.offsets[min(max(start, end - 1), len(self.offsets) - 1)] + 1
+        return Span(self.span.source, first, max(first, last))
+
+    def part(self, start: int, end: int) -> Text:
+        """Return ``value[start:end]`` with its place."""
+        offsets = None if self.offsets is None else self.offsets[start:end]
+        return Text(self.value[start:end], self.span_of(start, end), offsets)
+
+    def stripped(self) -> Text:
+        """Return the text without white space at its ends."""
+        start = len(self.value) - len(self.value.lstrip())
+        return self.part(start, max(start, len(self.value.rstrip())))

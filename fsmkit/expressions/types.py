@@ -1,0 +1,150 @@
+"""The types of the data language. Every one is bounded, so that a machine never allocates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class Overflow(Enum):
+    """What storing a value outside the bounds of an integer type does."""
+
+    SATURATE = "saturate"
+    """The nearest bound is stored and ``error.range`` is raised."""
+    WRAP = "wrap"
+    """The value is taken modulo the size of the range; nothing is raised."""
+    FAULT = "fault"
+    """The machine stops with a reported fault."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoolType:
+    """``true`` and ``false``."""
+
+    def __str__(self) -> str:
+        return "bool"
+
+
+@dataclass(frozen=True, slots=True)
+class IntType:
+    """The integers ``lo..hi``, both included, within the union of int64 and uint64.
+
+    ``int8 ... uint64`` are the ranges of the machine integers with `Overflow.WRAP`. As the type
+    of an expression, a wrapping type is one of int32, uint32, int64, uint64 and says that the
+    result is reduced to it; any other is the exact interval of the possible results.
+    """
+
+    lo: int
+    hi: int
+    overflow: Overflow = Overflow.SATURATE
+
+    @property
+    def is_machine(self) -> bool:
+        """Whether this is one of int8 ... uint64."""
+        return self in MACHINE_NAMES
+
+    def __contains__(self, value: int) -> bool:
+        return self.lo <= value <= self.hi
+
+    def __str__(self) -> str:
+        if self in MACHINE_NAMES:
+            return MACHINE_NAMES[self]
+        suffix = "" if self.overflow is Overflow.SATURATE else f" {self.overflow.value}"
+        return f"{self.lo}..{self.hi}{suffix}"
+
+
+@dataclass(frozen=True, slots=True)
+class FloatType:
+    """IEEE 754 binary32 or binary64. Arithmetic is binary64; binary32 rounds when stored."""
+
+    bits: int = 64
+
+    def __str__(self) -> str:
+        return f"float{self.bits}"
+
+
+@dataclass(frozen=True, slots=True)
+class EnumType:
+    """A declared enumeration. A value is the index of its member."""
+
+    name: str
+    members: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolType:
+    """A string known when compiling. Only equality and assignment apply."""
+
+    def __str__(self) -> str:
+        return "symbol"
+
+
+@dataclass(frozen=True, slots=True)
+class DurationType:
+    """A span of time, in whole ticks of the chart, 0 to 2^31 - 1."""
+
+    def __str__(self) -> str:
+        return "duration"
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayType:
+    """``length`` elements of one scalar type."""
+
+    element: Type
+    length: int
+
+    def __str__(self) -> str:
+        return f"{self.element}[{self.length}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A named, typed part of a record, a payload or a list of parameters."""
+
+    name: str
+    type: Type
+
+
+@dataclass(frozen=True, slots=True)
+class RecordType:
+    """A declared record. A value is the tuple of its fields."""
+
+    name: str
+    fields: tuple[Field, ...] = field(default=())
+
+    def __str__(self) -> str:
+        return self.name
+
+
+Type = (
+    BoolType | IntType | FloatType | EnumType | SymbolType | DurationType | ArrayType | RecordType
+)
+
+Value = bool | int | float | str | tuple["Value", ...]
+"""A value at run time: enumerations are indices, durations ticks, arrays and records tuples."""
+
+BOOL = BoolType()
+INT8, INT16, INT32, INT64 = (
+    IntType(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1, Overflow.WRAP) for bits in (8, 16, 32, 64)
+)
+UINT8, UINT16, UINT32, UINT64 = (IntType(0, 2**bits - 1, Overflow.WRAP) for bits in (8, 16, 32, 64))
+FLOAT32, FLOAT64 = FloatType(32), FloatType(64)
+SYMBOL = SymbolType()
+DURATION = DurationType()
+LONGEST_DURATION = 2**31 - 1
+
+MACHINE_INTEGERS = {
+    "int8": INT8,
+    "int16": INT16,
+    "int32": INT32,
+    "int64": INT64,
+    "uint8": UINT8,
+    "uint16": UINT16,
+    "uint32": UINT32,
+    "uint64": UINT64,
+}
+MACHINE_NAMES = {type_: name for name, type_ in MACHINE_INTEGERS.items()}

@@ -1,0 +1,86 @@
+"""From a path to a Chart: reading, following ``extends``, elaborating."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Document
+from fsmkit.model.elaborate import elaborate
+from fsmkit.plugins import FrontEnd, plugin_for
+
+LARGEST_FILE = 64 * 1024 * 1024
+"""Bytes; anything larger is a mistake, and reading it would only exhaust the memory."""
+
+
+def load(path: str | Path) -> Chart:
+    """Return the chart of a file; `FsmkitError` with every finding where it has an error."""
+    return load_with_findings(path, Findings())
+
+
+def load_with_findings(path: str | Path, findings: Findings, *, strict: bool = False) -> Chart:
+    """Return the chart of a file and leave warnings in ``findings``."""
+    documents = read_documents(Path(path), findings)
+    chart = elaborate(documents, findings, strict=strict)
+    findings.stop_on_errors()
+    if chart is None:
+        raise FsmkitError(findings)
+    return chart
+
+
+def read_documents(path: Path, findings: Findings) -> tuple[Document, ...]:
+    """Return the document of a file and, after it, those it extends, nearest first."""
+    documents: list[Document] = []
+    seen: list[Path] = []
+    at: Text | None = None
+    while True:
+        seen.append(path.resolve())
+        document = read_document(path, findings, at=at)
+        documents.append(document)
+        if document.extends is None:
+            return tuple(documents)
+        at = document.extends
+        path = path.parent / at.value
+        if path.resolve() in seen:
+            chain = " -> ".join(p.name for p in [*seen[seen.index(path.resolve()) :], path])
+            raise fail(
+                "inheritance-cycle",
+                f"a chart extends itself: {chain}",
+                at,
+                help="remove one `extends` of the cycle",
+            )
+
+
+def read_document(path: Path, findings: Findings, *, at: Text | None = None) -> Document:
+    """Return the document of one file; ``at`` is the place that named it, for the diagnostics."""
+    front_end = plugin_for(FrontEnd, path)
+    source = front_end.decode(read_bytes(path, at), str(path), findings)
+    findings.stop_on_errors()
+    if source is None:
+        raise FsmkitError(findings)
+    document = front_end.read(source, findings)
+    findings.stop_on_errors()
+    if document is None:
+        raise FsmkitError(findings)
+    return document
+
+
+def read_bytes(path: Path, at: Text | None = None) -> bytes:
+    """Return the content of a file, or raise a diagnostic that says why it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        reason = (error.strerror or type(error).__name__).lower()
+        raise fail(
+            "unreadable-file",
+            f"cannot read `{path}`: {reason}",
+            at,
+            help="check the path and its permissions",
+        ) from error
+    except ValueError as error:  # a null character in the name
+        raise fail("unreadable-file", f"cannot read {str(path)!r}: {error}", at) from error
+    if len(content) > LARGEST_FILE:
+        raise fail("unreadable-file", f"`{path}` is larger than {LARGEST_FILE >> 20} MiB", at)
+    return content

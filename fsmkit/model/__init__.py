@@ -1,0 +1,1 @@
+"""Document, Chart, structure, passes and checks: from what was written to what it means."""

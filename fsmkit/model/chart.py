@@ -1,0 +1,185 @@
+"""The Chart: what a document means. Inheritance resolved, names bound, types known, frozen.
+
+From here on no unread text and no unresolved name exists. States and transitions are in document
+order and refer to each other by index; state 0 is the root.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from fsmkit.diagnostics import Source, Span
+from fsmkit.expressions import Expr, Field, Literal, Type
+from fsmkit.model.document import Direction, Kind, Origin, Trigger
+from fsmkit.model.statements import Block
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A state. ``children`` holds all of them, histories included, in document order.
+
+    ``initial`` is the index of the transition taken on default entry: of a compound state (written
+    or implied: to the first child) or the default of a history; None for every other kind.
+    ``transitions`` are the event, eventless and timed ones, in priority order.
+    """
+
+    index: int
+    id: str
+    kind: Kind
+    parent: int | None
+    children: tuple[int, ...]
+    initial: int | None
+    transitions: tuple[int, ...]
+    on_entry: tuple[Block, ...]
+    on_exit: tuple[Block, ...]
+    depth: int
+    last_descendant: int
+    """Descendants are exactly the indices ``index + 1 ... last_descendant``."""
+    span: Span = field(compare=False, repr=False)
+    defer: tuple[int, ...] = ()
+    invariant: Expr | None = None
+    rest: bool = False
+    abstract: bool = False
+    doc: str = ""
+    origin: Origin = Origin.OWN
+
+    @property
+    def is_history(self) -> bool:
+        """Whether this is a history pseudo-state."""
+        return self.kind in (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+
+    @property
+    def is_leaf(self) -> bool:
+        """Whether this is an atomic state in the sense of Appendix D: active without a child."""
+        return self.kind in (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE)
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A transition. ``events``: indices of all events it matches; ``descriptors``: as written.
+
+    ``delay`` (type duration, in ticks, constant) is given for AFTER and EVERY only. No targets:
+    a targetless transition, which exits and enters nothing. ``guard`` None is true.
+    """
+
+    index: int
+    source: int
+    trigger: Trigger
+    events: tuple[int, ...]
+    descriptors: tuple[str, ...]
+    guard: Expr | None
+    targets: tuple[int, ...]
+    internal: bool
+    content: Block
+    span: Span = field(compare=False, repr=False)
+    delay: int = 0
+    id: str | None = None
+    watchdog: bool = False
+    ordered: bool = False
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class Data:
+    """A variable with its type and start value; an input starts at its type's least value."""
+
+    name: str
+    type: Type
+    init: Literal
+    span: Span = field(compare=False, repr=False)
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operation the host implements."""
+
+    name: str
+    parameters: tuple[Field, ...]
+    result: Type | None
+    span: Span = field(compare=False, repr=False)
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An event. ``directions`` is empty for platform events (``done.state.x``, ``error.*``)."""
+
+    index: int
+    name: str
+    fields: tuple[Field, ...]
+    directions: frozenset[Direction]
+    reply: Type | None = None
+    span: Span | None = field(default=None, compare=False, repr=False)
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class Capacities:
+    """The bounds of a machine; what happens at each is never silent."""
+
+    queue: int = 8
+    """Events in the external queue."""
+    internal: int = 8
+    """Events in the internal queue."""
+    delayed: int = 4
+    """Delayed sends pending at once."""
+    microsteps: int = 100
+    """Microsteps in one macrostep."""
+    tick: int = 1000
+    """Microseconds in a tick, the unit of all times and delays."""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A statechart, whole and sound: what interpreter, checks, drawing and lowering read."""
+
+    name: str
+    states: tuple[State, ...]
+    transitions: tuple[Transition, ...]
+    events: tuple[Event, ...]
+    data: tuple[Data, ...]
+    inputs: tuple[Data, ...]
+    outputs: tuple[Data, ...]
+    operations: tuple[Operation, ...]
+    capacities: Capacities
+    types: tuple[Type, ...] = ()
+    """Declared enumerations and records."""
+    constants: tuple[tuple[str, Literal], ...] = ()
+    script: Block = ()
+    """Executed once, before the initial states are entered (SCXML 5.8)."""
+    abstract: bool = False
+    doc: str = ""
+    base: str | None = None
+    """Name of the chart it extends."""
+    sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
+    """The file itself, then its bases."""
+
+    @property
+    def root(self) -> State:
+        """The outermost state, SCXML's ``scxml`` element."""
+        return self.states[0]
+
+    @cached_property
+    def state_index(self) -> dict[str, int]:
+        """Indices of states by id."""
+        return {state.id: state.index for state in self.states}
+
+    @cached_property
+    def event_index(self) -> dict[str, int]:
+        """Indices of events by name."""
+        return {event.name: event.index for event in self.events}
+
+    def is_descendant(self, state: int, ancestor: int) -> bool:
+        """Whether ``state`` lies strictly below ``ancestor`` (Appendix D, isDescendant)."""
+        return ancestor < state <= self.states[ancestor].last_descendant
+
+    def ancestors(self, state: int) -> tuple[int, ...]:
+        """Return the proper ancestors, nearest first, the root last."""
+        found = []
+        parent = self.states[state].parent
+        while parent is not None:
+            found.append(parent)
+            parent = self.states[parent].parent
+        return tuple(found)

@@ -1,0 +1,379 @@
+"""The Document: what was written, in one file. Names and unread text, each with its place.
+
+Front ends make Documents and writers write them; nothing else reads source text. Statements are
+structured (both notations know the same ones), expressions are still text.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from fsmkit.diagnostics import Source, Span, Text
+
+
+class Kind(Enum):
+    """What a state is. `COMPOUND` and `ATOMIC` differ only in having children."""
+
+    ATOMIC = "atomic"
+    COMPOUND = "compound"
+    PARALLEL = "parallel"
+    FINAL = "final"
+    SHALLOW_HISTORY = "shallow history"
+    DEEP_HISTORY = "deep history"
+    CHOICE = "choice"
+    """A transient state, left by eventless transitions, the last of which has no guard."""
+
+
+class Origin(Enum):
+    """Where an item of a derived chart comes from."""
+
+    OWN = "own"
+    INHERITED = "inherited"
+    OVERRIDDEN = "overridden"
+
+
+class Trigger(Enum):
+    """What makes a transition be looked at."""
+
+    EVENT = "event"
+    EVENTLESS = "eventless"
+    AFTER = "after"
+    """Once, a delay after its source state was entered."""
+    EVERY = "every"
+    """Again and again, a delay after its source state was entered or it last fell due."""
+    SOMETIMES = "sometimes"
+    """At any time: only for charts that describe an environment."""
+    INITIAL = "initial"
+    """Of an initial pseudo-state or the default of a history; always taken."""
+
+
+# --- statements, expressions unread -----------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class DocAssign:
+    """``location = value``; ``operator`` is ``+``, ``-`` ... for ``location += value``."""
+
+    location: Text
+    value: Text
+    span: Span = field(compare=False, repr=False)
+    operator: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DocArgument:
+    """``name = value`` of a payload (SCXML ``param``)."""
+
+    name: Text
+    value: Text
+
+
+@dataclass(frozen=True, slots=True)
+class DocRaise:
+    """Put an event in the internal queue."""
+
+    event: Text
+    arguments: tuple[DocArgument, ...]
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocSend:
+    """Send an event, at once or later. What is absent is None; ``*_expr`` are expressions."""
+
+    span: Span = field(compare=False, repr=False)
+    event: Text | None = None
+    event_expr: Text | None = None
+    target: Text | None = None
+    target_expr: Text | None = None
+    delay: Text | None = None
+    """A duration literal or a named constant of type duration."""
+    delay_expr: Text | None = None
+    id: Text | None = None
+    id_location: Text | None = None
+    type: Text | None = None
+    type_expr: Text | None = None
+    arguments: tuple[DocArgument, ...] = ()
+    name_list: tuple[Text, ...] = ()
+    content: Text | None = None
+    content_expr: Text | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DocCancel:
+    """Cancel a delayed send by its id (or the value of an expression)."""
+
+    id: Text | None
+    id_expr: Text | None
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocLog:
+    """Tell the host: a label and values."""
+
+    label: Text | None
+    values: tuple[Text, ...]
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocBranch:
+    """A condition (None for ``else``) and what to do."""
+
+    condition: Text | None
+    body: tuple[DocStatement, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DocIf:
+    """``if`` / ``else if`` / ``else``."""
+
+    branches: tuple[DocBranch, ...]
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocForEach:
+    """Iterate over a copy of an array; ``index`` may be absent."""
+
+    array: Text
+    item: Text
+    index: Text | None
+    body: tuple[DocStatement, ...]
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocReply:
+    """Answer the event being dispatched."""
+
+    value: Text
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocCall:
+    """A call of an operation for its effect; the text is the whole call expression."""
+
+    call: Text
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocSuper:
+    """``super``: here stand the statements of the base chart."""
+
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocUnreadable:
+    """Content that could not be read; by SCXML it is an ``error.execution`` when executed."""
+
+    reason: str
+    span: Span = field(compare=False, repr=False)
+
+
+DocStatement = (
+    DocAssign
+    | DocRaise
+    | DocSend
+    | DocCancel
+    | DocLog
+    | DocIf
+    | DocForEach
+    | DocReply
+    | DocCall
+    | DocSuper
+    | DocUnreadable
+)
+
+Block = tuple[DocStatement, ...]
+"""One handler: an error in it skips the rest of it, not the handlers after it (SCXML 4)."""
+
+
+# --- declarations -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class DocType:
+    """A named type: an enumeration (members) or a record (fields)."""
+
+    name: Text
+    members: tuple[Text, ...] = ()
+    fields: tuple[DocField, ...] = ()
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class DocField:
+    """``name type``. The type is absent where it is to be inferred (SCXML)."""
+
+    name: Text
+    type: Text | None
+
+
+@dataclass(frozen=True, slots=True)
+class DocConstant:
+    """A named constant expression."""
+
+    name: Text
+    value: Text
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class DocData:
+    """A variable: data, input or output. Type or start value may be absent, not both for data."""
+
+    name: Text
+    type: Text | None
+    init: Text | None
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class DocOperation:
+    """An operation of the host."""
+
+    name: Text
+    parameters: tuple[DocField, ...]
+    result: Text | None
+    origin: Origin = Origin.OWN
+
+
+class Direction(Enum):
+    """Which way a declared event travels."""
+
+    IN = "in"
+    OUT = "out"
+    INTERNAL = "internal"
+
+
+@dataclass(frozen=True, slots=True)
+class DocEvent:
+    """A declared event; one listed under both ``in`` and ``out`` appears twice."""
+
+    name: Text
+    fields: tuple[DocField, ...]
+    direction: Direction
+    reply: Text | None = None
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class DocCapacity:
+    """A bound: ``queue``, ``internal``, ``delayed``, ``microsteps``, or ``tick`` (a duration)."""
+
+    name: Text
+    value: Text
+    origin: Origin = Origin.OWN
+
+
+# --- states and transitions -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class DocTransition:
+    """A transition as written.
+
+    ``first`` and ``override`` are read only in a derived chart: ``first`` puts an own transition
+    before the inherited ones, ``override`` is ``true`` or the id of the one it changes.
+    ``content`` None means none was given (in an override: keep the base's).
+    """
+
+    trigger: Trigger
+    span: Span = field(compare=False, repr=False)
+    events: tuple[Text, ...] = ()
+    delay: Text | None = None
+    guard: Text | None = None
+    targets: tuple[Text, ...] = ()
+    internal: bool = False
+    content: Block | None = None
+    id: Text | None = None
+    watchdog: bool = False
+    ordered: bool = False
+    """The order of overlapping transitions is meant: no ``nondeterministic-choice``."""
+    first: bool = False
+    override: Text | None = None
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class DocInvoke:
+    """An invoked chart (SCXML 6.4)."""
+
+    span: Span = field(compare=False, repr=False)
+    id: Text | None = None
+    id_location: Text | None = None
+    type: Text | None = None
+    type_expr: Text | None = None
+    src: Text | None = None
+    src_expr: Text | None = None
+    autoforward: bool = False
+    arguments: tuple[DocArgument, ...] = ()
+    name_list: tuple[Text, ...] = ()
+    content: Document | None = None
+    content_expr: Text | None = None
+    finalize: Block | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DocState:
+    """A state as written; under ``refine`` a change of an inherited one, found by its id.
+
+    ``kind`` is what was written; ATOMIC and COMPOUND are told apart later. ``initial`` and the
+    default of a history are transitions of trigger INITIAL. ``overrides`` names what is replaced
+    though it does not hold ``super``: ``entry``, ``exit``, ``initial``.
+    """
+
+    id: Text | None
+    kind: Kind
+    span: Span = field(compare=False, repr=False)
+    initial: DocTransition | None = None
+    children: tuple[DocState, ...] = ()
+    transitions: tuple[DocTransition, ...] = ()
+    entry: tuple[Block, ...] = ()
+    exit: tuple[Block, ...] = ()
+    data: tuple[DocData, ...] = ()
+    defer: tuple[Text, ...] = ()
+    invokes: tuple[DocInvoke, ...] = ()
+    done_data: tuple[DocArgument, ...] = ()
+    done_content: Text | None = None
+    """``donedata/content@expr``; literal content as a quoted literal."""
+    invariant: Text | None = None
+    rest: bool = False
+    abstract: bool = False
+    overrides: frozenset[str] = frozenset()
+    doc: str = ""
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """One file. ``root`` is the nameless outermost state; its children are the top-level states.
+
+    With ``extends``, ``root.children`` are new top-level states and ``refine`` changes of
+    inherited ones. ``datamodel`` is ``fsmkit``, ``ecmascript`` or ``null``.
+    """
+
+    source: Source = field(compare=False, repr=False)
+    name: Text
+    root: DocState
+    extends: Text | None = None
+    abstract: bool = False
+    datamodel: str = "fsmkit"
+    late_binding: bool = False
+    doc: str = ""
+    types: tuple[DocType, ...] = ()
+    constants: tuple[DocConstant, ...] = ()
+    data: tuple[DocData, ...] = ()
+    inputs: tuple[DocData, ...] = ()
+    outputs: tuple[DocData, ...] = ()
+    operations: tuple[DocOperation, ...] = ()
+    events: tuple[DocEvent, ...] = ()
+    capacities: tuple[DocCapacity, ...] = ()
+    script: Block = ()
+    refine: tuple[DocState, ...] = ()

@@ -1,0 +1,123 @@
+"""Plug-ins: found by looking, never listed.
+
+A folder under ``fsmkit`` that holds a ``plugin.py`` is a plug-in; the module defines one constant,
+``PLUGIN``. Packages outside this tree register theirs as entry points of the group
+``fsmkit.plugins``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, Protocol, TypeVar, runtime_checkable
+
+from fsmkit.diagnostics import Findings, Source, fail
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Document
+
+
+@runtime_checkable
+class FrontEnd(Protocol):
+    """Reads and writes one notation."""
+
+    name: str
+    suffixes: tuple[str, ...]
+
+    def decode(self, content: bytes, name: str, findings: Findings) -> Source | None:
+        """Return the text of a file, by the notation's own rules of encoding."""
+        ...
+
+    def read(self, source: Source, findings: Findings) -> Document | None:
+        """Return the document, or None where an error was found."""
+        ...
+
+    def write(self, document: Document) -> str:
+        """Return the text of a document, readable back to an equal Chart."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Generated:
+    """What a target made: texts by relative path, and the figures it states of them."""
+
+    files: Mapping[str, str]
+    figures: Mapping[str, int]
+    """For instance ``struct_bytes``, ``timers``; printed by ``compile`` and its JSON."""
+
+
+@runtime_checkable
+class Target(Protocol):
+    """Writes machines in one language."""
+
+    name: str
+    summary: str
+    """One line for ``fsmkit targets``."""
+
+    def generate(
+        self, chart: Chart, findings: Findings, options: Mapping[str, str]
+    ) -> Generated | None:
+        """Return the files to write, or None after saying what the target cannot express."""
+        ...
+
+
+@runtime_checkable
+class Drawing(Protocol):
+    """Draws a chart in one notation of text."""
+
+    name: str
+    suffixes: tuple[str, ...]
+
+    def draw(self, chart: Chart, active: frozenset[int]) -> str:
+        """Return the text of a diagram in which the given states stand out."""
+        ...
+
+
+Kind = TypeVar("Kind")
+
+
+def plugin(kind: type[Kind], name: str) -> Kind:
+    """Return the plug-in of that protocol and name; `FsmkitError` that lists those there are."""
+    found = {candidate.name: candidate for candidate in plugins(kind)}  # type: ignore[attr-defined]
+    if name not in found:
+        known = ", ".join(sorted(found))
+        raise fail(
+            "unknown-plugin", f"there is no {kind.__name__.lower()} `{name}`", help=f"use {known}"
+        )
+    return found[name]
+
+
+def plugins(kind: type[Kind]) -> tuple[Kind, ...]:
+    """Return every plug-in of a protocol, in order of name."""
+    return tuple(candidate for candidate in _all() if isinstance(candidate, kind))
+
+
+def plugin_for(kind: type[Kind], path: Path) -> Kind:
+    """Return the plug-in of that protocol for the suffix of a file."""
+    by_suffix = {s: p for p in plugins(kind) for s in p.suffixes}  # type: ignore[attr-defined]
+    suffix = path.suffix.lower()
+    if suffix not in by_suffix:
+        known = ", ".join(sorted(by_suffix))
+        raise fail(
+            "unknown-suffix",
+            f"the suffix `{suffix}` of `{path.name}` tells no notation",
+            help=f"use one of {known}",
+        )
+    return by_suffix[suffix]
+
+
+@cache
+def _all() -> tuple[Any, ...]:
+    return tuple(sorted(_find(), key=lambda found: found.name))
+
+
+def _find() -> Iterator[Any]:
+    root = Path(__file__).parent
+    for path in sorted(root.rglob("plugin.py")):
+        module = ".".join((__package__ or "", *path.relative_to(root).with_suffix("").parts))
+        yield import_module(module).PLUGIN
+    for entry_point in entry_points(group="fsmkit.plugins"):
+        yield entry_point.load()
