@@ -1,0 +1,52 @@
+# make demo   the Production Cell: compile, run, check, draw
+# make test   the whole test suite
+# make tools  what some tests need beyond Python, make and a C compiler (Debian and Ubuntu)
+# Both set up .venv by themselves; nothing is installed outside the project.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+WORKERS ?= auto
+
+.PHONY: demo test lint tools bless differential bench clean
+.DEFAULT_GOAL := test
+
+$(VENV)/ready: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "fsmkit needs Python 3.11 or newer; say which: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+demo: $(VENV)/ready
+	@$(BIN)/python machines/production_cell/demo.py
+
+test: lint
+	$(BIN)/pytest -q -n $(WORKERS)
+
+lint: $(VENV)/ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+# Compares interpreter, C and Python on random charts; CHARTS=10000 for a long run.
+CHARTS ?= 1000
+differential: $(VENV)/ready
+	$(BIN)/python -m fsmkit.testing.differential --charts $(CHARTS)
+
+# Rewrites the golden files; look at the difference before you commit it.
+bless: $(VENV)/ready
+	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/golden
+
+TOOLS := clang graphviz
+tools:
+	@if command -v apt-get >/dev/null; then \
+	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
+	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \
+	else \
+	  echo "install these with your package manager: $(TOOLS)"; exit 1; \
+	fi
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
