@@ -200,6 +200,18 @@ class Convert:
     span: Span = field(compare=False, repr=False)
 
 
+@dataclass(frozen=True, slots=True)
+class Invalid:
+    """An expression that cannot be evaluated: doing so is a content error (``error.execution``).
+
+    Only charts of lenient dialects hold it: SCXML wants such a guard to fail when it is reached.
+    """
+
+    reason: str
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
 Expr = (
     Literal
     | Variable
@@ -214,6 +226,7 @@ Expr = (
     | Apply
     | Call
     | Convert
+    | Invalid
 )
 
 Location = Variable | Element | Member
