@@ -43,6 +43,8 @@ class State:
     abstract: bool = False
     doc: str = ""
     origin: Origin = Origin.OWN
+    done_data: tuple[Expr, ...] = ()
+    """Of a final state: the payload of its parent's ``done.state``, one for each field of that."""
 
     @property
     def is_history(self) -> bool:
@@ -149,6 +151,8 @@ class Chart:
     constants: tuple[tuple[str, Literal], ...] = ()
     script: Block = ()
     """Executed once, before the initial states are entered (SCXML 5.8)."""
+    lenient: bool = False
+    """An unhandled ``error.*`` is only reported, as SCXML has it; otherwise it is a fault."""
     abstract: bool = False
     doc: str = ""
     base: str | None = None

@@ -1,0 +1,1 @@
+"""What runs: the reference interpreter, sessions and clocks, and what ships with machines."""

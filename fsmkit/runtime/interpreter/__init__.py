@@ -1,0 +1,33 @@
+"""The reference interpreter: Appendix D of SCXML 1.0 by name, a pure function of a snapshot.
+
+Where the standard or SEMANTICS leaves a choice, these hold on every runtime:
+
+* *Run.* First, if some eventless guard reads an input, eventless transitions are tried once (no
+  macrostep is reported where nothing happened). Then, again and again: the oldest deferred event
+  that no active state defers any more, else the oldest event of the external queue; when both are
+  empty, the first timer that is due. Events posted before the call count as many as they are; of
+  those that the machine sends itself, at most ``capacities.microsteps`` are taken between two
+  timers, the others wait for the next call, so that a call always ends.
+* *Time.* An event taken from the queue has the time of what put it there: ``now`` for posted ones,
+  the deadline of the timer whose macrostep (or which itself, as a delayed send) put it there.
+* *Timers* of a state are armed when it is entered, before its ``onentry`` content, in document
+  order of its transitions. ``every`` arms itself again, from its deadline, before its guard is
+  looked at. A timeout of several due at one instant is dropped if its state is left by another.
+* *Guards* are evaluated at most once in one selection. One that fails to evaluate is false, and
+  raises ``error.execution``.
+* *Deferral.* Looking for a transition from an atomic state outward, a state that defers the event
+  and has no enabled transition for it ends the search there. The event is kept if no region found
+  a transition and one search ended so. Deferred events count as events of the external queue: both
+  together hold at most ``capacities.queue``. An event that is dispatched is never deferred.
+* *Order.* Content of the transitions of one microstep runs in document order.
+* *Delayed sends*, also with a delay of 0, are timers; when due they go to the end of their queue.
+* *Faults* (``internal``: the internal queue is full; ``microsteps``: one more than the capacity
+  would be taken, the first entry and the reaction to the event counted; ``range``; an unhandled
+  platform error unless the chart is lenient) are reported where they occur, the first only. An
+  expression that faults ends its block; the microstep is completed; then the machine stops. Its
+  configuration stays.
+* *End.* When a top-level final state is entered, the microstep is completed, what is left in the
+  internal queue is dropped, and the states are left, innermost first (exitInterpreter). The
+  configuration still tells where it ended. Queues and timers are emptied.
+* *Refusal.* ``post`` is refused when the queue is full and when the machine is not running.
+"""

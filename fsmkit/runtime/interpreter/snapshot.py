@@ -1,0 +1,282 @@
+"""The values of the interpreter: snapshots, what makes a machine step, and what a step did.
+
+All are frozen and hashable: a step is a function of a `Snapshot` and an event, and its effects are
+values in the `Macrostep` it returns. States, transitions and events are indices of the Chart;
+times are ticks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from fsmkit.expressions import Value
+from fsmkit.model.statements import Destination
+
+# --- what a machine waits for and reacts to ---------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """An event at hand; ``payload`` holds a value for each declared field, in order."""
+
+    event: int
+    payload: tuple[Value, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Timeout:
+    """The delay of an ``after`` or ``every`` transition has passed. Not an event, never queued."""
+
+    transition: int
+
+
+@dataclass(frozen=True, slots=True)
+class Delayed:
+    """A pending ``send`` with a delay."""
+
+    occurrence: Occurrence
+    destination: Destination = Destination.SELF
+    id: str | None = None
+    peer: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Timer:
+    """Something due at ``deadline`` (ticks, absolute)."""
+
+    deadline: int
+    what: Timeout | Delayed
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """A machine between two macrosteps.
+
+    ``configuration`` holds the active states and the root; it stays as it was when the machine
+    stops, in a final configuration or with a fault. ``data`` holds the values of data and then of
+    outputs, in the order of the chart. ``history`` is sorted by state; a history state without a
+    recorded value is absent. ``timers`` is in order of (deadline, arming). ``now`` is the time of
+    the latest macrostep. ``running``: started, not finished, no fault.
+    """
+
+    configuration: frozenset[int]
+    data: tuple[Value, ...]
+    inputs: tuple[Value, ...]
+    history: tuple[tuple[int, frozenset[int]], ...] = ()
+    queue: tuple[Occurrence, ...] = ()
+    deferred: tuple[Occurrence, ...] = ()
+    timers: tuple[Timer, ...] = ()
+    now: int = 0
+    running: bool = False
+    finished: bool = False
+    fault: str | None = None
+
+
+# --- effects, in the order in which they happened ---------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Exited:
+    """A state was left; its ``onexit`` content follows."""
+
+    state: int
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """A transition was taken; its content follows. Initial and default ones: if they have any."""
+
+    transition: int
+
+
+@dataclass(frozen=True, slots=True)
+class Entered:
+    """A state was entered; its ``onentry`` content follows."""
+
+    state: int
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """An operation of the host was called; ``result`` is None where it returns nothing."""
+
+    operation: str
+    arguments: tuple[Value, ...]
+    result: Value | None
+
+
+@dataclass(frozen=True, slots=True)
+class Emitted:
+    """An event left the machine by its port; the host delivers it."""
+
+    occurrence: Occurrence
+    peer: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Raised:
+    """An event was raised by content: put in the internal queue."""
+
+    occurrence: Occurrence
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """An event was sent to the own external queue."""
+
+    occurrence: Occurrence
+
+
+@dataclass(frozen=True, slots=True)
+class Postponed:
+    """A ``send`` with a delay (ticks) was noted."""
+
+    what: Delayed
+    delay: int
+
+
+@dataclass(frozen=True, slots=True)
+class Cancelled:
+    """Pending delayed sends of this id, if any, were dropped."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Logged:
+    """A ``log`` statement."""
+
+    label: str
+    values: tuple[Value, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Replied:
+    """An answer to the event being dispatched; the last of a macrostep counts."""
+
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Erred:
+    """The platform raised an error event; ``reason`` is for people."""
+
+    event: str
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Unhandled:
+    """An event, external or internal, enabled no transition and no active state defers it."""
+
+    event: int
+
+
+@dataclass(frozen=True, slots=True)
+class Deferred:
+    """An event was kept, because an active state defers it."""
+
+    event: int
+
+
+@dataclass(frozen=True, slots=True)
+class Spent:
+    """A timeout found its guard false; an ``after`` is spent until its state is entered again."""
+
+    transition: int
+
+
+@dataclass(frozen=True, slots=True)
+class Overflowed:
+    """Something did not fit and was dropped: ``queue``, ``internal`` or ``delayed``."""
+
+    queue: str
+
+
+@dataclass(frozen=True, slots=True)
+class Faulted:
+    """The machine stops: ``microsteps``, ``internal``, ``range``, or the name of an error event."""
+
+    reason: str
+
+
+Effect = (
+    Exited
+    | Taken
+    | Entered
+    | Called
+    | Emitted
+    | Raised
+    | Sent
+    | Postponed
+    | Cancelled
+    | Logged
+    | Replied
+    | Erred
+    | Unhandled
+    | Deferred
+    | Spent
+    | Overflowed
+    | Faulted
+)
+
+
+# --- steps ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Microstep:
+    """The transitions of one optimal enabled set, and what taking them did (SCXML 3.13).
+
+    ``event`` is None for eventless transitions and for the first entry. ``transitions`` is in
+    document order, ``exited`` and ``entered`` in the order of execution. A selection that enabled
+    nothing is a microstep without transitions, if it had effects (an unhandled event, a guard that
+    could not be evaluated or that called an operation).
+    """
+
+    event: Occurrence | Timeout | None
+    transitions: tuple[int, ...]
+    exited: tuple[int, ...]
+    entered: tuple[int, ...]
+    effects: tuple[Effect, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """The cause of the first macrostep."""
+
+
+@dataclass(frozen=True, slots=True)
+class Macrostep:
+    """From one stable configuration to the next (SCXML 3.13).
+
+    ``event`` is what caused it: None for eventless transitions that a change of inputs enabled,
+    `Delayed` where nothing happened but a delayed event leaving by the port. ``before`` no longer
+    holds the event in its queue. ``at`` is its time in ticks, for a timer its deadline.
+    """
+
+    before: Snapshot
+    event: Occurrence | Timeout | Delayed | Start | None
+    microsteps: tuple[Microstep, ...]
+    after: Snapshot
+    at: int
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """All effects, in order."""
+        return tuple(effect for step in self.microsteps for effect in step.effects)
+
+    @property
+    def reply(self) -> Value | None:
+        """The value of the last ``reply``, if there was one."""
+        replies = [effect.value for effect in self.effects if isinstance(effect, Replied)]
+        return replies[-1] if replies else None
+
+
+class Host(Protocol):
+    """What surrounds a machine, as far as a step needs it: the operations."""
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Perform an operation; a value of its result type, or None where it returns nothing."""
+        ...
