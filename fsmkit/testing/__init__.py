@@ -1,0 +1,1 @@
+"""Shipped tests: random charts and scripts, and the differential test over all targets."""

@@ -1,0 +1,216 @@
+"""Random executable content, valid by construction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from fsmkit.diagnostics import Source, Span, Text
+from fsmkit.expressions import ArrayType, Field, IntType, Type
+from fsmkit.model.document import (
+    Block,
+    Direction,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCall,
+    DocCancel,
+    DocForEach,
+    DocIf,
+    DocLog,
+    DocRaise,
+    DocReply,
+    DocSend,
+    DocStatement,
+)
+from fsmkit.testing.choices import Choices
+from fsmkit.testing.terms import Names, Operation, Terms
+
+SOURCE = Source("<random>", "")
+PLACE = Span(SOURCE, 0, 0)
+SENT = "sent"
+"""The counter that bounds immediate sends to the own queue, so that `run` always ends."""
+SENDS = 12
+DELAYS = ("1ms", "2ms", "5ms", "10ms", "10ms", "20ms", "35ms")
+"""Few different ones, so that several timers often fall due at once."""
+
+
+def text(value: str) -> Text:
+    """Return a text that stands nowhere."""
+    return Text(value, PLACE)
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An event declared by the random chart."""
+
+    name: str
+    fields: tuple[Field, ...]
+    directions: frozenset[Direction]
+    reply: Type | None = None
+
+    @property
+    def is_received(self) -> bool:
+        """Whether the machine itself can receive it."""
+        return self.directions != {Direction.OUT}
+
+
+@dataclass(frozen=True)
+class Content:
+    """Makes random statements."""
+
+    choices: Choices
+    names: Names
+    events: tuple[Event, ...]
+    terms: Terms = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "terms", Terms(self.choices, self.names))
+
+    def at(self, event: Event | None) -> Content:
+        """Return the same with the payload of an event at hand."""
+        if event is None:
+            return self
+        return Content(self.choices, replace(self.names, fields=event.fields), self.events)
+
+    def block(self, *, reply: Type | None = None, most: int = 3) -> Block:
+        """Return one to ``most`` statements."""
+        count = self.choices.integer(1, most)
+        found = [self.statement(2) for _ in range(count)]
+        if reply is not None and self.choices.chance(80):
+            found.append(DocReply(text(self.terms.value(reply)), PLACE))
+        return tuple(found)
+
+    def statement(self, depth: int) -> DocStatement:
+        """Return one statement, with up to ``depth`` levels of statements in it."""
+        kind = self.choices.integer(0, 23)
+        match kind:
+            case 0 | 1 | 2:
+                return DocLog(text("at"), (text(self.terms.integer(1).text),), PLACE)
+            case 3 | 4 | 5 | 6 | 7 | 8:
+                return self._assign()
+            case 9 | 10 | 11:
+                return self._raise()
+            case 12 | 13:
+                return self._send_out()
+            case 14 | 15 | 16:
+                return self._delayed_send()
+            case 17:
+                return DocCancel(text(f"id{self.choices.integer(0, 2)}"), None, PLACE)
+            case 18 | 19 if depth > 0:
+                return self._if(depth)
+            case 20 if depth > 0:
+                return self._for_each(depth)
+            case 21 if depth > 0:
+                return self._bounded_send()
+            case _:
+                return self._call()
+
+    def _log(self) -> DocStatement:
+        return DocLog(text("here"), (), PLACE)
+
+    def _assign(self) -> DocStatement:
+        writable = [v for v in self.names.variables if v.writable]
+        if not writable:
+            return self._log()
+        target = self.choices.pick(writable)
+        if isinstance(target.type, ArrayType):
+            index = self.terms.index(target.type.length)
+            value = self.terms.value(target.type.element)
+            return DocAssign(text(f"{target.name}[{index}]"), text(value), PLACE)
+        if isinstance(target.type, IntType) and self.choices.chance(40):
+            operator = self.choices.pick(("+", "-", "*"))
+            step = str(self.choices.integer(1, 3))
+            return DocAssign(text(target.name), text(step), PLACE, operator)
+        results = [o for o in self.names.operations if o.result == target.type]
+        if results and self.choices.chance(25):
+            return DocAssign(
+                text(target.name), text(self._called(self.choices.pick(results))), PLACE
+            )
+        return DocAssign(text(target.name), text(self.terms.value(target.type)), PLACE)
+
+    def _called(self, operation: Operation) -> str:
+        arguments = ", ".join(self.terms.value(p.type, 1) for p in operation.parameters)
+        return f"{operation.name}({arguments})"
+
+    def _call(self) -> DocStatement:
+        if not self.names.operations:
+            return self._log()
+        return DocCall(text(self._called(self.choices.pick(self.names.operations))), PLACE)
+
+    def _arguments(self, event: Event) -> tuple[DocArgument, ...]:
+        return tuple(
+            DocArgument(text(f.name), text(self.terms.value(f.type, 1))) for f in event.fields
+        )
+
+    def _raise(self) -> DocStatement:
+        raised = [e for e in self.events if e.is_received]
+        if not raised:
+            return self._log()
+        event = self.choices.pick(raised)
+        return DocRaise(text(event.name), self._arguments(event), PLACE)
+
+    def _send_out(self) -> DocStatement:
+        sent = [e for e in self.events if Direction.OUT in e.directions]
+        if not sent:
+            return self._log()
+        return self._send(self.choices.pick(sent), None)
+
+    def _delayed_send(self) -> DocStatement:
+        if not self.events:
+            return self._log()
+        return self._send(self.choices.pick(self.events), self.choices.pick(DELAYS))
+
+    def _bounded_send(self) -> DocStatement:
+        sent = [e for e in self.events if e.directions == {Direction.IN}]
+        if not sent:
+            return self._log()
+        count = DocAssign(text(SENT), text("1"), PLACE, "+")
+        send = self._send(self.choices.pick(sent), None)
+        return DocIf((DocBranch(text(f"{SENT} < {SENDS}"), (count, send)),), PLACE)
+
+    def _send(self, event: Event, delay: str | None) -> DocSend:
+        both_ways = Direction.OUT in event.directions and event.is_received
+        return DocSend(
+            PLACE,
+            event=text(event.name),
+            target=text("peer") if both_ways else None,
+            delay=None if delay is None else text(delay),
+            id=text(f"id{self.choices.integer(0, 2)}")
+            if delay is not None and self.choices.chance(60)
+            else None,
+            arguments=self._arguments(event),
+        )
+
+    def _if(self, depth: int) -> DocStatement:
+        branches = [DocBranch(text(self.terms.boolean(2)), (self.statement(depth - 1),))]
+        if self.choices.chance(30):
+            condition = text(self.terms.boolean(1))
+            branches.append(DocBranch(condition, (self.statement(depth - 1),)))
+        if self.choices.chance(50):
+            branches.append(DocBranch(None, (self.statement(depth - 1),)))
+        return DocIf(tuple(branches), PLACE)
+
+    def _for_each(self, depth: int) -> DocStatement:
+        loops = [
+            (array, item)
+            for array in self.names.of(ArrayType, writable=True)
+            for item in self.names.variables
+            if isinstance(array.type, ArrayType)
+            if item.writable and item.type == array.type.element
+        ]
+        if not loops:
+            return self._log()
+        array, item = self.choices.pick(loops)
+        positions = [
+            v
+            for v in self.names.of(IntType, writable=True)
+            if v != item and isinstance(v.type, IntType) and v.type.lo <= 0 and v.type.hi >= 9
+        ]
+        index = self.choices.pick(positions) if positions and self.choices.chance(50) else None
+        return DocForEach(
+            text(array.name),
+            text(item.name),
+            None if index is None else text(index.name),
+            (self.statement(depth - 1),),
+            PLACE,
+        )

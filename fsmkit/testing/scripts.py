@@ -1,0 +1,102 @@
+"""Random scripts for a chart: what the host of a machine does, line by line.
+
+A script begins with ``start`` and ends with ``dump``. Times are ticks modulo 2^32; many scripts
+begin
+shortly before the clock wraps around.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hypothesis import strategies as st
+
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Direction
+from fsmkit.testing.choices import Choices, DrawnChoices
+
+if TYPE_CHECKING:
+    from hypothesis.strategies import DrawFn
+
+CLOCK = 2**32
+STARTS = (0, 1000, CLOCK - 30, CLOCK - 1, CLOCK // 2 - 20)
+JUMPS = (0, 1, 1, 2, 5, 5, 10, 10, 20, 50, 120)
+
+
+@st.composite
+def scripts(draw: DrawFn, chart: Chart, length: int = 25) -> tuple[str, ...]:
+    """Draw a script of about that many lines at most."""
+    return random_script(DrawnChoices(draw), chart, length)
+
+
+def random_script(choices: Choices, chart: Chart, length: int = 25) -> tuple[str, ...]:
+    """Return a script of about that many lines at most."""
+    now = choices.pick(STARTS)
+    lines = []
+    if choices.chance(50):
+        lines.append(f"seed {choices.integer(0, 10_000)}")
+    lines += _inputs(choices, chart)
+    lines.append(f"start {now}")
+    received = [e for e in chart.events if e.directions and e.directions != {Direction.OUT}]
+    events = [e for e in received if Direction.IN in e.directions]
+    for _ in range(choices.integer(1, length)):
+        kind = choices.integer(0, 9)
+        if kind < 4 and events:
+            lines.append(f"post {_event(choices, chart, choices.pick(events).index)}")
+        elif kind == 7 and events:
+            lines.append(f"dispatch {_event(choices, chart, choices.pick(events).index)}")
+        elif kind == 8:
+            lines += _inputs(choices, chart)
+        elif kind == 9 and choices.chance(20):
+            lines.append("dump")
+        else:
+            now = (now + choices.pick(JUMPS)) % CLOCK
+            lines.append(f"run {now}")
+    lines.append(f"run {(now + 60) % CLOCK}")
+    lines.append("dump")
+    return tuple(lines)
+
+
+def _inputs(choices: Choices, chart: Chart) -> list[str]:
+    if not chart.inputs:
+        return []
+    chosen = choices.pick(chart.inputs)
+    return [f"input {chosen.name} {value(choices, chosen.type)}"]
+
+
+def _event(choices: Choices, chart: Chart, index: int) -> str:
+    event = chart.events[index]
+    return " ".join((event.name, *(value(choices, field.type) for field in event.fields)))
+
+
+def value(choices: Choices, type_: Type) -> str:
+    """Return a value of a type, as scripts and traces spell it."""
+    match type_:
+        case BoolType():
+            return str(choices.integer(0, 1))
+        case IntType(lo, hi):
+            near = 0 if lo <= 0 <= hi else lo
+            if choices.chance(15):
+                return str(choices.pick((lo, hi)))
+            return str(choices.integer(near, min(hi, near + 9)))
+        case EnumType(_, members):
+            return str(choices.integer(0, len(members) - 1))
+        case FloatType():
+            return choices.pick(("0", "1.5", "-2.25"))
+        case DurationType():
+            return str(choices.integer(0, 1000))
+        case SymbolType():
+            return '""'
+        case ArrayType() | RecordType():
+            raise AssertionError(type_)

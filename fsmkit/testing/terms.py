@@ -1,0 +1,367 @@
+"""Random expressions of the data language, as text, typed by construction.
+
+The interval kept of each integer term is at least as wide as the one type inference finds, and
+stays far from the bounds of int64, so that no term is refused for leaving it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fsmkit.expressions import (
+    MACHINE_INTEGERS,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    Overflow,
+    SymbolType,
+    Type,
+)
+from fsmkit.testing.choices import Choices
+
+RESULTS = tuple(MACHINE_INTEGERS[name] for name in ("int32", "uint32", "int64", "uint64"))
+FAR = 2**40
+"""Exact intervals are kept within plus and minus this."""
+SYMBOLS = ("idle", "busy", "late")
+COMPARE, SUM, PRODUCT, UNARY, ATOM = range(1, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A variable, as far as a random expression needs to know it."""
+
+    name: str
+    type: Type
+    writable: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operation of the host, declared by the random chart."""
+
+    name: str
+    parameters: tuple[Field, ...]
+    result: Type | None
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What an expression can mention."""
+
+    variables: tuple[Named, ...] = ()
+    states: tuple[str, ...] = ()
+    operations: tuple[Operation, ...] = ()
+    constants: tuple[tuple[str, int], ...] = ()
+    fields: tuple[Field, ...] = ()
+    """Of the event at hand, none where there is none."""
+
+    def of(self, kind: type[Type], *, writable: bool = False) -> tuple[Named, ...]:
+        """Return the variables of a kind of type."""
+        return tuple(
+            v for v in self.variables if isinstance(v.type, kind) and (v.writable or not writable)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """Text of an integer expression, how tightly it binds, and an enclosing interval."""
+
+    text: str
+    type: IntType
+    binds: int = ATOM
+
+    def at(self, binds: int) -> str:
+        """Return the text, in parentheses unless it binds that tightly."""
+        return self.text if self.binds >= binds else f"({self.text})"
+
+
+def literal(choices: Choices, type_: Type) -> str:
+    """Return a constant that lies within the type."""
+    match type_:
+        case BoolType():
+            return choices.pick(("false", "true"))
+        case IntType(lo, hi):
+            near = 0 if lo <= 0 <= hi else lo
+            kind = choices.integer(0, 9)
+            if kind == 8:
+                return str(hi)
+            if kind == 9:
+                return str(lo)
+            return str(choices.integer(near, min(hi, near + 9)))
+        case FloatType():
+            return choices.pick(("0.0", "1.0", "0.5", "2.25", "-1.5", "100.125"))
+        case EnumType(name, members):
+            return f"{name}.{choices.pick(members)}"
+        case SymbolType():
+            return f'"{choices.pick(SYMBOLS)}"'
+        case DurationType():
+            return choices.pick(("0ms", "5ms", "1s"))
+        case _:
+            raise AssertionError(type_)
+
+
+def literal_array(choices: Choices, type_: ArrayType) -> str:
+    """Return the start value of an array: one constant for all its elements."""
+    return literal(choices, type_.element)
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Makes random expressions over some names."""
+
+    choices: Choices
+    names: Names = field(default_factory=Names)
+
+    def value(self, type_: Type, depth: int = 2) -> str:
+        """Return an expression that can be stored in a type."""
+        match type_:
+            case BoolType():
+                return self.boolean(depth)
+            case IntType():
+                return self.stored_integer(type_, depth)
+            case FloatType():
+                return self.floating(depth)
+            case EnumType() | SymbolType():
+                same = self.same(type_)
+                if same and self.choices.chance(40):
+                    return self.choices.pick(same)
+                return literal(self.choices, type_)
+            case _:
+                return literal(self.choices, type_)
+
+    def same(self, type_: Type) -> tuple[str, ...]:
+        """Return what has exactly that type."""
+        own = tuple(v.name for v in self.names.variables if v.type == type_)
+        return own + tuple(f"event.{f.name}" for f in self.names.fields if f.type == type_)
+
+    def stored_integer(self, type_: IntType, depth: int) -> str:
+        """Return an integer expression some of whose values lie within the type."""
+        term = self.integer(depth)
+        if self.names.of(FloatType) and self.choices.chance(4):
+            return self.floating(1)
+        overlaps = term.type.lo <= type_.hi and type_.lo <= term.type.hi
+        return term.text if overlaps else literal(self.choices, type_)
+
+    # --- integers ---------------------------------------------------------------------------
+
+    def integer(self, depth: int) -> Term:
+        """Return an integer expression."""
+        kind = self.choices.integer(0, 15) if depth > 0 else 0
+        if kind <= 5:
+            return self.integer_leaf()
+        left = self.integer(depth - 1)
+        if kind == 6:
+            return self._negate(left)
+        right = self.integer(depth - 1)
+        match kind:
+            case 7 | 8:
+                return self._arithmetic(left, "+", right, SUM)
+            case 9:
+                return self._arithmetic(left, "-", right, SUM)
+            case 10:
+                return self._arithmetic(left, "*", right, PRODUCT)
+            case 11 | 12:
+                return self._divide(left, self.choices.pick(("/", "%")))
+            case 13:
+                return self._chosen(left, right, depth)
+            case 14:
+                return self._least(left, right)
+            case _:
+                return self._bits(left, right)
+
+    def integer_leaf(self) -> Term:
+        """Return a constant, a variable, an element or a field of the event."""
+        leaves = [Term(v.name, v.type) for v in self.names.variables if isinstance(v.type, IntType)]
+        leaves += [
+            Term(f"event.{f.name}", f.type)
+            for f in self.names.fields
+            if isinstance(f.type, IntType)
+            for _ in range(2)
+        ]
+        leaves += [Term(name, exact(value, value)) for name, value in self.names.constants]
+        elements = [
+            v
+            for v in self.names.of(ArrayType)
+            if isinstance(v.type, ArrayType) and isinstance(v.type.element, IntType)
+        ]
+        kind = self.choices.integer(0, 9)
+        if elements and kind == 9:
+            array = self.choices.pick(elements)
+            assert isinstance(array.type, ArrayType)  # noqa: S101
+            assert isinstance(array.type.element, IntType)  # noqa: S101
+            return Term(f"{array.name}[{self.index(array.type.length)}]", array.type.element)
+        if not leaves or kind < 3:
+            value = self.choices.integer(0, 12)
+            return Term(str(value), exact(value, value))
+        return self.choices.pick(leaves)
+
+    def index(self, length: int) -> str:
+        """Return a position in an array: a constant within it, or a variable that may not be."""
+        positions = [
+            v.name
+            for v in self.names.variables
+            if isinstance(v.type, IntType) and v.type.lo < length and v.type.hi >= 0
+        ]
+        if positions and self.choices.chance(60):
+            return self.choices.pick(positions)
+        return str(self.choices.integer(0, length - 1))
+
+    def _negate(self, term: Term) -> Term:
+        if term.type.overflow is Overflow.WRAP and term.type.is_machine:
+            result = common(term.type, term.type)
+            if result is None:
+                return term
+        else:
+            result = exact(-term.type.hi, -term.type.lo)
+        return Term(f"-{term.at(ATOM)}", result, UNARY)
+
+    def _arithmetic(self, left: Term, op: str, right: Term, binds: int) -> Term:
+        if is_machine(left) or is_machine(right):
+            result = common(left.type, right.type)
+        else:
+            result = _interval(left.type, op, right.type)
+        if result is None:
+            return left
+        return Term(f"{left.at(binds)} {op} {right.at(binds + 1)}", result, binds)
+
+    def _divide(self, left: Term, op: str) -> Term:
+        # a divisor that is always zero may be refused: so it is a variable, or not zero
+        divisors = [
+            Term(v.name, v.type)
+            for v in self.names.variables
+            if isinstance(v.type, IntType) and v.type.lo < v.type.hi
+        ]
+        right = Term(str(n := self.choices.integer(1, 7)), exact(n, n))
+        if divisors and self.choices.chance(50):
+            right = self.choices.pick(divisors)
+        if is_machine(left) or is_machine(right):
+            result = common(left.type, right.type)
+        else:
+            # |a / b| <= |a| and |a % b| <= |a|
+            most = max(abs(left.type.lo), abs(left.type.hi))
+            result = exact(-most, most)
+        if result is None:
+            return left
+        return Term(f"{left.at(PRODUCT)} {op} {right.at(ATOM)}", result, PRODUCT)
+
+    def _chosen(self, left: Term, right: Term, depth: int) -> Term:
+        if is_machine(left) or is_machine(right):
+            result = common(left.type, right.type)
+        else:
+            result = hull(left.type, right.type)
+        if result is None:
+            return left
+        test = self.boolean(depth - 1)
+        if self.choices.chance(50):
+            return Term(f"({left.at(COMPARE)} if ({test}) else {right.at(COMPARE)})", result)
+        return Term(f"(({test}) ? {left.at(COMPARE)} : {right.at(COMPARE)})", result)
+
+    def _least(self, left: Term, right: Term) -> Term:
+        function = self.choices.pick(("min", "max", "abs"))
+        if is_machine(left) or is_machine(right):
+            return left
+        if function == "abs":
+            most = max(abs(left.type.lo), abs(left.type.hi))
+            return Term(f"abs({left.text})", exact(0, most))
+        return Term(f"{function}({left.text}, {right.text})", hull(left.type, right.type))
+
+    def _bits(self, left: Term, right: Term) -> Term:
+        result = common(left.type, right.type)
+        if not is_machine(left) or not is_machine(right) or result is None:
+            return left
+        op = self.choices.pick(("&", "|", "^", "<<", ">>"))
+        if op in {"<<", ">>"}:
+            width = common(left.type, left.type)
+            assert width is not None  # noqa: S101
+            return Term(f"({left.at(ATOM)} {op} {self.choices.integer(0, 7)})", width)
+        return Term(f"({left.at(ATOM)} {op} {right.at(ATOM)})", result)
+
+    # --- booleans and floats ----------------------------------------------------------------
+
+    def boolean(self, depth: int) -> str:
+        """Return a condition."""
+        kind = self.choices.integer(0, 11) if depth > 0 else self.choices.integer(0, 3)
+        match kind:
+            case 0:
+                flags = self.same(BoolType())
+                return self.choices.pick(flags) if flags else "true"
+            case 1 | 2 | 4 | 5:
+                return self._comparison(depth)
+            case 3:
+                if self.names.states:
+                    return f"In({self.choices.pick(self.names.states)})"
+                return "false"
+            case 6:
+                return f"{self.choices.pick(('!', 'not '))}({self.boolean(depth - 1)})"
+            case 7 | 8:
+                op = self.choices.pick(("and", "&&"))
+                return f"({self.boolean(depth - 1)}) {op} ({self.boolean(depth - 1)})"
+            case 9 | 10:
+                op = self.choices.pick(("or", "||"))
+                return f"({self.boolean(depth - 1)}) {op} ({self.boolean(depth - 1)})"
+            case _:
+                return self._equality()
+
+    def _comparison(self, depth: int) -> str:
+        op = self.choices.pick(("<", "<=", "==", "!=", ">", ">="))
+        if self.names.of(FloatType) and self.choices.chance(10):
+            return f"{self.floating(1)} {op} {self.integer_leaf().at(SUM)}"
+        left = self.integer(max(0, depth - 1))
+        return f"{left.at(SUM)} {op} {self.integer_leaf().at(SUM)}"
+
+    def _equality(self) -> str:
+        kinds = [v for v in self.names.variables if isinstance(v.type, EnumType | SymbolType)]
+        if not kinds:
+            return self.boolean(0)
+        chosen = self.choices.pick(kinds)
+        op = self.choices.pick(("==", "!="))
+        return f"{chosen.name} {op} {self.value(chosen.type)}"
+
+    def floating(self, depth: int) -> str:
+        """Return a floating-point expression."""
+        leaves = self.same(FloatType())
+        kind = self.choices.integer(0, 5) if depth > 0 else self.choices.integer(0, 1)
+        if kind == 0 or not leaves:
+            return literal(self.choices, FloatType())
+        if kind <= 2:
+            return self.choices.pick(leaves)
+        op = self.choices.pick(("+", "-", "*"))
+        right = self.integer_leaf().at(UNARY) if kind == 5 else self.floating(depth - 1)
+        return f"({self.choices.pick(leaves)} {op} {right})"
+
+
+def exact(lo: int, hi: int) -> IntType:
+    """Return an exact interval."""
+    return IntType(lo, hi)
+
+
+def hull(a: IntType, b: IntType) -> IntType:
+    """Return the least interval around two."""
+    return exact(min(a.lo, b.lo), max(a.hi, b.hi))
+
+
+def is_machine(term: Term) -> bool:
+    """Whether arithmetic on a term wraps around."""
+    return term.type.overflow is Overflow.WRAP and term.type.is_machine
+
+
+def common(a: IntType, b: IntType) -> IntType | None:
+    """Return the type arithmetic on machine integers is done in, None where there is none."""
+    whole = hull(a, b)
+    return next((t for t in RESULTS if t.lo <= whole.lo and whole.hi <= t.hi), None)
+
+
+def _interval(a: IntType, op: str, b: IntType) -> IntType | None:
+    match op:
+        case "+":
+            lo, hi = a.lo + b.lo, a.hi + b.hi
+        case "-":
+            lo, hi = a.lo - b.hi, a.hi - b.lo
+        case _:
+            corners = [x * y for x in (a.lo, a.hi) for y in (b.lo, b.hi)]
+            lo, hi = min(corners), max(corners)
+    return exact(lo, hi) if lo >= -FAR and hi <= FAR else None
