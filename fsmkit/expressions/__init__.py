@@ -1,5 +1,10 @@
 """The data language: types, one typed tree, grammar, evaluation, folding, printing."""
 
+from fsmkit.expressions.conversion import convert, default_value
+from fsmkit.expressions.environment import ContentError, Environment, RangeFault
+from fsmkit.expressions.evaluation import evaluate, fold, store
+from fsmkit.expressions.notation import read_duration, read_type
+from fsmkit.expressions.scope import Scope, Signature
 from fsmkit.expressions.tree import (
     Apply,
     Binary,
@@ -47,6 +52,7 @@ from fsmkit.expressions.types import (
     Type,
     Value,
 )
+from fsmkit.expressions.typing import type_call, type_expression, type_location
 
 __all__ = [
     "BOOL",
@@ -67,10 +73,12 @@ __all__ = [
     "BoolType",
     "Call",
     "Conditional",
+    "ContentError",
     "Convert",
     "DurationType",
     "Element",
     "EnumType",
+    "Environment",
     "EventField",
     "EventName",
     "Expr",
@@ -84,7 +92,10 @@ __all__ = [
     "Location",
     "Member",
     "Overflow",
+    "RangeFault",
     "RecordType",
+    "Scope",
+    "Signature",
     "Storage",
     "SymbolType",
     "Type",
@@ -92,4 +103,14 @@ __all__ = [
     "UnaryOp",
     "Value",
     "Variable",
+    "convert",
+    "default_value",
+    "evaluate",
+    "fold",
+    "read_duration",
+    "read_type",
+    "store",
+    "type_call",
+    "type_expression",
+    "type_location",
 ]
