@@ -21,13 +21,66 @@ Where the standard or SEMANTICS leaves a choice, these hold on every runtime:
   together hold at most ``capacities.queue``. An event that is dispatched is never deferred.
 * *Order.* Content of the transitions of one microstep runs in document order.
 * *Delayed sends*, also with a delay of 0, are timers; when due they go to the end of their queue.
-* *Faults* (``internal``: the internal queue is full; ``microsteps``: one more than the capacity
-  would be taken, the first entry and the reaction to the event counted; ``range``; an unhandled
+* *Faults* (``internal``: the internal queue is full; ``microsteps``: the rounds of a macrostep are
+  used up; ``range``; an unhandled
   platform error unless the chart is lenient) are reported where they occur, the first only. An
   expression that faults ends its block; the microstep is completed; then the machine stops. Its
   configuration stays.
+* *Rounds.* The first entry, or the reaction to the event or timeout (even to no effect), is
+  the first of at most ``capacities.microsteps`` rounds; each further set of eventless transitions
+  taken, and each internal event, is another. The fault comes when one more would be needed.
 * *End.* When a top-level final state is entered, the microstep is completed, what is left in the
   internal queue is dropped, and the states are left, innermost first (exitInterpreter). The
   configuration still tells where it ended. Queues and timers are emptied.
 * *Refusal.* ``post`` is refused when the queue is full and when the machine is not running.
 """
+
+from fsmkit.runtime.interpreter.macrostep import initial, start, step
+from fsmkit.runtime.interpreter.run import (
+    at_time,
+    dispatch,
+    is_deferred,
+    next_deadline,
+    post,
+    run,
+    step_event,
+    step_eventless,
+    step_timer,
+)
+from fsmkit.runtime.interpreter.snapshot import (
+    Delayed,
+    Effect,
+    Host,
+    Macrostep,
+    Microstep,
+    Occurrence,
+    Snapshot,
+    Start,
+    Timeout,
+    Timer,
+)
+
+__all__ = [
+    "Delayed",
+    "Effect",
+    "Host",
+    "Macrostep",
+    "Microstep",
+    "Occurrence",
+    "Snapshot",
+    "Start",
+    "Timeout",
+    "Timer",
+    "at_time",
+    "dispatch",
+    "initial",
+    "is_deferred",
+    "next_deadline",
+    "post",
+    "run",
+    "start",
+    "step",
+    "step_event",
+    "step_eventless",
+    "step_timer",
+]

@@ -1,0 +1,196 @@
+"""Leaving and entering states (Appendix D: exitStates, enterStates and what they call)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from fsmkit.expressions import ContentError, RangeFault, default_value, evaluate
+from fsmkit.model.chart import State, Transition
+from fsmkit.model.document import Kind
+from fsmkit.runtime.interpreter import timers
+from fsmkit.runtime.interpreter.content import execute_block, execute_content
+from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.snapshot import Entered, Exited, Occurrence
+from fsmkit.runtime.interpreter.structure import (
+    compute_exit_set,
+    default_transition,
+    get_effective_target_states,
+    get_proper_ancestors,
+    get_transition_domain,
+    is_in_final_state,
+)
+
+
+@dataclass(slots=True)
+class EntrySet:
+    """What computeEntrySet collects."""
+
+    to_enter: set[int] = field(default_factory=set)
+    for_default_entry: set[int] = field(default_factory=set)
+    default_history_content: dict[int, Transition] = field(default_factory=dict)
+    """By the parent of the history."""
+
+    def reaches_below(self, g: Globals, state: int) -> bool:
+        """Whether a state strictly below is to be entered."""
+        last = g.chart.states[state].last_descendant
+        return any(state < other <= last for other in self.to_enter)
+
+
+def exit_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
+    """Record histories, run exit handlers and leave, innermost first (Appendix D, exitStates)."""
+    exits = sorted(compute_exit_set(g, enabled), reverse=True)
+    for state in exits:
+        for history in g.index.histories[state]:
+            g.history[history] = _to_record(g, history, state)
+    for state in exits:
+        leave(g, state)
+        g.configuration.discard(state)
+    return tuple(exits)
+
+
+def leave(g: Globals, state: int) -> None:
+    """Cancel the timers of a state and run its exit handlers in document order (SCXML 3.9)."""
+    g.effects.append(Exited(state))
+    timers.disarm(g, state)
+    for block in g.chart.states[state].on_exit:
+        execute_block(g, block)
+
+
+def _to_record(g: Globals, history: int, parent: int) -> frozenset[int]:
+    """Return what a history remembers of the active states below its parent (SCXML 3.10)."""
+    if g.chart.states[history].kind is Kind.SHALLOW_HISTORY:
+        return frozenset(g.configuration.intersection(g.index.children[parent]))
+    last = g.chart.states[parent].last_descendant
+    return frozenset(state for state in g.index.leaves & g.configuration if parent < state <= last)
+
+
+def enter_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
+    """Enter states, outermost first, with their content (Appendix D, enterStates)."""
+    entry_set = compute_entry_set(g, enabled)
+    entries = sorted(entry_set.to_enter - {0})
+    for index in entries:
+        state = g.chart.states[index]
+        g.configuration.add(index)
+        g.effects.append(Entered(index))
+        timers.arm(g, index)
+        for block in state.on_entry:
+            execute_block(g, block)
+        if index in entry_set.for_default_entry:
+            execute_content(g, default_transition(g, index))
+        if index in entry_set.default_history_content:
+            execute_content(g, entry_set.default_history_content[index])
+        if state.kind is Kind.FINAL:
+            _enter_final(g, state)
+    return tuple(entries)
+
+
+def _enter_final(g: Globals, state: State) -> None:
+    """End the machine, or generate the done events of the parents (SCXML 3.7)."""
+    parent = state.parent
+    if parent is None or parent == 0:
+        g.running = False
+        g.finished = True
+        return
+    _raise_done(g, parent, state)
+    grandparent = g.chart.states[parent].parent
+    if (
+        grandparent is not None
+        and g.chart.states[grandparent].kind is Kind.PARALLEL
+        and is_in_final_state(g, grandparent)
+    ):
+        _raise_done(g, grandparent, None)
+
+
+def _raise_done(g: Globals, state: int, final: State | None) -> None:
+    """Put ``done.state.id`` into the internal queue, with the final's data (SCXML 5.5)."""
+    event = g.chart.event_index.get(f"done.state.{g.chart.states[state].id}")
+    if event is None:
+        return
+    fields = g.chart.events[event].fields
+    payload = []
+    for place, part in enumerate(fields):
+        expression = final.done_data[place] if final and place < len(final.done_data) else None
+        value = default_value(part.type)
+        if expression is not None:
+            try:
+                value = evaluate(expression, g)
+            except RangeFault:
+                g.stop("range")
+            except ContentError as error:
+                g.error("error.execution", str(error))
+        payload.append(value)
+    g.enqueue_internal(Occurrence(event, tuple(payload)))
+
+
+# --- the entry set ----------------------------------------------------------------------------
+
+
+def compute_entry_set(g: Globals, enabled: Iterable[Transition]) -> EntrySet:
+    """Return what is to be entered (Appendix D, computeEntrySet)."""
+    found = EntrySet()
+    for transition in enabled:
+        for target in transition.targets:
+            add_descendant_states_to_enter(g, target, found)
+        domain = get_transition_domain(g, transition)
+        for target in get_effective_target_states(g, transition):
+            add_ancestor_states_to_enter(g, target, domain, found)
+    return found
+
+
+def add_descendant_states_to_enter(g: Globals, index: int, found: EntrySet) -> None:
+    """Add a state and, by default, what is below it (Appendix D, addDescendantStatesToEnter)."""
+    state = g.chart.states[index]
+    if state.is_history:
+        _add_history(g, state, found)
+        return
+    found.to_enter.add(index)
+    match state.kind:
+        case Kind.COMPOUND:
+            found.for_default_entry.add(index)
+            targets = default_transition(g, index).targets
+            _add_all(g, targets, index, found)
+        case Kind.PARALLEL:
+            _add_regions(g, index, found)
+        case _:
+            pass
+
+
+def _add_history(g: Globals, history: State, found: EntrySet) -> None:
+    """Add what a history stands for: its recorded value, else its default (SCXML 3.10)."""
+    parent = history.parent
+    assert parent is not None, history  # noqa: S101  (a chart is sound)
+    recorded = g.history.get(history.index)
+    if recorded is not None:
+        _add_all(g, sorted(recorded), parent, found)
+    else:
+        default = default_transition(g, history.index)
+        found.default_history_content[parent] = default
+        _add_all(g, default.targets, parent, found)
+
+
+def _add_all(g: Globals, targets: Iterable[int], ancestor: int, found: EntrySet) -> None:
+    targets = tuple(targets)
+    for target in targets:
+        add_descendant_states_to_enter(g, target, found)
+    for target in targets:
+        add_ancestor_states_to_enter(g, target, ancestor, found)
+
+
+def add_ancestor_states_to_enter(
+    g: Globals, state: int, ancestor: int | None, found: EntrySet
+) -> None:
+    """Add the ancestors below ``ancestor`` (Appendix D, addAncestorStatesToEnter).
+
+    And, of each parallel state on the way, the regions that nothing else enters.
+    """
+    for index in get_proper_ancestors(g, state, ancestor):
+        found.to_enter.add(index)
+        if g.chart.states[index].kind is Kind.PARALLEL:
+            _add_regions(g, index, found)
+
+
+def _add_regions(g: Globals, parallel: int, found: EntrySet) -> None:
+    for child in g.index.children[parallel]:
+        if not found.reaches_below(g, child):
+            add_descendant_states_to_enter(g, child, found)

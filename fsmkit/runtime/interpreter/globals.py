@@ -1,0 +1,179 @@
+"""The global variables of Appendix D, alive during one macrostep."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+
+from fsmkit.expressions import ContentError, Value
+from fsmkit.model.chart import Chart
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Effect,
+    Erred,
+    Faulted,
+    Host,
+    Microstep,
+    Occurrence,
+    Overflowed,
+    Snapshot,
+    Timeout,
+    Timer,
+)
+
+
+class Globals:
+    """Thawed from a Snapshot, changed by the procedures, frozen again; never seen outside.
+
+    It is also the environment in which the expressions of the chart are evaluated.
+    """
+
+    __slots__ = (
+        "budget",
+        "chart",
+        "configuration",
+        "data",
+        "deferred",
+        "effects",
+        "event",
+        "fault",
+        "finished",
+        "guards",
+        "history",
+        "host",
+        "index",
+        "inputs",
+        "internal",
+        "microsteps",
+        "now",
+        "queue",
+        "running",
+        "timers",
+    )
+
+    def __init__(self, chart: Chart, snapshot: Snapshot, host: Host) -> None:
+        self.chart = chart
+        self.index = index_of(chart)
+        self.host = host
+        self.configuration = set(snapshot.configuration)
+        self.data = list(snapshot.data)
+        self.inputs = snapshot.inputs
+        self.history = dict(snapshot.history)
+        self.queue = list(snapshot.queue)
+        self.deferred = list(snapshot.deferred)
+        self.timers = list(snapshot.timers)
+        self.now = snapshot.now
+        self.running = snapshot.running
+        self.finished = snapshot.finished
+        self.fault = snapshot.fault
+        self.internal: deque[Occurrence] = deque()
+        self.event: Occurrence | None = None
+        """SCXML 5.10.1, ``_event``: the event at hand, until the next is taken."""
+        self.budget = chart.capacities.microsteps
+        self.guards: dict[int, bool] = {}
+        """What the guards of this selection gave."""
+        self.effects: list[Effect] = []
+        self.microsteps: list[Microstep] = []
+
+    def freeze(self) -> Snapshot:
+        """Return the machine as it is now."""
+        return Snapshot(
+            frozenset(self.configuration),
+            tuple(self.data),
+            self.inputs,
+            tuple(sorted(self.history.items())) if self.history else (),
+            tuple(self.queue),
+            tuple(self.deferred),
+            tuple(self.timers),
+            self.now,
+            self.running,
+            self.finished,
+            self.fault,
+        )
+
+    def close_microstep(
+        self,
+        event: Occurrence | Timeout | None,
+        transitions: tuple[int, ...] = (),
+        exited: tuple[int, ...] = (),
+        entered: tuple[int, ...] = (),
+    ) -> None:
+        """Put the effects since the last call into a microstep."""
+        done = Microstep(event, transitions, exited, entered, tuple(self.effects))
+        self.microsteps.append(done)
+        self.effects = []
+
+    # --- queues, errors and faults -------------------------------------------------------------
+
+    def enqueue_internal(self, occurrence: Occurrence) -> None:
+        """Append to the internal queue; a full one is a fault."""
+        if len(self.internal) < self.chart.capacities.internal:
+            self.internal.append(occurrence)
+        else:
+            self.effects.append(Overflowed("internal"))
+            self.stop("internal")
+
+    def enqueue_external(self, occurrence: Occurrence) -> None:
+        """Append to the own external queue; when it is full, the event is dropped and told."""
+        if len(self.queue) + len(self.deferred) < self.chart.capacities.queue:
+            self.queue.append(occurrence)
+        else:
+            self.effects.append(Overflowed("queue"))
+
+    def raise_platform(self, name: str) -> None:
+        """Append a platform event (``done.state.x``), if anything in the chart can tell it."""
+        event = self.chart.event_index.get(name)
+        if event is not None:
+            self.enqueue_internal(Occurrence(event))
+
+    def error(self, name: str, reason: str) -> None:
+        """Raise an error event of the platform (SCXML 3.12.2)."""
+        self.effects.append(Erred(name, reason))
+        self.raise_platform(name)
+
+    def stop(self, reason: str) -> None:
+        """Put the machine into a fault; the first one counts."""
+        if self.fault is None:
+            self.fault = reason
+            self.effects.append(Faulted(reason))
+
+    def insert_timer(self, timer: Timer) -> None:
+        """Insert a timer behind those that are due no later."""
+        place = bisect_right(self.timers, timer.deadline, key=lambda other: other.deadline)
+        self.timers.insert(place, timer)
+
+    # --- the environment of expressions --------------------------------------------------------
+
+    def variable(self, name: str) -> Value:
+        """Return the value of a variable."""
+        slot = self.index.slots[name]
+        return self.data[slot] if slot >= 0 else self.inputs[-1 - slot]
+
+    def event_field(self, name: str) -> Value:
+        """Return a part of the payload at hand; the event may be one that has no such part."""
+        if self.event is None:
+            raise ContentError(f"there is no event whose `{name}` could be read")
+        slot = self.index.field_slots[self.event.event].get(name)
+        if slot is None:
+            event = self.chart.events[self.event.event].name
+            raise ContentError(f"the event `{event}` has no `{name}`")
+        return self.event.payload[slot]
+
+    def event_name(self) -> str:
+        """Return the name of the event at hand, empty where there is none."""
+        return "" if self.event is None else self.chart.events[self.event.event].name
+
+    def is_in(self, state: int) -> bool:
+        """Whether a state is active (SCXML 5.9.2, ``In``)."""
+        return state in self.configuration
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Call an operation of the host."""
+        result = self.host.call(operation, arguments)
+        self.effects.append(Called(operation, arguments, result))
+        return result
+
+    def range_error(self) -> None:
+        """Tell that a value was brought to the nearest bound of its range."""
+        self.error("error.range", "a value outside its range was brought to the nearest bound")

@@ -1,0 +1,131 @@
+"""What the procedures look up in a Chart, computed once for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+
+from fsmkit.diagnostics import Span
+from fsmkit.expressions import Storage, Variable
+from fsmkit.model.chart import Chart, State, Transition
+from fsmkit.model.document import Trigger
+from fsmkit.model.structure import is_internal, lcca
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+
+MEMO = "_interpreter_index"
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """Tables by state, transition and event index; nothing here depends on a snapshot."""
+
+    chain: tuple[tuple[int, ...], ...]
+    """Each state and its proper ancestors, innermost first."""
+    by_event: tuple[Mapping[int, tuple[Transition, ...]], ...]
+    """For each state the transitions that match an event, in priority order."""
+    eventless: tuple[tuple[Transition, ...], ...]
+    timed: tuple[tuple[Transition, ...], ...]
+    defers: tuple[frozenset[int], ...]
+    children: tuple[tuple[int, ...], ...]
+    """getChildStates: without histories."""
+    histories: tuple[tuple[int, ...], ...]
+    leaves: frozenset[int]
+    domains: tuple[int | None, ...]
+    """The domain of each transition without a history among its targets; else None."""
+    has_history_target: tuple[bool, ...]
+    slots: Mapping[str, int]
+    """Where a variable is in ``Snapshot.data``, or in ``inputs`` as ``-1 - index``."""
+    field_slots: tuple[Mapping[str, int], ...]
+    samples_inputs: bool
+    """Whether the guard of an eventless transition reads an input."""
+    initial: Snapshot
+
+
+def index_of(chart: Chart) -> Index:
+    """Return the tables of a chart; they live as long as it does, like a cached property."""
+    found = chart.__dict__.get(MEMO)
+    if found is None:
+        found = chart.__dict__[MEMO] = _build(chart)
+    assert isinstance(found, Index)  # noqa: S101  (narrows what the dictionary holds)
+    return found
+
+
+def _build(chart: Chart) -> Index:
+    states = chart.states
+    values = [*chart.data, *chart.outputs]
+    slots = {variable.name: place for place, variable in enumerate(values)}
+    slots |= {variable.name: -1 - place for place, variable in enumerate(chart.inputs)}
+    eventless = tuple(_of(chart, state, Trigger.EVENTLESS) for state in states)
+    has_history_target = tuple(
+        any(states[target].is_history for target in transition.targets)
+        for transition in chart.transitions
+    )
+    return Index(
+        chain=tuple((state.index, *chart.ancestors(state.index)) for state in states),
+        by_event=tuple(_by_event(chart, state) for state in states),
+        eventless=eventless,
+        timed=tuple(_of(chart, state, Trigger.AFTER, Trigger.EVERY) for state in states),
+        defers=tuple(frozenset(state.defer) for state in states),
+        children=tuple(_children(chart, state, histories=False) for state in states),
+        histories=tuple(_children(chart, state, histories=True) for state in states),
+        leaves=frozenset(state.index for state in states if state.is_leaf),
+        domains=tuple(
+            None if dynamic else static_domain(chart, transition)
+            for transition, dynamic in zip(chart.transitions, has_history_target, strict=True)
+        ),
+        has_history_target=has_history_target,
+        slots=slots,
+        field_slots=tuple(
+            {field.name: place for place, field in enumerate(event.fields)}
+            for event in chart.events
+        ),
+        samples_inputs=any(
+            _reads_input(transition.guard) for found in eventless for transition in found
+        ),
+        initial=Snapshot(
+            frozenset(),
+            tuple(variable.init.value for variable in values),
+            tuple(variable.init.value for variable in chart.inputs),
+        ),
+    )
+
+
+def static_domain(chart: Chart, transition: Transition) -> int | None:
+    """Return the domain of a transition whose targets are its effective targets."""
+    if not transition.targets:
+        return None
+    if is_internal(chart, transition):
+        return transition.source
+    return lcca(chart, (transition.source, *transition.targets))
+
+
+def _of(chart: Chart, state: State, *triggers: Trigger) -> tuple[Transition, ...]:
+    found = (chart.transitions[index] for index in state.transitions)
+    return tuple(transition for transition in found if transition.trigger in triggers)
+
+
+def _by_event(chart: Chart, state: State) -> Mapping[int, tuple[Transition, ...]]:
+    found: dict[int, tuple[Transition, ...]] = {}
+    for transition in _of(chart, state, Trigger.EVENT):
+        for event in transition.events:
+            found[event] = (*found.get(event, ()), transition)
+    return found
+
+
+def _children(chart: Chart, state: State, *, histories: bool) -> tuple[int, ...]:
+    return tuple(child for child in state.children if chart.states[child].is_history is histories)
+
+
+def _reads_input(node: object) -> bool:
+    """Whether an input occurs anywhere in an expression."""
+    match node:
+        case Variable(storage=Storage.INPUT):
+            return True
+        case tuple():
+            return any(map(_reads_input, node))
+        case Span():
+            return False
+        case _ if is_dataclass(node):
+            return any(_reads_input(getattr(node, part.name)) for part in fields(node))
+        case _:
+            return False

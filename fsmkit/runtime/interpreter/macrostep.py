@@ -1,0 +1,158 @@
+"""One macrostep (Appendix D: interpret, mainEventLoop, microstep, exitInterpreter)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fsmkit.expressions import Value
+from fsmkit.model.chart import Chart
+from fsmkit.runtime.interpreter import timers
+from fsmkit.runtime.interpreter.content import execute_block, execute_transition_content
+from fsmkit.runtime.interpreter.entry_exit import enter_states, exit_states, leave
+from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.selection import (
+    Enabled,
+    select_eventless_transitions,
+    select_timeout,
+    select_transitions,
+)
+from fsmkit.runtime.interpreter.snapshot import (
+    Deferred,
+    Host,
+    Macrostep,
+    Occurrence,
+    Snapshot,
+    Spent,
+    Start,
+    Timeout,
+    Unhandled,
+)
+from fsmkit.runtime.interpreter.structure import default_transition
+
+
+def initial(chart: Chart) -> Snapshot:
+    """Return a machine that has not been started."""
+    return index_of(chart).initial
+
+
+def start(chart: Chart, now: int, host: Host, inputs: tuple[Value, ...] | None = None) -> Macrostep:
+    """Begin, or begin anew: run the script and enter the initial states (Appendix D, interpret)."""
+    before = initial(chart)
+    before = replace(before, now=now, inputs=before.inputs if inputs is None else inputs)
+    g = Globals(chart, before, host)
+    g.running = True
+    g.configuration.add(0)
+    execute_block(g, chart.script)
+    entry = default_transition(g, 0)
+    execute_block(g, entry.content)
+    g.budget -= 1
+    entered = enter_states(g, (entry,))
+    g.close_microstep(None, entered=entered)
+    main_event_loop(g)
+    return Macrostep(before, Start(), tuple(g.microsteps), g.freeze(), now)
+
+
+def step(
+    chart: Chart,
+    snapshot: Snapshot,
+    event: Occurrence | Timeout | None,
+    host: Host,
+    *,
+    may_defer: bool = True,
+) -> Macrostep:
+    """Run one macrostep: an event or timeout (no longer in its queue), or eventless transitions.
+
+    The time is ``snapshot.now``; for a timeout that must be its deadline. A machine that is not
+    running does nothing.
+    """
+    if not snapshot.running:
+        return Macrostep(snapshot, event, (), snapshot, snapshot.now)
+    g = Globals(chart, snapshot, host)
+    match event:
+        case Occurrence():
+            react(g, event, may_defer=may_defer)
+        case Timeout(transition):
+            timers.rearm(g, event)
+            enabled = select_timeout(g, chart.transitions[transition])
+            if not enabled:
+                g.effects.append(Spent(transition))
+            take(g, event, enabled)
+        case None:
+            pass
+    main_event_loop(g)
+    return Macrostep(snapshot, event, tuple(g.microsteps), g.freeze(), snapshot.now)
+
+
+def main_event_loop(g: Globals) -> None:
+    """Go on until the configuration is stable (Appendix D, mainEventLoop, its inner loop).
+
+    Each round takes a set of eventless transitions or one internal event; the rounds of a
+    macrostep are bounded, so that one without end becomes a fault.
+    """
+    while g.running and g.fault is None:
+        enabled = select_eventless_transitions(g)
+        if not enabled and not g.internal:
+            break
+        if g.budget <= 0:
+            g.stop("microsteps")
+        elif enabled:
+            take(g, None, enabled)
+        else:
+            react(g, g.internal.popleft(), may_defer=False)
+    if g.fault is not None:
+        g.running = g.finished = False
+    elif not g.running:
+        exit_interpreter(g)
+    if g.effects:
+        g.close_microstep(None)
+
+
+def react(g: Globals, event: Occurrence, *, may_defer: bool) -> None:
+    """Take what an event enables; else keep it for later, or tell that nobody wants it."""
+    g.event = event
+    enabled, is_deferred = select_transitions(g, event.event)
+    if not enabled and is_deferred and may_defer:
+        g.deferred.append(event)
+        g.effects.append(Deferred(event.event))
+    elif not enabled:
+        g.effects.append(Unhandled(event.event))
+        declared = g.chart.events[event.event]
+        is_platform_error = declared.name.startswith("error.") and not declared.directions
+        if is_platform_error and not g.chart.lenient:
+            g.stop(declared.name)
+    take(g, event, enabled)
+
+
+def take(g: Globals, event: Occurrence | Timeout | None, enabled: Enabled) -> None:
+    """Spend one round of the macrostep on a selection, and close it as a microstep."""
+    g.budget -= 1
+    if not enabled or g.fault is not None:
+        if g.effects:
+            g.close_microstep(event)
+        return
+    microstep(g, event, enabled)
+
+
+def microstep(g: Globals, event: Occurrence | Timeout | None, enabled: Enabled) -> None:
+    """Exit, run the transitions' content, enter (Appendix D, microstep)."""
+    exited = exit_states(g, enabled)
+    execute_transition_content(g, enabled)
+    entered = enter_states(g, enabled)
+    transitions = tuple(sorted(transition.index for transition in enabled))
+    g.close_microstep(event, transitions, exited, entered)
+
+
+def exit_interpreter(g: Globals) -> None:
+    """Leave all states, innermost first (Appendix D, exitInterpreter).
+
+    The configuration stays, to tell in which final state the machine ended.
+    """
+    left = sorted(g.configuration - {0}, reverse=True)
+    for state in left:
+        leave(g, state)
+    g.internal.clear()
+    g.queue.clear()
+    g.deferred.clear()
+    g.timers.clear()
+    g.close_microstep(None, exited=tuple(left))

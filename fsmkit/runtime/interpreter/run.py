@@ -1,0 +1,152 @@
+"""What a host does with a machine: post, run, dispatch (SEMANTICS, Step).
+
+`run` is made of three single steps, which an explorer takes one at a time: `step_eventless`,
+`step_event` and `step_timer`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import assert_never
+
+from fsmkit.expressions import Value
+from fsmkit.model.chart import Chart
+from fsmkit.model.statements import Destination
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.macrostep import step
+from fsmkit.runtime.interpreter.snapshot import (
+    Delayed,
+    Effect,
+    Emitted,
+    Host,
+    Macrostep,
+    Microstep,
+    Occurrence,
+    Overflowed,
+    Snapshot,
+    Timeout,
+)
+
+
+def post(chart: Chart, snapshot: Snapshot, occurrence: Occurrence) -> Snapshot | None:
+    """Append an event to the external queue; None if it is full or the machine does not run."""
+    if not snapshot.running or not has_room(chart, snapshot):
+        return None
+    return replace(snapshot, queue=(*snapshot.queue, occurrence))
+
+
+def has_room(chart: Chart, snapshot: Snapshot) -> bool:
+    """Whether the external queue, which also holds what is deferred, can take one more."""
+    return len(snapshot.queue) + len(snapshot.deferred) < chart.capacities.queue
+
+
+def run(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> tuple[Macrostep, ...]:
+    """Do all that is to be done until the time ``now``; see the package for the order.
+
+    The last macrostep's ``after`` is the machine afterwards; without any, nothing has changed but
+    the time (see `at_time`).
+    """
+    done: list[Macrostep] = []
+    current = at_time(snapshot, now)
+    if index_of(chart).samples_inputs:
+        tried = step_eventless(chart, current, host)
+        if tried is not None:
+            done.append(tried)
+            current = tried.after
+    allowance = len(current.queue) + len(current.deferred) + chart.capacities.microsteps
+    while current.running:
+        following = step_event(chart, current, host) if allowance > 0 else None
+        if following is not None:
+            allowance -= 1
+        elif current.timers and current.timers[0].deadline <= now:
+            following = step_timer(chart, current, host)
+            allowance = chart.capacities.microsteps
+        if following is None:
+            break
+        done.append(following)
+        current = following.after
+    if done:
+        done[-1] = replace(done[-1], after=at_time(current, now))
+    return tuple(done)
+
+
+def step_eventless(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None:
+    """Try eventless transitions, as after a change of inputs; None where nothing happened."""
+    tried = step(chart, snapshot, None, host)
+    return tried if tried.microsteps else None
+
+
+def step_event(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None:
+    """Take one event, a recalled one first, and run its macrostep; None where there is none."""
+    if not snapshot.running or not (snapshot.queue or snapshot.deferred):
+        return None
+    for place, occurrence in enumerate(snapshot.deferred):
+        if not is_deferred(chart, snapshot, occurrence.event):
+            rest = snapshot.deferred[:place] + snapshot.deferred[place + 1 :]
+            return step(chart, replace(snapshot, deferred=rest), occurrence, host)
+    if not snapshot.queue:
+        return None
+    head, *tail = snapshot.queue
+    return step(chart, replace(snapshot, queue=tuple(tail)), head, host)
+
+
+def step_timer(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None:
+    """Fire the first timer, at its deadline, whatever the time is; None where there is none.
+
+    A delayed event only goes to the queue, or leaves by the port.
+    """
+    if not snapshot.running or not snapshot.timers:
+        return None
+    timer, *later = snapshot.timers
+    before = replace(snapshot, timers=tuple(later), now=timer.deadline)
+    match timer.what:
+        case Timeout():
+            return step(chart, before, timer.what, host)
+        case Delayed(occurrence, Destination.INTERNAL):
+            return step(chart, before, occurrence, host, may_defer=False)
+        case Delayed(occurrence, Destination.PORT, _, peer):
+            return _passed_on(before, timer.what, before, Emitted(occurrence, peer))
+        case Delayed(occurrence):
+            if not has_room(chart, before):
+                return _passed_on(before, timer.what, before, Overflowed("queue"))
+            after = replace(before, queue=(*before.queue, occurrence))
+            return _passed_on(before, timer.what, after)
+        case _:
+            assert_never(timer.what)
+
+
+def dispatch(
+    chart: Chart, snapshot: Snapshot, occurrence: Occurrence, now: int, host: Host
+) -> tuple[Macrostep, bool, Value | None]:
+    """Process one event at once, ahead of the queue; it is never deferred.
+
+    Return the macrostep, whether the event enabled a transition, and the value of the last
+    ``reply``, if there was one.
+    """
+    done = step(chart, at_time(snapshot, now), occurrence, host, may_defer=False)
+    handled = any(
+        small.event is not None and small.event is occurrence and small.transitions
+        for small in done.microsteps
+    )
+    return done, handled, done.reply
+
+
+def is_deferred(chart: Chart, snapshot: Snapshot, event: int) -> bool:
+    """Whether an active state defers an event."""
+    defers = index_of(chart).defers
+    return any(event in defers[state] for state in snapshot.configuration)
+
+
+def next_deadline(snapshot: Snapshot) -> int | None:
+    """Return when the first timer is due, if one is armed."""
+    return snapshot.timers[0].deadline if snapshot.timers else None
+
+
+def at_time(snapshot: Snapshot, now: int) -> Snapshot:
+    """Return the machine at another time."""
+    return snapshot if snapshot.now == now else replace(snapshot, now=now)
+
+
+def _passed_on(before: Snapshot, what: Delayed, after: Snapshot, *effects: Effect) -> Macrostep:
+    microsteps = (Microstep(None, (), (), (), effects),) if effects else ()
+    return Macrostep(before, what, microsteps, after, before.now)

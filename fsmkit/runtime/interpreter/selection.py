@@ -1,0 +1,125 @@
+"""Which transitions an event, a timeout or nothing at all enables (SCXML 3.13, Appendix D)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fsmkit.expressions import ContentError, RangeFault, evaluate
+from fsmkit.model.chart import Transition
+from fsmkit.model.document import Trigger
+from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.structure import compute_exit_set
+
+Enabled = tuple[Transition, ...]
+"""An optimal enabled set, in the order of the states that selected its members."""
+
+
+def select_eventless_transitions(g: Globals) -> Enabled:
+    """Return the optimal set of eventless transitions (Appendix D, selectEventlessTransitions)."""
+    table = g.index.eventless
+    enabled: list[Transition] = []
+    g.guards = {}
+    for leaf in atomic_states(g):
+        for state in g.index.chain[leaf]:
+            found = first_enabled(g, table[state])
+            if found is not None:
+                if found not in enabled:
+                    enabled.append(found)
+                break
+    return remove_conflicting_transitions(g, enabled)
+
+
+def select_transitions(g: Globals, event: int) -> tuple[Enabled, bool]:
+    """Return the optimal set that an event enables (Appendix D, selectTransitions).
+
+    And whether a state defers it: one that has no enabled transition for it and was reached from
+    an atomic state before any state that has one.
+    """
+    table, defers = g.index.by_event, g.index.defers
+    enabled: list[Transition] = []
+    is_deferred = False
+    g.guards = {}
+    for leaf in atomic_states(g):
+        for state in g.index.chain[leaf]:
+            found = first_enabled(g, table[state].get(event, ()))
+            if found is not None:
+                if found not in enabled:
+                    enabled.append(found)
+                break
+            if event in defers[state]:
+                is_deferred = True
+                break
+    return remove_conflicting_transitions(g, enabled), is_deferred
+
+
+def select_timeout(g: Globals, transition: Transition) -> Enabled:
+    """Return the transition whose delay has passed, if its guard is true."""
+    g.guards = {}
+    if transition.trigger is Trigger.SOMETIMES and transition.source not in g.configuration:
+        return ()
+    return (transition,) if condition_match(g, transition) else ()
+
+
+def atomic_states(g: Globals) -> list[int]:
+    """Return the active atomic states in document order."""
+    return sorted(g.index.leaves & g.configuration)
+
+
+def first_enabled(g: Globals, transitions: Sequence[Transition]) -> Transition | None:
+    """Return the first transition whose guard is true."""
+    for transition in transitions:
+        if condition_match(g, transition):
+            return transition
+    return None
+
+
+def condition_match(g: Globals, transition: Transition) -> bool:
+    """Evaluate a guard, once in a selection (Appendix D, conditionMatch; SCXML 5.9.1).
+
+    A guard that cannot be evaluated is false, and ``error.execution`` is raised.
+    """
+    if transition.guard is None:
+        return True
+    known = g.guards.get(transition.index)
+    if known is None:
+        known = g.guards[transition.index] = _evaluate_guard(g, transition)
+    return known
+
+
+def _evaluate_guard(g: Globals, transition: Transition) -> bool:
+    guard = transition.guard
+    if guard is None:
+        return True
+    try:
+        return bool(evaluate(guard, g))
+    except RangeFault:
+        g.stop("range")
+    except ContentError as error:
+        g.error("error.execution", str(error))
+    return False
+
+
+def remove_conflicting_transitions(g: Globals, enabled: Sequence[Transition]) -> Enabled:
+    """Return the transitions that are not preempted (Appendix D, removeConflictingTransitions).
+
+    Two conflict if their exit sets meet; then a descendant's wins over its ancestor's, else the
+    one that was selected first.
+    """
+    if len(enabled) < 2:
+        return tuple(enabled)
+    filtered: list[Transition] = []
+    for t1 in enabled:
+        exits = compute_exit_set(g, (t1,))
+        preempted = False
+        preempts: list[Transition] = []
+        for t2 in filtered:
+            if exits & compute_exit_set(g, (t2,)):
+                if g.chart.is_descendant(t1.source, t2.source):
+                    preempts.append(t2)
+                else:
+                    preempted = True
+                    break
+        if not preempted:
+            filtered = [t for t in filtered if t not in preempts]
+            filtered.append(t1)
+    return tuple(filtered)

@@ -1,0 +1,93 @@
+"""Domains, exit sets and effective targets: what depends on recorded histories (Appendix D)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from fsmkit.model.chart import Chart, Transition
+from fsmkit.model.document import Kind
+from fsmkit.model.structure import lcca
+from fsmkit.runtime.interpreter.globals import Globals
+
+
+def get_transition_domain(g: Globals, transition: Transition) -> int | None:
+    """Return the compound state below which all exits and entries lie (getTransitionDomain).
+
+    None for a targetless transition. Never a parallel state (findLCCA).
+    """
+    if not g.index.has_history_target[transition.index]:
+        return g.index.domains[transition.index]
+    targets = get_effective_target_states(g, transition)
+    if not targets:
+        return None
+    source = transition.source
+    if (
+        transition.internal
+        and g.chart.states[source].kind is Kind.COMPOUND
+        and all(g.chart.is_descendant(target, source) for target in targets)
+    ):
+        return source
+    return find_lcca(g.chart, (source, *targets))
+
+
+def find_lcca(chart: Chart, states: Sequence[int]) -> int:
+    """Return the least common compound ancestor (Appendix D, findLCCA)."""
+    return lcca(chart, states)
+
+
+def get_effective_target_states(g: Globals, transition: Transition) -> list[int]:
+    """Return the targets, histories replaced by what they stand for (getEffectiveTargetStates)."""
+    targets: dict[int, None] = {}
+    for target in transition.targets:
+        if not g.chart.states[target].is_history:
+            targets[target] = None
+        elif target in g.history:
+            targets |= dict.fromkeys(sorted(g.history[target]))
+        else:
+            default = default_transition(g, target)
+            targets |= dict.fromkeys(get_effective_target_states(g, default))
+    return list(targets)
+
+
+def default_transition(g: Globals, state: int) -> Transition:
+    """Return the initial transition of a compound state, or the default of a history."""
+    initial = g.chart.states[state].initial
+    assert initial is not None, state  # noqa: S101  (a chart is sound)
+    return g.chart.transitions[initial]
+
+
+def compute_exit_set(g: Globals, transitions: Iterable[Transition]) -> set[int]:
+    """Return the active states below the domains of the transitions (computeExitSet)."""
+    exits: set[int] = set()
+    for transition in transitions:
+        domain = get_transition_domain(g, transition)
+        if domain is not None:
+            last = g.chart.states[domain].last_descendant
+            exits.update(state for state in g.configuration if domain < state <= last)
+    return exits
+
+
+def get_proper_ancestors(g: Globals, state: int, limit: int | None) -> tuple[int, ...]:
+    """Return the ancestors below ``limit``, nearest first (Appendix D, getProperAncestors).
+
+    All of them, the root included, where the limit is None or no proper ancestor.
+    """
+    ancestors = g.index.chain[state][1:]
+    if limit in ancestors:
+        return ancestors[: ancestors.index(limit)]
+    return ancestors if limit is None else ()
+
+
+def is_in_final_state(g: Globals, state: int) -> bool:
+    """Whether a compound state is at a final child, a parallel one in all regions (Appendix D)."""
+    children = g.index.children[state]
+    match g.chart.states[state].kind:
+        case Kind.COMPOUND:
+            return any(
+                g.chart.states[child].kind is Kind.FINAL and child in g.configuration
+                for child in children
+            )
+        case Kind.PARALLEL:
+            return all(is_in_final_state(g, child) for child in children)
+        case _:
+            return False
