@@ -1,0 +1,75 @@
+"""Clocks and durations. Clocks count microseconds; a machine's tick is a whole number of them."""
+
+from __future__ import annotations
+
+import re
+import time
+from fractions import Fraction
+from typing import Protocol
+
+UNITS = {
+    "us": 1,
+    "ms": 1000,
+    "s": 1_000_000,
+    "m": 60_000_000,
+    "min": 60_000_000,
+    "h": 3_600_000_000,
+}
+DURATION = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*([a-z]*)\s*")
+
+
+def read_microseconds(text: str) -> int:
+    """Return the microseconds of ``500ms``, ``2s``, ``.5s`` ...; `ValueError` for anything else."""
+    match = DURATION.fullmatch(text)
+    if match is None or match[2] not in UNITS:
+        raise ValueError(f"is no duration such as `500ms` or `2s`: `{text}`")
+    exact = Fraction(match[1]) * UNITS[match[2]]
+    if exact.denominator != 1:
+        raise ValueError(f"is finer than a microsecond: `{text}`")
+    return int(exact)
+
+
+def duration_text(microseconds: int) -> str:
+    """Return a duration in the largest of us, ms and s that is exact, or seconds with a point."""
+    if microseconds >= 1_000_000 and microseconds % 1000 == 0:
+        seconds = f"{microseconds // 1_000_000}.{microseconds // 1000 % 1000:03}"
+        return f"{seconds.rstrip('0').rstrip('.')}s"
+    if microseconds % 1000 == 0:
+        return f"{microseconds // 1000}ms"
+    return f"{microseconds}us"
+
+
+class Clock(Protocol):
+    """Where a session reads the time."""
+
+    def microseconds(self) -> int:
+        """Return the time since the clock was made; it never goes back."""
+        ...
+
+
+class SimulatedClock:
+    """A clock that stands still until it is told to go on."""
+
+    def __init__(self) -> None:
+        self._now = 0
+
+    def microseconds(self) -> int:
+        """Return the time."""
+        return self._now
+
+    def advance(self, microseconds: int) -> None:
+        """Let time pass."""
+        if microseconds < 0:
+            raise ValueError(f"time does not go back: {microseconds}")
+        self._now += microseconds
+
+
+class WallClock:
+    """The monotonic clock of the operating system."""
+
+    def __init__(self) -> None:
+        self._start = time.monotonic_ns()
+
+    def microseconds(self) -> int:
+        """Return the time since this clock was made."""
+        return (time.monotonic_ns() - self._start) // 1000

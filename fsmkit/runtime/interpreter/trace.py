@@ -1,0 +1,152 @@
+"""Macrosteps as lines: the common currency of the interpreter and of every target.
+
+Differential tests compare these texts, so a line says nothing that only one runtime knows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import assert_never
+
+from fsmkit.expressions import Value
+from fsmkit.model.chart import Chart
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Cancelled,
+    Deferred,
+    Delayed,
+    Effect,
+    Emitted,
+    Entered,
+    Erred,
+    Exited,
+    Faulted,
+    Logged,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Postponed,
+    Raised,
+    Replied,
+    Sent,
+    Snapshot,
+    Spent,
+    Start,
+    Taken,
+    Timeout,
+    Unhandled,
+)
+
+CLOCK = 2**32
+"""Times in traces are modulo this, as in the 32 bits of a generated machine."""
+
+
+def trace_lines(chart: Chart, macrosteps: Iterable[Macrostep]) -> Iterator[str]:
+    """Yield the lines of macrosteps, in order of execution.
+
+    A delayed event that only changes place is no macrostep of its own and has no first and last
+    line.
+    """
+    for macrostep in macrosteps:
+        is_whole = not isinstance(macrostep.event, Delayed)
+        if is_whole:
+            yield f"@{macrostep.at % CLOCK} > {_cause(chart, macrostep.event)}"
+        for effect in macrostep.effects:
+            line = effect_line(chart, effect)
+            if line is not None:
+                yield line
+        if is_whole:
+            yield configuration_line(chart, macrostep.after)
+
+
+def dump_lines(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
+    """Yield ``d NAME VALUE`` for each data and output, in order."""
+    for variable, value in zip((*chart.data, *chart.outputs), snapshot.data, strict=True):
+        yield f"d {variable.name} {value_text(value)}"
+
+
+def configuration_line(chart: Chart, snapshot: Snapshot) -> str:
+    """Return the active atomic states in document order, and whether the machine is finished."""
+    leaves = sorted(index_of(chart).leaves & snapshot.configuration)
+    names = [chart.states[state].id for state in leaves]
+    return " ".join(("=", *names, *(("finished",) if snapshot.finished else ())))
+
+
+def effect_line(chart: Chart, effect: Effect) -> str | None:
+    """Return the line of an effect; None for those that a trace leaves out."""
+    match effect:
+        case Exited(state):
+            return f"- {chart.states[state].id}"
+        case Taken(transition):
+            return f"t {transition}"
+        case Entered(state):
+            return f"+ {chart.states[state].id}"
+        case Called(operation, arguments, result):
+            tail = () if result is None else ("=", value_text(result))
+            return " ".join(("op", operation, *map(value_text, arguments), *tail))
+        case Emitted(occurrence, peer):
+            tail = () if peer is None else ("to", peer)
+            return " ".join(("out", _event(chart, occurrence), *tail))
+        case Raised(occurrence):
+            return f"raise {_event(chart, occurrence)}"
+        case Sent(occurrence):
+            return f"send {_event(chart, occurrence)}"
+        case Postponed(what, delay):
+            return f"delay {_event(chart, what.occurrence)} in {delay}"
+        case Cancelled(name):
+            return f"cancel {name}"
+        case Logged(label, values):
+            return " ".join(("log", label, *map(value_text, values)))
+        case Replied(value):
+            return f"reply {value_text(value)}"
+        case Erred(name):
+            return f"error {name}"
+        case Unhandled(event):
+            return f"unhandled {chart.events[event].name}"
+        case Overflowed(queue):
+            return f"full {queue}"
+        case Faulted(reason):
+            return f"fault {reason}"
+        case Deferred() | Spent():
+            return None
+        case _:
+            assert_never(effect)
+
+
+def value_text(value: Value) -> str:
+    """Return a value as traces and scripts spell it, in every runtime alike."""
+    match value:
+        case bool():
+            return str(int(value))
+        case int():
+            return str(value)
+        case float():
+            return f"{value:.17g}"
+        case str():
+            return f'"{value}"'
+        case tuple():
+            return f"[{' '.join(map(value_text, value))}]"
+        case _:
+            assert_never(value)
+
+
+def _cause(chart: Chart, event: Occurrence | Timeout | Delayed | Start | None) -> str:
+    match event:
+        case Start():
+            return "start"
+        case Occurrence():
+            return f"event {_event(chart, event)}"
+        case Timeout(transition):
+            return f"timeout {transition}"
+        case Delayed(occurrence):
+            return f"event {_event(chart, occurrence)}"
+        case None:
+            return "eventless"
+        case _:
+            assert_never(event)
+
+
+def _event(chart: Chart, occurrence: Occurrence) -> str:
+    name = chart.events[occurrence.event].name
+    return " ".join((name, *map(value_text, occurrence.payload)))

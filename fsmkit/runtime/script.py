@@ -1,0 +1,217 @@
+"""Scripts: what a host does with a machine, line by line, the same for every runtime.
+
+Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``input NAME VALUE``,
+``run NOW``, ``seed N``, ``dump``. Times are ticks modulo 2^32. Operations return pseudo-random
+values, the same in every harness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from difflib import get_close_matches
+from typing import assert_never
+
+from fsmkit.diagnostics import FsmkitError, Source, Span, Text, fail
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
+from fsmkit.model.chart import Chart
+from fsmkit.runtime import interpreter
+from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
+from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines
+from fsmkit.runtime.values import part_types, read_value, tokens
+
+LARGEST_RANGE = 2**22
+"""Wider ranges are sampled from this many of their least values."""
+
+
+class SeededHost:
+    """Operations that return pseudo-random values: a linear congruential generator mod 2^31."""
+
+    def __init__(self, chart: Chart, seed: int = 1) -> None:
+        self.state = seed
+        self._results = {operation.name: operation.result for operation in chart.operations}
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Return the next value of the result type."""
+        del arguments
+        result = self._results[operation]
+        return None if result is None else self._value(result)
+
+    def _value(self, type_: Type) -> Value:
+        if isinstance(type_, ArrayType | RecordType):
+            return tuple(self._value(part) for part in part_types(type_))
+        self.state = x = (1103515245 * self.state + 12345) % 2**31
+        match type_:
+            case BoolType():
+                return bool(x >> 16 & 1)
+            case IntType(lo, hi):
+                return lo + (x >> 8) % min(hi - lo + 1, LARGEST_RANGE)
+            case EnumType(_, members):
+                return (x >> 8) % len(members)
+            case DurationType():
+                return (x >> 8) % 1001
+            case FloatType():
+                return ((x >> 8) % 2001 - 1000) / 8
+            case SymbolType():
+                return ""
+            case _:
+                assert_never(type_)
+
+
+def run_script(chart: Chart, lines: Sequence[str]) -> list[str]:
+    """Run the interpreter by a script and return the trace; `FsmkitError` for a wrong line."""
+    source = Source("<script>", "".join(f"{line}\n" for line in lines))
+    player = Player(chart)
+    trace: list[str] = []
+    offset = 0
+    for line in lines:
+        trace += player.play(Text(line, Span(source, offset, offset + len(line))))
+        offset += len(line) + 1
+    return trace
+
+
+class Player:
+    """A machine under a script."""
+
+    def __init__(self, chart: Chart) -> None:
+        self.chart = chart
+        self.host = SeededHost(chart)
+        self.snapshot = interpreter.initial(chart)
+        self._now = 0
+        """Not wrapped: the interpreter compares times as numbers."""
+
+    def play(self, line: Text) -> Iterator[str]:
+        """Do what a line says and yield the trace of it."""
+        words = iter(tokens(line.value))
+        verb = next(words, "")
+        match verb:
+            case "start":
+                self._pass_time(self._number(words, line))
+                inputs = self.snapshot.inputs
+                yield from self._told(
+                    (interpreter.start(self.chart, self._now, self.host, inputs),)
+                )
+            case "run":
+                self._pass_time(self._number(words, line))
+                yield from self._told(
+                    interpreter.run(self.chart, self.snapshot, self._now, self.host)
+                )
+            case "post":
+                posted = interpreter.post(self.chart, self.snapshot, self._event(words, line))
+                if posted is None:
+                    yield "full queue"
+                else:
+                    self.snapshot = posted
+            case "dispatch":
+                occurrence = self._event(words, line)
+                if self.snapshot.running:
+                    done, _, _ = interpreter.dispatch(
+                        self.chart, self.snapshot, occurrence, self._now, self.host
+                    )
+                    yield from self._told((done,))
+            case "input":
+                self._set_input(words, line)
+            case "seed":
+                self.host.state = self._number(words, line)
+            case "dump":
+                yield from dump_lines(self.chart, self.snapshot)
+            case _:
+                raise _wrong(line, f"there is no script line `{verb}`", KNOWN)
+        if next(words, None) is not None:
+            raise _wrong(line, "there are words left at the end of the line", KNOWN)
+
+    def _told(self, macrosteps: tuple[Macrostep, ...]) -> Iterator[str]:
+        if macrosteps:
+            self.snapshot = macrosteps[-1].after
+        self.snapshot = interpreter.at_time(self.snapshot, self._now)
+        return trace_lines(self.chart, macrosteps)
+
+    def _pass_time(self, now: int) -> None:
+        """Take the reading of a 32-bit clock that may have wrapped around since the last one."""
+        passed = (now - self._now) % CLOCK
+        self._now += passed if passed < CLOCK // 2 else passed - CLOCK
+
+    def _number(self, words: Iterator[str], line: Text) -> int:
+        word = next(words, "")
+        if not word.isdecimal():
+            raise _wrong(line, f"`{word}` is no number", KNOWN)
+        return int(word)
+
+    def _event(self, words: Iterator[str], line: Text) -> Occurrence:
+        return read_event(self.chart, words, line)
+
+    def _set_input(self, words: Iterator[str], line: Text) -> None:
+        name = next(words, "")
+        names = [variable.name for variable in self.chart.inputs]
+        if name not in names:
+            raise _unknown(line, "input", name, names)
+        place = names.index(name)
+        value = self._value(words, self.chart.inputs[place].type, line, name)
+        inputs = (*self.snapshot.inputs[:place], value, *self.snapshot.inputs[place + 1 :])
+        self.snapshot = replace(self.snapshot, inputs=inputs)
+
+    def _value(self, words: Iterator[str], type_: Type, line: Text, name: str) -> Value:
+        try:
+            return read_value(words, type_, self.chart.capacities.tick)
+        except ValueError as error:
+            raise _wrong(line, f"`{name}` {error}") from error
+
+
+KNOWN = "use `start`, `run`, `post`, `dispatch`, `input`, `seed` or `dump`"
+
+
+def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
+    """Read an event and a value for each of its fields, by position or as ``name=value``."""
+    name = next(words, "")
+    index = chart.event_index.get(name)
+    if index is None:
+        known = [event.name for event in chart.events if event.directions]
+        raise _unknown(line, "event", name, known)
+    fields = chart.events[index].fields
+    rest = _in_order(list(words), [field.name for field in fields])
+    payload: list[Value] = []
+    for field in fields:
+        try:
+            payload.append(read_value(rest, field.type, chart.capacities.tick))
+        except ValueError as error:
+            raise _wrong(line, f"`{field.name}` of `{name}` {error}") from error
+    left = next(rest, None)
+    if left is not None:
+        raise _wrong(line, f"the event `{name}` does not take `{left}`")
+    return Occurrence(index, tuple(payload))
+
+
+def _in_order(words: list[str], names: list[str]) -> Iterator[str]:
+    """Return the words in the order of the names, where they are given as ``name=value``."""
+    given: dict[str, list[str]] = {}
+    current = ""
+    for word in words:
+        name, equals, value = word.partition("=")
+        if equals and name in names and name not in given:
+            current, word = name, value  # noqa: PLW2901  (what is left of it)
+        given.setdefault(current, []).extend([word] if word else [])
+    if not any(name in given for name in names):
+        return iter(words)
+    return iter([*(w for name in names for w in given.get(name, ())), *given.get("", ())])
+
+
+def _unknown(line: Text, kind: str, name: str, known: Sequence[str]) -> FsmkitError:
+    close = get_close_matches(name, known, 1)
+    listed = ", ".join(known) or "none"
+    help_ = f"did you mean `{close[0]}`?" if close else f"there are: {listed}"
+    return _wrong(line, f"there is no {kind} `{name}`", help_)
+
+
+def _wrong(line: Text, message: str, help_: str | None = None) -> FsmkitError:
+    return fail("wrong-script-line", message, line, help=help_)
