@@ -1,0 +1,95 @@
+/* composition.h: the inside of system.c, local steps (local.c) and global ones (system.c). */
+#ifndef FSM_COMPOSITION_H
+#define FSM_COMPOSITION_H
+
+#include "memo.h"
+#include "store.h"
+#include "system.h"
+
+typedef struct {
+    uint32_t *items;
+    size_t count, room;
+} fsm_numbers;
+
+/* A local step and what it led to. Ranges are of `numbers`. */
+typedef struct {
+    uint32_t next;
+    uint32_t argument;
+    uint32_t messages, message_count;
+    uint32_t notes, note_count;
+    uint32_t choices, choice_count;
+    fsm_action action;
+    fsm_kind kind;
+} fsm_local_step;
+
+typedef struct {
+    fsm_view view;
+    uint32_t configuration;
+    uint32_t elapsed;             /* local state after a unit of time; FSM_NONE: not asked yet */
+    uint32_t own, own_count;      /* its own steps, and what may happen to it; ranges of `steps` */
+    uint32_t open, open_count;
+    bool known;                   /* the steps are there */
+    bool busy;                    /* an own step is internal */
+    bool owed;                    /* something that is owed can happen */
+} fsm_local_info;
+
+/* A value for an input or an event for a queue, on its way. */
+typedef struct {
+    uint32_t target, number;
+    uint32_t is_input;
+    uint32_t count;
+    fsm_value values[FSM_VALUES];
+} fsm_message;
+
+struct fsm_composition {
+    const fsm_system *system;
+    fsm_model model;
+    size_t memory_limit;
+    const char *failure;
+    fsm_store locals[FSM_MACHINES];
+    fsm_local_info *infos[FSM_MACHINES];
+    uint32_t info_room[FSM_MACHINES];
+    fsm_store configurations[FSM_MACHINES];
+    fsm_bounds bounds[FSM_MACHINES];
+    unsigned char *states_seen[FSM_MACHINES], *transitions_seen[FSM_MACHINES];
+    fsm_local_step *steps;
+    size_t step_count, step_room;
+    fsm_numbers numbers;          /* messages, notes and choices of steps */
+    fsm_store messages;
+    fsm_memo deliveries;          /* (local state, message) -> (local state, full) */
+    unsigned char *before, *after; /* room for the largest struct */
+    size_t store_bytes;
+    uint32_t marks[FSM_NOTES + FSM_MACHINES];
+    fsm_description last[FSM_MACHINES];
+};
+
+bool fsm_fail(fsm_composition *self, const char *why);
+bool fsm_push_number(fsm_composition *self, fsm_numbers *numbers, uint32_t number);
+
+/* Number of a local state; FSM_NONE if memory ran out. */
+uint32_t fsm_intern(fsm_composition *self, uint32_t machine, const void *state);
+
+static inline fsm_local_info *fsm_info(const fsm_composition *self, uint32_t machine, uint32_t local)
+{
+    return &self->infos[machine][local];
+}
+
+/* Fills in the steps of a local state. */
+bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local);
+
+/* Runs one action with every sequence of choices and appends the outcomes to `steps`. */
+bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_action action,
+                 uint32_t argument, fsm_kind kind);
+
+/* The local state after a unit of time. */
+uint32_t fsm_elapse(fsm_composition *self, uint32_t machine, uint32_t local);
+
+/* The local state of the target after a message has come; `*full` if there was no room for it. */
+uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bool *full);
+
+/* Number of a message; FSM_NONE if memory ran out. */
+uint32_t fsm_intern_message(fsm_composition *self, const fsm_message *message);
+
+size_t fsm_composition_bytes(const fsm_composition *self);
+
+#endif

@@ -1,0 +1,326 @@
+/* main.c: the explorer as a program. It prints one JSON document a line: progress, then a result;
+ * or, with --replay, the steps of one path as the machines perform them.
+ *
+ *   explore [--memory BYTES] [--timeout SECONDS] [--progress] [--livelock] [--traps]
+ *   explore --replay ORDINAL,ORDINAL,... */
+#include "cycles.h"
+#include "search.h"
+#include "system.h"
+
+#include <inttypes.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+extern const fsm_system fsm_the_system;
+
+static volatile sig_atomic_t interrupted;
+
+static void interrupt(int signal_number)
+{
+    (void)signal_number;
+    interrupted = 1;
+}
+
+typedef struct {
+    size_t memory;
+    double timeout; /* seconds; 0: none */
+    bool progress, livelock, traps;
+    time_t started, last_shown;
+} options;
+
+static bool keep_on(fsm_search *search)
+{
+    options *o = search->context;
+    time_t now = time(NULL);
+    if (interrupted)
+        search->outcome = FSM_INTERRUPTED;
+    else if (o->timeout > 0 && difftime(now, o->started) >= o->timeout)
+        search->outcome = FSM_OUT_OF_TIME;
+    if (o->progress && now != o->last_shown) {
+        o->last_shown = now;
+        printf("{\"progress\": {\"states\": %" PRIu32 ", \"expanded\": %" PRIu32 ", \"transitions\": %" PRIu64
+               ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
+               search->passed.count, search->next, search->transitions, search->depth,
+               fsm_search_bytes(search));
+        (void)fflush(stdout);
+    }
+    return search->outcome == FSM_COMPLETE;
+}
+
+static const char *outcome_name(fsm_outcome outcome)
+{
+    switch (outcome) {
+    case FSM_COMPLETE:
+        return "complete";
+    case FSM_OUT_OF_MEMORY:
+        return "memory";
+    case FSM_OUT_OF_TIME:
+        return "time";
+    case FSM_INTERRUPTED:
+        return "interrupted";
+    case FSM_MODEL_FAILED:
+        break;
+    }
+    return "failed";
+}
+
+/* Prints the path to a state and one more step, unless that is FSM_NONE. */
+static void print_path(const fsm_search *search, uint32_t state, uint32_t step)
+{
+    uint32_t length = fsm_search_path(search, state, NULL);
+    uint32_t *path = malloc(((size_t)length + 1) * sizeof *path);
+    if (path == NULL) {
+        printf("[]");
+        return;
+    }
+    (void)fsm_search_path(search, state, path);
+    if (step != FSM_NONE)
+        path[length++] = step;
+    printf("[");
+    for (uint32_t i = 0; i < length; i++)
+        printf("%s%" PRIu32, i == 0 ? "" : ", ", path[i]);
+    printf("]");
+    free(path);
+}
+
+static void print_marks(const fsm_search *search)
+{
+    bool first = true;
+    printf("\"marks\": [");
+    for (uint32_t mark = 0; mark < search->model->mark_count; mark++) {
+        fsm_witness witness = search->witnesses[mark];
+        if (witness.count == 0)
+            continue;
+        printf("%s{\"mark\": %" PRIu32 ", \"count\": %" PRIu64 ", \"path\": ", first ? "" : ", ", mark,
+               witness.count);
+        print_path(search, witness.state, witness.step);
+        printf("}");
+        first = false;
+    }
+    printf("]");
+}
+
+static void print_livelock(fsm_search *search, bool asked)
+{
+    fsm_cycle cycle = {.state = FSM_NONE};
+    bool known = asked && search->outcome == FSM_COMPLETE && fsm_find_livelock(search, &cycle);
+    printf(", \"livelock_known\": %s, \"livelock\": ", known ? "true" : "false");
+    if (cycle.state == FSM_NONE) {
+        printf("null");
+        return;
+    }
+    printf("{\"path\": ");
+    print_path(search, cycle.state, FSM_NONE);
+    printf(", \"cycle\": [");
+    for (uint32_t i = 0; i < cycle.length; i++)
+        printf("%s%" PRIu32, i == 0 ? "" : ", ", cycle.steps[i]);
+    printf("]}");
+    free(cycle.steps);
+}
+
+enum { MOST_TRAPS = 64 };
+
+typedef struct {
+    const fsm_search *search;
+    uint32_t states[MOST_TRAPS], shown[MOST_TRAPS], count;
+} traps;
+
+/* Keeps the oldest trap of each configuration. */
+static void note_trap(void *context, uint32_t state)
+{
+    traps *self = context;
+    const fsm_model *model = self->search->model;
+    uint32_t shown = model->configuration(model->self, fsm_store_at(&self->search->passed, state));
+    for (uint32_t i = 0; i < self->count; i++)
+        if (self->shown[i] == shown) {
+            self->states[i] = state < self->states[i] ? state : self->states[i];
+            return;
+        }
+    if (self->count < MOST_TRAPS) {
+        self->states[self->count] = state;
+        self->shown[self->count++] = shown;
+    }
+}
+
+static void print_traps(fsm_search *search, bool asked)
+{
+    traps found = {.search = search};
+    bool known = asked && search->outcome == FSM_COMPLETE && fsm_find_traps(search, note_trap, &found);
+    printf(", \"traps_known\": %s, \"traps\": [", known ? "true" : "false");
+    for (uint32_t i = 0; i < found.count; i++) {
+        printf("%s", i == 0 ? "" : ", ");
+        print_path(search, found.states[i], FSM_NONE);
+    }
+    printf("]");
+}
+
+static void print_seen(const char *name, const unsigned char *seen, uint32_t count)
+{
+    printf(", \"%s\": \"", name);
+    for (uint32_t i = 0; i < count; i++)
+        printf("%c", seen[i] ? '1' : '0');
+    printf("\"");
+}
+
+static void print_machines(const fsm_composition *composition)
+{
+    const fsm_system *system = &fsm_the_system;
+    printf(", \"machines\": [");
+    for (uint32_t i = 0; i < system->machine_count; i++) {
+        fsm_bounds bounds = fsm_composition_bounds(composition, i);
+        printf("%s{\"locals\": %" PRIu32 ", \"queue\": %" PRIu32 ", \"timers\": %" PRIu32
+               ", \"microsteps\": %" PRIu32 ", \"internal\": %" PRIu32,
+               i == 0 ? "" : ", ", fsm_local_count(composition, i), bounds.queue, bounds.timers,
+               bounds.microsteps, bounds.internal);
+        print_seen("states", fsm_states_seen(composition, i), system->machines[i].state_count);
+        print_seen("transitions", fsm_transitions_seen(composition, i),
+                   system->machines[i].transition_count);
+        printf("}");
+    }
+    printf("]");
+}
+
+static int explore(fsm_composition *composition, options *o)
+{
+    fsm_search search;
+    if (!fsm_search_init(&search, fsm_composition_model(composition), o->memory))
+        return 2;
+    search.keep_on = keep_on;
+    search.context = o;
+    clock_t begin = clock();
+    fsm_search_run(&search);
+    const char *why = search.model->failure(search.model->self);
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"expanded\": %" PRIu32
+           ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, ",
+           outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.next,
+           search.transitions, search.depth, fsm_search_bytes(&search));
+    print_marks(&search);
+    print_livelock(&search, o->livelock);
+    print_traps(&search, o->traps);
+    print_machines(composition);
+    printf(", \"seconds\": %.3f}}\n", (double)(clock() - begin) / CLOCKS_PER_SEC);
+    fsm_search_free(&search);
+    return 0;
+}
+
+/* --- replay ----------------------------------------------------------------------------------- */
+
+typedef struct {
+    const fsm_composition *composition;
+    uint32_t wanted, at;
+    fsm_description what[FSM_MACHINES];
+    uint32_t choices[FSM_MACHINES][FSM_CHOICES];
+    uint32_t state[FSM_MACHINES];
+    bool found;
+} replay;
+
+static bool pick(void *context, const fsm_step *step)
+{
+    replay *self = context;
+    if (self->at++ != self->wanted)
+        return true;
+    uint32_t machines = fsm_the_system.machine_count;
+    memcpy(self->state, step->state, machines * sizeof *self->state);
+    for (uint32_t i = 0; i < machines; i++) {
+        self->what[i] = fsm_describe(self->composition, i);
+        for (uint32_t c = 0; c < self->what[i].choice_count; c++)
+            self->choices[i][c] = self->what[i].choices[c];
+        self->what[i].choices = self->choices[i];
+    }
+    self->found = true;
+    return false;
+}
+
+static const char *action_name(fsm_action action)
+{
+    static const char *const names[] = {"start", "take", "fire", "eventless", "occur", "elapse"};
+    return names[action];
+}
+
+static bool run_described(const fsm_composition *composition, fsm_description what)
+{
+    const fsm_machine *m = &fsm_the_system.machines[what.machine];
+    printf("{\"step\": {\"action\": \"%s\", \"machine\": %" PRIu32 ", \"argument\": %" PRIu32 ", \"choices\": [",
+           action_name(what.action), what.machine, what.argument);
+    for (uint32_t i = 0; i < what.choice_count; i++)
+        printf("%s%" PRIu32, i == 0 ? "" : ", ", what.choices[i]);
+    printf("]}}\n");
+    if (what.action == FSM_ELAPSE)
+        return true;
+    void *after = malloc(m->size);
+    if (after == NULL)
+        return false;
+    fsm_run_again(composition, what, after);
+    m->dump(after);
+    free(after);
+    return true;
+}
+
+static bool replay_step(replay *self, uint32_t ordinal, bool first)
+{
+    const fsm_model *model = fsm_composition_model(self->composition);
+    uint32_t before[FSM_MACHINES] = {0};
+    memcpy(before, self->state, model->state_size);
+    self->wanted = ordinal;
+    self->at = 0;
+    self->found = false;
+    (void)(first ? model->initial(model->self, pick, self) : model->successors(model->self, before, pick, self));
+    if (!self->found)
+        return false;
+    if (!first)
+        return run_described(self->composition, self->what[0]);
+    for (uint32_t i = 0; i < fsm_the_system.machine_count; i++)
+        if (!run_described(self->composition, self->what[i]))
+            return false;
+    return true;
+}
+
+static int replay_path(const fsm_composition *composition, const char *path)
+{
+    replay self = {.composition = composition};
+    bool first = true;
+    while (*path != '\0') {
+        char *end;
+        unsigned long ordinal = strtoul(path, &end, 10);
+        if (end == path || !replay_step(&self, (uint32_t)ordinal, first)) {
+            (void)fprintf(stderr, "there is no such step: %s\n", path);
+            return 2;
+        }
+        first = false;
+        path = *end == ',' ? end + 1 : end;
+    }
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    options o = {.memory = (size_t)1 << 32, .started = time(NULL)};
+    const char *path = NULL;
+    for (int i = 1; i < argc; i++) {
+        bool more = i + 1 < argc;
+        if (strcmp(argv[i], "--progress") == 0)
+            o.progress = true;
+        else if (strcmp(argv[i], "--livelock") == 0)
+            o.livelock = true;
+        else if (strcmp(argv[i], "--traps") == 0)
+            o.traps = true;
+        else if (more && strcmp(argv[i], "--memory") == 0)
+            o.memory = (size_t)strtoull(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--timeout") == 0)
+            o.timeout = strtod(argv[++i], NULL);
+        else if (more && strcmp(argv[i], "--replay") == 0)
+            path = argv[++i];
+        else
+            return 2;
+    }
+    (void)signal(SIGINT, interrupt);
+    fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);
+    if (composition == NULL)
+        return 2;
+    int code = path != NULL ? replay_path(composition, path) : explore(composition, &o);
+    fsm_composition_free(composition);
+    return code;
+}

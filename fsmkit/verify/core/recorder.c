@@ -1,0 +1,81 @@
+#include "recorder.h"
+
+fsm_recorder fsm_recording;
+
+void fsm_recorder_begin(void)
+{
+    fsm_recorder *self = &fsm_recording;
+    self->sent_count = self->note_count = self->choice_at = 0;
+    self->microsteps = self->most_microsteps = self->most_internal = 0;
+    self->took = false;
+}
+
+void fsm_recorder_forget(void)
+{
+    fsm_recording.choice_count = 0;
+}
+
+/* An odometer: the last choice goes on; where it is through, the one before it. */
+bool fsm_recorder_advance(void)
+{
+    fsm_recorder *self = &fsm_recording;
+    while (self->choice_count > 0) {
+        uint32_t last = self->choice_count - 1;
+        if (++self->chosen[last] < self->limits[last])
+            return true;
+        self->choice_count = last;
+    }
+    return false;
+}
+
+uint32_t fsm_choose(uint32_t n)
+{
+    fsm_recorder *self = &fsm_recording;
+    if (n < 2)
+        return 0;
+    if (self->choice_at == FSM_CHOICES) {
+        self->too_much = "too many choices in one step";
+        return 0;
+    }
+    uint32_t at = self->choice_at++;
+    if (at == self->choice_count) {
+        self->chosen[at] = 0;
+        self->choice_count++;
+    }
+    self->limits[at] = n;
+    return self->chosen[at] < n ? self->chosen[at] : 0;
+}
+
+void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values)
+{
+    fsm_recorder *self = &fsm_recording;
+    if (self->sent_count == FSM_SENT || count > FSM_VALUES) {
+        self->too_much = "too many messages in one step";
+        return;
+    }
+    fsm_sent *sent = &self->sent[self->sent_count++];
+    *sent = (fsm_sent){.port = port, .count = count};
+    for (uint32_t i = 0; i < count; i++)
+        sent->values[i] = values[i];
+}
+
+void fsm_note(uint32_t note)
+{
+    fsm_recorder *self = &fsm_recording;
+    for (uint32_t i = 0; i < self->note_count; i++)
+        if (self->notes[i] == note)
+            return;
+    if (self->note_count < FSM_NOTES)
+        self->notes[self->note_count++] = note;
+}
+
+void fsm_note_taken(uint32_t transition)
+{
+    fsm_recording.took = true;
+    fsm_recording.transitions_seen[transition] = 1;
+}
+
+void fsm_note_entered(uint32_t state)
+{
+    fsm_recording.states_seen[state] = 1;
+}

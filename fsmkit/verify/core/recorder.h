@@ -1,0 +1,55 @@
+/* recorder.h: what a machine does during one local step, noted by the operations, ports and hooks
+ * that the adapter defines, and the choices made for it. There is one recorder: a step is run, read
+ * off, and forgotten before the next. */
+#ifndef FSM_RECORDER_H
+#define FSM_RECORDER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef int64_t fsm_value; /* floats travel as their bits */
+
+enum {
+    FSM_VALUES = 16,   /* values of one message */
+    FSM_SENT = 256,    /* messages of one local step */
+    FSM_CHOICES = 256, /* choices of one local step */
+    FSM_NOTES = 64     /* marks of one local step */
+};
+
+typedef struct {
+    uint32_t port, count;
+    fsm_value values[FSM_VALUES];
+} fsm_sent;
+
+typedef struct {
+    fsm_sent sent[FSM_SENT];
+    uint32_t sent_count;
+    uint32_t notes[FSM_NOTES]; /* what is noted of a step: marks of the machine, counted from its first */
+    uint32_t note_count;
+    uint32_t chosen[FSM_CHOICES], limits[FSM_CHOICES];
+    uint32_t choice_count, choice_at;
+    bool took;               /* a transition was taken */
+    uint32_t microsteps, most_microsteps, most_internal;
+    unsigned char *states_seen, *transitions_seen; /* of the machine at hand; coverage of the whole run */
+    const char *too_much;    /* a bound above was passed */
+    bool tracing;            /* print what happens */
+} fsm_recorder;
+
+extern fsm_recorder fsm_recording;
+
+/* Marks of a machine: these two, then one for each event that was not answered. */
+enum { FSM_NOTE_FULL, FSM_NOTE_FAULT, FSM_NOTE_UNHANDLED };
+
+void fsm_recorder_begin(void);   /* before a step; the choices stay */
+bool fsm_recorder_advance(void); /* to the next sequence of choices; false after the last */
+void fsm_recorder_forget(void);  /* the choices */
+
+/* What the adapter calls. */
+uint32_t fsm_choose(uint32_t n); /* a value below n, each in turn */
+void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values);
+void fsm_note(uint32_t note);
+void fsm_note_taken(uint32_t transition);
+void fsm_note_entered(uint32_t state);
+
+#endif

@@ -1,0 +1,125 @@
+/* system.h: machines, their wires and their environment, put together as one fsm_model.
+ *
+ * A local state is the struct of a machine, as shipped. Local states are interned; a global state is
+ * one number for each machine. A local step is run once for each local state and action, by the
+ * machine's own code; its outcomes are kept. So the machines run seldom, and the search is look-ups.
+ *
+ * The steps of a global state, in this order:
+ *   while a machine of the environment has an event waiting, only such machines move;
+ *   else each machine in turn: an eventless transition that its inputs enable; else the next event of
+ *   its queue; else a timer that is due (untimed: any armed one), and spontaneous transitions;
+ *   then what may happen to each machine, while at most `patience` events wait in all queues;
+ *   and time passes if no machine has anything to do and some timer is armed. */
+#ifndef FSM_SYSTEM_H
+#define FSM_SYSTEM_H
+
+#include "model.h"
+#include "recorder.h"
+
+enum { FSM_MACHINES = 64 };
+
+typedef struct {
+    uint32_t waiting; /* events that can be taken from the queue now */
+    uint32_t queued;  /* all events kept in it */
+    uint32_t armed;   /* timers */
+    uint32_t awaited; /* timers that are not assumed to stay silent */
+    bool due;         /* a timer is due */
+    bool running;     /* started, neither finished nor stopped by a fault */
+    bool faulted;
+    bool at_rest;     /* finished, or every active leaf may wait for ever */
+} fsm_view;
+
+typedef struct {
+    const char *name;
+    size_t size;
+    bool environment;
+    uint32_t state_count, transition_count, event_count;
+    size_t configuration_size;
+    void (*init)(void *m);
+    void (*start)(void *m);
+    void (*take)(void *m);
+    bool (*fire)(void *m, uint32_t timer);  /* the first due one; untimed: that armed one, false: silent */
+    bool (*eventless)(void *m);             /* whether a transition was taken; NULL where none reads inputs */
+    void (*occur)(void *m, uint32_t event, const fsm_value *values); /* at once, ahead of the queue */
+    bool (*post)(void *m, uint32_t event, const fsm_value *values);  /* false: full */
+    void (*elapse)(void *m, uint32_t ticks);
+    void (*set_input)(void *m, uint32_t input, fsm_value value);
+    fsm_value (*output)(const void *m, uint32_t output);
+    void (*choose_inputs)(void *m);         /* of an open chart, before each step; else NULL */
+    void (*settle)(void *m);                /* after each step: what does not count as state is cleared */
+    fsm_view (*view)(const void *m);
+    void (*configuration)(const void *m, unsigned char *shown);
+    void (*dump)(const void *m);            /* data and outputs, as trace lines */
+} fsm_machine;
+
+typedef struct {
+    uint32_t source, port, target, event, count;
+    uint32_t from[FSM_VALUES]; /* for each field of the event: the value of the port it takes */
+} fsm_event_link;
+
+typedef struct {
+    uint32_t source, output, target, input;
+} fsm_input_link;
+
+/* Something that can happen to a machine from outside. */
+typedef struct {
+    uint32_t machine, event;
+    fsm_value values[FSM_VALUES];
+    bool owed;        /* happens some time if it stays possible */
+    bool spontaneous; /* a transition of the machine itself */
+} fsm_possible;
+
+typedef struct {
+    const fsm_machine *machines;
+    const fsm_event_link *event_links;
+    const fsm_input_link *input_links;
+    const fsm_possible *possible;
+    uint32_t machine_count, event_link_count, input_link_count, possible_count, property_count;
+    bool (*judge)(const void *const *machines, uint32_t property); /* whether to mark the state */
+    bool untimed, open;
+    uint32_t unit;     /* ticks that pass at once; 0: none ever do */
+    uint32_t patience;
+} fsm_system;
+
+typedef enum {
+    FSM_START,
+    FSM_TAKE,
+    FSM_FIRE,
+    FSM_EVENTLESS,
+    FSM_OCCUR,
+    FSM_ELAPSE
+} fsm_action;
+
+/* Marks: 0 deadlock, then the properties, then those of each machine (recorder.h). */
+uint32_t fsm_first_mark(const fsm_system *system, uint32_t machine);
+
+typedef struct {
+    uint32_t queue, timers, microsteps, internal;
+} fsm_bounds;
+
+typedef struct fsm_composition fsm_composition;
+
+fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit);
+void fsm_composition_free(fsm_composition *self);
+const fsm_model *fsm_composition_model(const fsm_composition *self);
+fsm_bounds fsm_composition_bounds(const fsm_composition *self, uint32_t machine);
+const unsigned char *fsm_states_seen(const fsm_composition *self, uint32_t machine);
+const unsigned char *fsm_transitions_seen(const fsm_composition *self, uint32_t machine);
+uint32_t fsm_local_count(const fsm_composition *self, uint32_t machine);
+const void *fsm_local(const fsm_composition *self, uint32_t machine, uint32_t number);
+
+/* The step last given to `emit`: what it was. For FSM_START, `machine` counts through all. */
+typedef struct {
+    fsm_action action;
+    uint32_t machine, argument;
+    uint32_t before; /* the local state it starts from */
+    const uint32_t *choices;
+    uint32_t choice_count;
+} fsm_description;
+
+fsm_description fsm_describe(const fsm_composition *self, uint32_t machine);
+
+/* Runs a described step again, into `after` (of the machine's size), tracing. */
+void fsm_run_again(const fsm_composition *self, fsm_description what, void *after);
+
+#endif
