@@ -1,0 +1,90 @@
+"""Operations and out-events bound to Python: methods of an object, or functions by name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.expressions import Value
+from fsmkit.model.chart import Chart, Operation
+from fsmkit.runtime.values import from_python, to_python
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """An event that left the machine: its name, its payload by field, and the peer named in it."""
+
+    event: str
+    fields: Mapping[str, object]
+    peer: str | None = None
+
+
+class BoundHost:
+    """Performs operations by calling Python; values go out and in as Python has them."""
+
+    def __init__(self, chart: Chart, operations: object) -> None:
+        self._operations = {operation.name: operation for operation in chart.operations}
+        self._functions = bind_operations(chart, operations)
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Call the function of an operation; what it raises goes through to the caller."""
+        declared = self._operations[operation]
+        given = [
+            to_python(value, parameter.type)
+            for value, parameter in zip(arguments, declared.parameters, strict=True)
+        ]
+        result = self._functions[operation](*given)
+        if declared.result is None:
+            return None
+        try:
+            return from_python(result, declared.result)
+        except ValueError as error:
+            raise fail(
+                "wrong-result",
+                f"what the operation `{operation}` returned {error}",
+                declared.span,
+                help=f"return a value of `{declared.result}`",
+            ) from error
+
+
+def bind_operations(chart: Chart, operations: object) -> dict[str, Callable[..., Any]]:
+    """Return the function of each operation; `FsmkitError` that lists those there are none for."""
+    found = {operation.name: find(operations, operation.name) for operation in chart.operations}
+    missing = [operation for operation in chart.operations if found[operation.name] is None]
+    if missing:
+        raise missing_operations(chart, missing)
+    return {name: function for name, function in found.items() if function is not None}
+
+
+def missing_operations(chart: Chart, missing: Iterable[Operation]) -> FsmkitError:
+    """Return the error that names the operations nobody performs, each where it is declared."""
+    findings = Findings()
+    for operation in missing:
+        parameters = "".join(f", {parameter.name}" for parameter in operation.parameters)
+        findings.add(
+            "missing-operation",
+            f"nothing performs the operation `{operation.name}` of the chart `{chart.name}`",
+            operation.span,
+            help=f"define `def {operation.name}(self{parameters})` in the object that is bound",
+        )
+    return FsmkitError(findings)
+
+
+def find(operations: object, name: str) -> Callable[..., Any] | None:
+    """Return what an object, or a mapping of functions, has under a name."""
+    identifier = re.sub(r"\W", "_", name)
+    if isinstance(operations, Mapping):
+        found = operations.get(name, operations.get(identifier))
+    else:
+        found = getattr(operations, identifier, None)
+    return found if callable(found) else None
+
+
+def deliver(operations: object, delivery: Delivery) -> None:
+    """Tell a method ``on_<event>`` of an out-event, if there is one."""
+    handler = find(operations, f"on_{delivery.event}")
+    if handler is not None:
+        handler(**delivery.fields)

@@ -1,0 +1,163 @@
+"""Snapshots as plain data for JSON: names instead of indices, and the hash of the chart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from hashlib import sha256
+from typing import Any
+
+from fsmkit.diagnostics import FsmkitError, Source, Span, fail
+from fsmkit.expressions import Field, Value
+from fsmkit.model.chart import Chart, Data
+from fsmkit.model.statements import Destination
+from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
+from fsmkit.runtime.values import from_python, to_python
+
+FORMAT = 1
+
+
+def fingerprint(chart: Chart) -> str:
+    """Return a hash of what a chart means; places and comments do not count."""
+    return sha256(_canonical(chart).encode()).hexdigest()
+
+
+def _canonical(node: object) -> str:
+    """Spell a value without places and in the same way in every process."""
+    match node:
+        case Enum():
+            return f"{type(node).__name__}.{node.name}"
+        case Span() | Source():
+            return ""
+        case tuple():
+            return f"({','.join(map(_canonical, node))})"
+        case frozenset():
+            return f"{{{','.join(sorted(map(_canonical, node)))}}}"
+        case _ if is_dataclass(node):
+            parts = (
+                f"{part.name}={_canonical(getattr(node, part.name))}"
+                for part in fields(node)
+                if part.compare and part.name not in ("doc", "origin")
+            )
+            return f"{type(node).__name__}({','.join(parts)})"
+        case _:
+            return repr(node)
+
+
+def save(chart: Chart, snapshot: Snapshot) -> dict[str, Any]:
+    """Return a snapshot as data that `json` can write; timers with the time they have left."""
+    variables = (*chart.data, *chart.outputs)
+    return {
+        "fsmkit": FORMAT,
+        "chart": chart.name,
+        "hash": fingerprint(chart),
+        "configuration": _ids(chart, snapshot.configuration),
+        "data": _values(variables, snapshot.data),
+        "inputs": _values(chart.inputs, snapshot.inputs),
+        "history": {
+            chart.states[state].id: _ids(chart, recorded) for state, recorded in snapshot.history
+        },
+        "queue": [_save_event(chart, occurrence) for occurrence in snapshot.queue],
+        "deferred": [_save_event(chart, occurrence) for occurrence in snapshot.deferred],
+        "timers": [_save_timer(chart, timer, snapshot.now) for timer in snapshot.timers],
+        "running": snapshot.running,
+        "finished": snapshot.finished,
+        "fault": snapshot.fault,
+    }
+
+
+def restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
+    """Return the snapshot that was saved; `FsmkitError` for another chart's or a broken one."""
+    if saved.get("fsmkit") != FORMAT or saved.get("hash") != fingerprint(chart):
+        raise fail(
+            "foreign-snapshot",
+            f"the snapshot is of another chart than `{chart.name}` as it is now",
+            help="restore it with the chart that it was saved from, or start anew",
+        )
+    try:
+        return _restore(chart, saved, now)
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise _broken(chart, error) from error
+
+
+def _restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
+    history = saved["history"]
+    return Snapshot(
+        configuration=_indices(chart, saved["configuration"]),
+        data=_read(_declared((*chart.data, *chart.outputs)), saved["data"]),
+        inputs=_read(_declared(chart.inputs), saved["inputs"]),
+        history=tuple(
+            sorted((chart.state_index[name], _indices(chart, ids)) for name, ids in history.items())
+        ),
+        queue=tuple(_restore_event(chart, event) for event in saved["queue"]),
+        deferred=tuple(_restore_event(chart, event) for event in saved["deferred"]),
+        timers=tuple(_restore_timer(chart, timer, now) for timer in saved["timers"]),
+        now=now,
+        running=bool(saved["running"]),
+        finished=bool(saved["finished"]),
+        fault=None if saved["fault"] is None else str(saved["fault"]),
+    )
+
+
+def _broken(chart: Chart, error: Exception) -> FsmkitError:
+    return fail("foreign-snapshot", f"the snapshot of `{chart.name}` is damaged: {error}")
+
+
+def _ids(chart: Chart, states: frozenset[int]) -> list[str]:
+    return [chart.states[state].id for state in sorted(states)]
+
+
+def _indices(chart: Chart, ids: Sequence[str]) -> frozenset[int]:
+    return frozenset(chart.state_index[name] for name in ids)
+
+
+def _declared(variables: Sequence[Data]) -> tuple[Field, ...]:
+    return tuple(Field(variable.name, variable.type) for variable in variables)
+
+
+def _values(variables: Sequence[Data], values: tuple[Value, ...]) -> dict[str, object]:
+    return {
+        variable.name: to_python(value, variable.type)
+        for variable, value in zip(variables, values, strict=True)
+    }
+
+
+def _read(declared: Sequence[Field], saved: Mapping[str, object]) -> tuple[Value, ...]:
+    return tuple(from_python(saved[field.name], field.type) for field in declared)
+
+
+def _save_event(chart: Chart, occurrence: Occurrence) -> dict[str, object]:
+    event = chart.events[occurrence.event]
+    values = zip(event.fields, occurrence.payload, strict=True)
+    return {
+        "event": event.name,
+        "fields": {field.name: to_python(value, field.type) for field, value in values},
+    }
+
+
+def _restore_event(chart: Chart, saved: Mapping[str, Any]) -> Occurrence:
+    event = chart.events[chart.event_index[saved["event"]]]
+    return Occurrence(event.index, _read(event.fields, saved["fields"]))
+
+
+def _save_timer(chart: Chart, timer: Timer, now: int) -> dict[str, object]:
+    left = timer.deadline - now
+    if isinstance(timer.what, Timeout):
+        return {"left": left, "transition": timer.what.transition}
+    return {
+        "left": left,
+        **_save_event(chart, timer.what.occurrence),
+        "destination": timer.what.destination.value,
+        "id": timer.what.id,
+        "peer": timer.what.peer,
+    }
+
+
+def _restore_timer(chart: Chart, saved: Mapping[str, Any], now: int) -> Timer:
+    deadline = now + int(saved["left"])
+    if "transition" in saved:
+        return Timer(deadline, Timeout(chart.transitions[saved["transition"]].index))
+    occurrence = _restore_event(chart, saved)
+    destination = Destination(saved["destination"])
+    return Timer(deadline, Delayed(occurrence, destination, saved["id"], saved["peer"]))

@@ -1,0 +1,337 @@
+"""A running machine for Python programs: friendly names around the pure interpreter."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from typing import Any
+
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.expressions import Value
+from fsmkit.model.chart import Chart, Data, Event
+from fsmkit.model.document import Direction
+from fsmkit.runtime import interpreter, saving
+from fsmkit.runtime.binding import BoundHost, Delivery, deliver
+from fsmkit.runtime.clock import Clock, SimulatedClock, read_microseconds
+from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Snapshot
+from fsmkit.runtime.interpreter.trace import trace_lines
+from fsmkit.runtime.values import from_python, to_python
+
+KEPT = 10_000
+"""Macrosteps that a session remembers unless it is told otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What `Session.dispatch` tells: whether the event enabled a transition, and the reply."""
+
+    handled: bool
+    reply: object = None
+
+    def __bool__(self) -> bool:
+        return self.handled
+
+
+class Session:
+    """A machine that runs a chart.
+
+    ``operations`` performs the chart's operations: an object with a method for each, or a mapping
+    of functions. Events that leave the machine are told to its methods ``on_<event>`` (the payload
+    by name), to ``on_event``, and kept in ``sent``. ``clock`` gives the time (a `SimulatedClock` unless given).
+    ``inputs`` holds values by name to begin with. The machine is started unless ``start`` is False.
+    ``keep`` is the number of macrosteps that ``trace`` remembers.
+
+    Enumeration members are their names, arrays lists, records dictionaries. Not thread-safe.
+    """
+
+    def __init__(
+        self,
+        chart: Chart,
+        operations: object = None,
+        clock: Clock | None = None,
+        *,
+        inputs: Mapping[str, object] | None = None,
+        on_event: Callable[[Delivery], object] | None = None,
+        start: bool = True,
+        keep: int = KEPT,
+    ) -> None:
+        self.chart = chart
+        self.clock: Clock = SimulatedClock() if clock is None else clock
+        self.snapshot: Snapshot = interpreter.initial(chart)
+        """The machine as it is: a value that can be kept and put back."""
+        self.trace: deque[Macrostep] = deque(maxlen=keep)
+        self.sent: deque[Delivery] = deque(maxlen=keep)
+        self.inputs: MutableMapping[str, object] = Inputs(self)
+        self._operations = operations
+        self._host = BoundHost(chart, operations)
+        self._on_event = on_event
+        self._is_stepping = False
+        self._late: list[Occurrence] = []
+        self.inputs.update(inputs or {})
+        if start:
+            self.start()
+
+    # --- running -------------------------------------------------------------------------------
+
+    def start(self) -> tuple[Macrostep, ...]:
+        """Begin, or begin anew: data at their start values, inputs as they are."""
+        with self._stepping("start"):
+            done = interpreter.start(self.chart, self.now, self._host, self.snapshot.inputs)
+        return self._finish((done,))
+
+    def post(self, event: str, *values: object, **fields: object) -> bool:
+        """Put an event in the queue, its payload by position or by name.
+
+        False: the queue is full, or the machine is not running. An event posted by an operation
+        during a step is queued when the step has ended, and always accepted here.
+        """
+        occurrence = self._occurrence(event, values, fields)
+        if self._is_stepping:
+            self._late.append(occurrence)
+            return True
+        posted = interpreter.post(self.chart, self.snapshot, occurrence)
+        if posted is None:
+            return False
+        self.snapshot = posted
+        return True
+
+    def run(self, now: int | None = None) -> tuple[Macrostep, ...]:
+        """Do all that is to be done until ``now`` (ticks; the clock's time unless given)."""
+        with self._stepping("run"):
+            at = self.now if now is None else now
+            done = interpreter.run(self.chart, self.snapshot, at, self._host)
+        return self._finish(done)
+
+    def advance(self, duration: str | int) -> tuple[Macrostep, ...]:
+        """Let simulated time pass, ``"500ms"`` or a number of ticks, and run."""
+        if not isinstance(self.clock, SimulatedClock):
+            raise fail(
+                "clock-not-simulated",
+                f"`advance` cannot move a `{type(self.clock).__name__}`",
+                help="use a `SimulatedClock`, or let time pass and call `run`",
+            )
+        try:
+            tick = self.chart.capacities.tick
+            passed = read_microseconds(duration) if isinstance(duration, str) else duration * tick
+            self.clock.advance(passed)
+        except ValueError as error:
+            raise fail("wrong-value", f"the duration {error}") from error
+        return self.run()
+
+    def dispatch(self, event: str, *values: object, **fields: object) -> Outcome:
+        """Process one event at once, ahead of the queue; see `Outcome`."""
+        occurrence = self._occurrence(event, values, fields)
+        if not self.snapshot.running:
+            return Outcome(handled=False)
+        with self._stepping("dispatch"):
+            done, handled, reply = interpreter.dispatch(
+                self.chart, self.snapshot, occurrence, self.now, self._host
+            )
+        self._finish((done,))
+        type_ = self.chart.events[occurrence.event].reply
+        shown = reply if reply is None or type_ is None else to_python(reply, type_)
+        return Outcome(handled, shown)
+
+    # --- looking -------------------------------------------------------------------------------
+
+    @property
+    def now(self) -> int:
+        """The clock's time in ticks."""
+        return self.clock.microseconds() // self.chart.capacities.tick
+
+    @property
+    def next_deadline(self) -> int | None:
+        """When the next timer is due, in ticks, if one is armed."""
+        return interpreter.next_deadline(self.snapshot)
+
+    @property
+    def configuration(self) -> tuple[str, ...]:
+        """The active states in document order, the root left out."""
+        return tuple(self.chart.states[s].id for s in sorted(self.snapshot.configuration - {0}))
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """The active atomic states in document order."""
+        states = (self.chart.states[state] for state in sorted(self.snapshot.configuration))
+        return tuple(state.id for state in states if state.is_leaf)
+
+    def is_in(self, state: str) -> bool:
+        """Whether a state is active."""
+        known = self.chart.state_index
+        if state not in known:
+            raise _unknown("state", state, list(known))
+        return known[state] in self.snapshot.configuration
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it is started, not finished and without a fault."""
+        return self.snapshot.running
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether it ended in a top-level final state."""
+        return self.snapshot.finished
+
+    @property
+    def fault(self) -> str | None:
+        """Why the machine stopped, if it stopped by a fault."""
+        return self.snapshot.fault
+
+    @property
+    def data(self) -> dict[str, object]:
+        """The values of data, by name."""
+        return _shown(self.chart.data, self.snapshot.data)
+
+    @property
+    def outputs(self) -> dict[str, object]:
+        """The values of outputs, by name."""
+        return _shown(self.chart.outputs, self.snapshot.data[len(self.chart.data) :])
+
+    def __getitem__(self, name: str) -> object:
+        found = {**self.inputs, **self.data, **self.outputs}
+        if name not in found:
+            raise _unknown("variable", name, list(found))
+        return found[name]
+
+    def trace_text(self) -> str:
+        """Return what happened, as lines (see `fsmkit.runtime.interpreter.trace`)."""
+        return "\n".join(trace_lines(self.chart, self.trace))
+
+    # --- saving --------------------------------------------------------------------------------
+
+    def save(self) -> dict[str, Any]:
+        """Return the machine as data that `json` can write."""
+        return saving.save(self.chart, interpreter.at_time(self.snapshot, self.now))
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what `save` returned; another chart's is refused."""
+        self.snapshot = saving.restore(self.chart, saved, self.now)
+
+    # --- inside --------------------------------------------------------------------------------
+
+    @contextmanager
+    def _stepping(self, what: str) -> Iterator[None]:
+        """Guard against a step inside a step, which the standard does not define."""
+        if self._is_stepping:
+            raise fail(
+                "step-within-step",
+                f"`{what}` was called from within a step of the same machine",
+                help="use `post` in an operation; the event is taken by the next `run`",
+            )
+        self._is_stepping = True
+        try:
+            yield
+        finally:
+            self._is_stepping = False
+
+    def _finish(self, done: tuple[Macrostep, ...]) -> tuple[Macrostep, ...]:
+        """Keep what a step gave, then tell the world of it."""
+        if done:
+            self.snapshot = done[-1].after
+        self.trace.extend(done)
+        for occurrence in self._late:
+            posted = interpreter.post(self.chart, self.snapshot, occurrence)
+            self.snapshot = posted or self.snapshot
+        self._late.clear()
+        for macrostep in done:
+            for effect in macrostep.effects:
+                if isinstance(effect, Emitted):
+                    self._deliver(effect)
+        return done
+
+    def _deliver(self, effect: Emitted) -> None:
+        event = self.chart.events[effect.occurrence.event]
+        values = zip(event.fields, effect.occurrence.payload, strict=True)
+        fields = {field.name: to_python(value, field.type) for field, value in values}
+        delivery = Delivery(event.name, fields, effect.peer)
+        self.sent.append(delivery)
+        deliver(self._operations, delivery)
+        if self._on_event is not None:
+            self._on_event(delivery)
+
+    def _occurrence(
+        self, name: str, values: Sequence[object], fields: Mapping[str, object]
+    ) -> Occurrence:
+        events = {event.name: event for event in self.chart.events if is_received(event)}
+        if name not in events:
+            raise _unknown("event", name, list(events))
+        event = events[name]
+        names = [field.name for field in event.fields]
+        given: dict[str, object] = dict(zip(names, values, strict=False)) | dict(fields)
+        if set(given) != set(names) or len(values) + len(fields) != len(names):
+            raise fail(
+                "wrong-value",
+                f"the event `{name}` takes {', '.join(f'`{n}`' for n in names) or 'no values'}",
+                event.span,
+                help="give each field once",
+            )
+        payload = []
+        for field in event.fields:
+            try:
+                payload.append(from_python(given[field.name], field.type))
+            except ValueError as error:
+                raise fail(
+                    "wrong-value", f"`{field.name}` of the event `{name}` {error}", event.span
+                ) from error
+        return Occurrence(event.index, tuple(payload))
+
+
+class Inputs(MutableMapping[str, object]):
+    """The inputs of a machine, by name; there are exactly those that the chart declares."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def _place(self, name: str) -> int:
+        names = [variable.name for variable in self._session.chart.inputs]
+        if name not in names:
+            raise _unknown("input", name, names)
+        return names.index(name)
+
+    def __getitem__(self, name: str) -> object:
+        place = self._place(name)
+        type_ = self._session.chart.inputs[place].type
+        return to_python(self._session.snapshot.inputs[place], type_)
+
+    def __setitem__(self, name: str, value: object) -> None:
+        place = self._place(name)
+        declared = self._session.chart.inputs[place]
+        try:
+            stored = from_python(value, declared.type)
+        except ValueError as error:
+            raise fail("wrong-value", f"the input `{name}` {error}", declared.span) from error
+        snapshot = self._session.snapshot
+        inputs = (*snapshot.inputs[:place], stored, *snapshot.inputs[place + 1 :])
+        self._session.snapshot = replace(snapshot, inputs=inputs)
+
+    def __delitem__(self, name: str) -> None:
+        raise TypeError(f"an input cannot be removed: {name}")
+
+    def __iter__(self) -> Iterator[str]:
+        return (variable.name for variable in self._session.chart.inputs)
+
+    def __len__(self) -> int:
+        return len(self._session.chart.inputs)
+
+
+def is_received(event: Event) -> bool:
+    """Whether a host may post an event: not those of the platform, nor those that only go out."""
+    return bool(event.directions) and event.directions != {Direction.OUT}
+
+
+def _shown(variables: Sequence[Data], values: Sequence[Value]) -> dict[str, object]:
+    pairs = zip(variables, values, strict=False)
+    return {variable.name: to_python(value, variable.type) for variable, value in pairs}
+
+
+def _unknown(kind: str, name: str, known: Sequence[str]) -> FsmkitError:
+    close = get_close_matches(name, known, 1)
+    listed = f"there are: {', '.join(known) or 'none'}"
+    return fail(
+        "unknown-at-run-time",
+        f"the chart has no {kind} `{name}`",
+        help=f"did you mean `{close[0]}`?" if close else listed,
+    )
