@@ -299,6 +299,8 @@ class DocTransition:
     first: bool = False
     override: Text | None = None
     origin: Origin = Origin.OWN
+    super_guards: tuple[Text | None, ...] = ()
+    """The guards this one replaces by inheritance, nearest base first: what ``super`` means."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,50 @@
+"""From Documents to a Chart: the passes, in order."""
+
+from __future__ import annotations
+
+from fsmkit.diagnostics import Findings
+from fsmkit.model.chart import Chart
+from fsmkit.model.checks import run_checks
+from fsmkit.model.document import Document
+from fsmkit.model.passes.build_chart import build_chart
+from fsmkit.model.passes.check_narrowing import check_narrowing
+from fsmkit.model.passes.check_nesting import check_nesting
+from fsmkit.model.passes.collect_events import collect_events
+from fsmkit.model.passes.collect_names import collect_names
+from fsmkit.model.passes.declare_loops import declare_loops
+from fsmkit.model.passes.infer_types import infer_types
+from fsmkit.model.passes.number_states import number_states
+from fsmkit.model.passes.read_capacities import read_capacities
+from fsmkit.model.passes.report_unsupported import report_unsupported
+from fsmkit.model.passes.resolve_inheritance import resolve_inheritance
+from fsmkit.model.passes.resolve_targets import resolve_targets
+
+
+def elaborate(
+    documents: tuple[Document, ...], findings: Findings, *, strict: bool = False
+) -> Chart | None:
+    """Return the Chart of a document (the first) and its bases (nearest first).
+
+    None where an error was found. With ``strict``, content that lenient dialects keep as
+    ``error.execution`` at run time is an error now.
+    """
+    resolved = resolve_inheritance(documents, findings)
+    document = resolved.document
+    tree = number_states(document, findings)
+    check_nesting(tree, findings)
+    report_unsupported(tree, findings, strict=strict)
+    arrows = resolve_targets(document, tree, findings)
+    capacities = read_capacities(document, findings)
+    names = collect_names(document, tree, capacities.tick, findings)
+    events = collect_events(document, tree, names.scope, findings)
+    check_narrowing(resolved.base, names, capacities.tick, findings)
+    if findings.has_errors:
+        return None
+    names = declare_loops(document, tree, names)
+    names, events = infer_types(document, tree, names, events, findings)
+    chart = build_chart(
+        documents, document, tree, arrows, names, events, capacities, findings, strict=strict
+    )
+    if chart is not None and not findings.has_errors:
+        run_checks(chart, findings)
+    return None if findings.has_errors else chart

@@ -1,0 +1,67 @@
+"""Type all content and put the Chart together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fsmkit.diagnostics import Findings
+from fsmkit.model.chart import Capacities, Chart
+from fsmkit.model.document import Document
+from fsmkit.model.passes.collect_events import Events
+from fsmkit.model.passes.collect_names import Names
+from fsmkit.model.passes.context import Context
+from fsmkit.model.passes.number_states import Tree
+from fsmkit.model.passes.resolve_targets import Arrows
+from fsmkit.model.passes.type_content import type_block
+from fsmkit.model.passes.type_states import check_abstract, type_states
+from fsmkit.model.passes.type_transitions import type_transitions
+
+
+def build_chart(
+    documents: tuple[Document, ...],
+    document: Document,
+    tree: Tree,
+    arrows: Arrows,
+    names: Names,
+    events: Events,
+    capacities: Capacities,
+    findings: Findings,
+    *,
+    strict: bool,
+) -> Chart:
+    """Return the chart of a resolved document; sound only if no error was found."""
+    context = context_of(document, names, events, findings, strict=strict)
+    return Chart(
+        name=document.name.value,
+        states=type_states(tree, arrows, context),
+        transitions=type_transitions(arrows, context),
+        events=events.all,
+        data=names.data,
+        inputs=names.inputs,
+        outputs=names.outputs,
+        operations=names.operations,
+        capacities=capacities,
+        types=tuple(names.scope.types.values()),
+        constants=names.constants,
+        script=(*names.failures, *type_block(document.script, context)),
+        abstract=check_abstract(
+            tree, findings, is_abstract=document.abstract, is_derived=len(documents) > 1
+        ),
+        doc=document.doc,
+        base=documents[1].name.value if len(documents) > 1 else None,
+        sources=tuple(d.source for d in documents),
+    )
+
+
+def context_of(
+    document: Document, names: Names, events: Events, findings: Findings, *, strict: bool
+) -> Context:
+    """Return the context of content that belongs to no event: entry, exit, script."""
+    is_loose = document.datamodel != "fsmkit"
+    return Context(
+        scope=replace(names.scope, event_fields={} if is_loose else None),
+        events=events,
+        findings=findings,
+        lenient=is_loose and not strict,
+        replies=tuple(e.reply for e in events.all if e.reply is not None),
+    )

@@ -1,0 +1,173 @@
+"""Find every event: declared, implied by its use, or raised by the platform."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.expressions import Scope, Type, read_type
+from fsmkit.model.chart import Event
+from fsmkit.model.document import (
+    Direction,
+    DocEvent,
+    DocRaise,
+    DocSend,
+    Document,
+    Kind,
+    Trigger,
+)
+from fsmkit.model.passes.collect_names import read_fields
+from fsmkit.model.passes.number_states import Tree
+from fsmkit.model.passes.walk_content import places, statements
+
+ERRORS = ("error.execution", "error.range", "error.communication")
+
+
+@dataclass(frozen=True)
+class Events:
+    """The events of a chart by name and by descriptor."""
+
+    all: tuple[Event, ...]
+    implied: frozenset[str] = frozenset()
+    """Names of events nothing declares: their fields are read off their uses."""
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Indices by name."""
+        return {event.name: event.index for event in self.all}
+
+    def matching(self, descriptor: str) -> tuple[int, ...]:
+        """Return the events a descriptor matches: by prefix of tokens (SCXML 3.12.1)."""
+        prefix = descriptor.removesuffix(".*").removesuffix(".")
+        if prefix == "*":
+            return tuple(event.index for event in self.all)
+        return tuple(
+            event.index
+            for event in self.all
+            if event.name == prefix or event.name.startswith(prefix + ".")
+        )
+
+    def common_fields(self, indices: tuple[int, ...]) -> dict[str, Type]:
+        """Return the fields that all these events have, with one type."""
+        if not indices:
+            return {}
+        first, *rest = (self.all[i].fields for i in indices)
+        return {f.name: f.type for f in first if all(f in other for other in rest)}
+
+
+def collect_events(document: Document, tree: Tree, scope: Scope, findings: Findings) -> Events:
+    """Return the events of a document: declared, then implied, then the platform's."""
+    found = [_event(group, scope, findings) for group in _groups(document).values()]
+    names = {event.name for event in found}
+    platform = (*ERRORS, *_done_events(tree))
+    implied: dict[str, _Use] = {}
+    if document.datamodel != "fsmkit":
+        implied = _implied(document, tree)
+        known = [*names, *platform]
+        for name in list(implied):
+            if any(k == name or k.startswith(name + ".") for k in known):
+                del implied[name]
+        found += [
+            Event(0, name, (), frozenset(use.directions), span=use.span)
+            for name, use in implied.items()
+        ]
+    for name in sorted(names & set(platform)):
+        findings.add(
+            "reserved-event",
+            f"`{name}` is raised by the platform and cannot be declared",
+            next(e.span for e in found if e.name == name),
+            help="remove the declaration: the event can be matched without one",
+        )
+    found += [Event(0, name, (), frozenset()) for name in platform if name not in names]
+    numbered = tuple(
+        Event(i, e.name, e.fields, e.directions, e.reply, e.span, e.origin)
+        for i, e in enumerate(found)
+    )
+    return Events(numbered, frozenset(implied))
+
+
+def _groups(document: Document) -> dict[str, list[DocEvent]]:
+    groups: dict[str, list[DocEvent]] = {}
+    for declared in document.events:
+        groups.setdefault(declared.name.value, []).append(declared)
+    return groups
+
+
+def _event(group: list[DocEvent], scope: Scope, findings: Findings) -> Event:
+    """Return an event of all its declarations: one for each direction."""
+    first = group[0]
+    what = f"event `{first.name}`"
+    fields = read_fields(first.fields, scope, findings, what)
+    reply = None if first.reply is None else read_type(first.reply, scope, findings)
+    origin = first.origin
+    for number, other in enumerate(group[1:], 1):
+        same = (other.fields, other.reply) == (first.fields, first.reply)
+        if not same or any(other.direction is e.direction for e in group[:number]):
+            findings.add(
+                "duplicate-name",
+                f"{what} is declared twice" if same else f"{what} is declared in two ways",
+                other.name,
+                label="the second",
+                secondary=[(first.name, "the first")],
+                help="declare it once for each direction, with the same fields",
+            )
+    _check_name(first.name, findings)
+    directions = frozenset(e.direction for e in group)
+    return Event(0, first.name.value, fields, directions, reply, first.name.span, origin)
+
+
+def _check_name(name: Text, findings: Findings) -> None:
+    if "*" in name.value or any(not token for token in name.value.split(".")):
+        findings.add(
+            "reserved-event",
+            f"`{name}` is no name of an event",
+            name,
+            help="write words joined by dots; `*` only matches events",
+        )
+
+
+@dataclass
+class _Use:
+    span: Span
+    directions: set[Direction] = field(default_factory=set)
+
+
+def _implied(document: Document, tree: Tree) -> dict[str, _Use]:
+    """Return every event that is matched, raised or sent by its name, in document order."""
+    found: dict[str, _Use] = {}
+
+    def use(name: Text, direction: Direction) -> None:
+        plain = name.value.removesuffix(".*").removesuffix(".")
+        if plain and plain != "*":
+            found.setdefault(plain, _Use(name.span)).directions.add(direction)
+
+    for place in places(document, tree):
+        if place.transition is not None and place.transition.trigger is Trigger.EVENT:
+            for descriptor in place.transition.events:
+                use(descriptor, Direction.IN)
+        for statement in statements(place.block):
+            match statement:
+                case DocRaise(event):
+                    use(event, Direction.INTERNAL)
+                case DocSend(event=Text() as event):
+                    use(event, Direction.IN)
+                case _:
+                    pass
+    return found
+
+
+def _done_events(tree: Tree) -> list[str]:
+    """Return ``done.state.x`` of each state that can be done (SCXML 3.7.1, 3.4)."""
+    return [f"done.state.{node.id}" for node in tree.nodes[1:] if can_be_final(tree, node.index)]
+
+
+def can_be_final(tree: Tree, state: int) -> bool:
+    """Whether a state can be in a final configuration (Appendix D, isInFinalState)."""
+    node = tree.nodes[state]
+    if node.kind is Kind.COMPOUND:
+        return any(tree.nodes[child].kind is Kind.FINAL for child in node.children)
+    if node.kind is Kind.PARALLEL:
+        regions = tree.real_children(state)
+        return bool(regions) and all(can_be_final(tree, region) for region in regions)
+    return False

@@ -1,0 +1,40 @@
+"""Where content stands: what its names mean, and what becomes of an error in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fsmkit.diagnostics import Findings, Span
+from fsmkit.expressions import Scope, Type
+from fsmkit.model.passes.collect_events import Events
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """Where a block stands: what its names mean, and what becomes of an error.
+
+    In a ``lenient`` dialect content that cannot be evaluated is ``error.execution`` at run time,
+    and a warning now; ``scope.event_fields`` tells the event at hand.
+    """
+
+    scope: Scope
+    events: Events
+    findings: Findings
+    lenient: bool
+    replies: tuple[Type, ...] = ()
+    """What ``reply`` may answer: the declared answers of the events that can be at hand."""
+
+    @property
+    def is_loose(self) -> bool:
+        """Whether the dialect declares nothing, as SCXML does."""
+        return self.scope.dialect != "fsmkit"
+
+
+def warn_not_evaluable(reason: str, span: Span, findings: Findings) -> None:
+    """Say that content is an error at run time, as the standard wants it."""
+    findings.add(
+        "content-not-evaluable",
+        f"this cannot be evaluated: {reason}",
+        span,
+        help="at run time it is `error.execution`; `--strict` makes it an error now",
+    )

@@ -1,0 +1,44 @@
+"""Declare the variables of loops that nothing declares (SCXML 4.6: foreach declares them)."""
+
+from __future__ import annotations
+
+from fsmkit.diagnostics import Text
+from fsmkit.expressions import ArrayType, IntType, Literal, Type, default_value
+from fsmkit.model.chart import Data
+from fsmkit.model.document import DocForEach, Document
+from fsmkit.model.passes.collect_names import Names
+from fsmkit.model.passes.number_states import Tree
+from fsmkit.model.passes.walk_content import places, statements
+
+
+def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
+    """Return the names with a variable for each item and index of a loop that has none."""
+    for place in places(document, tree):
+        for loop in statements(place.block):
+            if isinstance(loop, DocForEach):
+                names = _declare(loop, names)
+    return names
+
+
+def _declare(loop: DocForEach, names: Names) -> Names:
+    array, _ = names.scope.variables.get(loop.array.value, (None, None))
+    if not isinstance(array, ArrayType):
+        return names
+    names = _add(loop.item, array.element, names)
+    if loop.index is not None:
+        names = _add(loop.index, IntType(0, array.length - 1), names)
+    return names
+
+
+def _add(name: Text, type_: Type, names: Names) -> Names:
+    taken = (
+        *names.scope.variables,
+        *names.scope.constants,
+        *names.scope.operations,
+        *names.scope.types,
+        *names.untyped,
+    )
+    if name.value in taken or not name.value.isidentifier():
+        return names
+    init = Literal(default_value(type_), type_, name.span)
+    return names.with_data((Data(name.value, type_, init, name.span),))

@@ -1,0 +1,76 @@
+"""Read the bounds of a machine."""
+
+from __future__ import annotations
+
+from fsmkit.diagnostics import Findings
+from fsmkit.expressions import Scope, read_duration
+from fsmkit.model.chart import Capacities
+from fsmkit.model.document import DocCapacity, Document
+from fsmkit.model.passes.suggest import suggest
+
+LIMITS = {
+    "queue": (1, 65535),
+    "internal": (1, 65535),
+    "delayed": (0, 65535),
+    "microsteps": (1, 1_000_000),
+}
+LONGEST_TICK = 3_600_000_000
+"""Microseconds: an hour."""
+
+
+def read_capacities(document: Document, findings: Findings) -> Capacities:
+    """Return the capacities, the default for each that is not given."""
+    values: dict[str, int] = {}
+    for capacity in document.capacities:
+        name = capacity.name.value
+        value = _tick(capacity, findings) if name == "tick" else _count(capacity, findings)
+        if value is not None:
+            values[name] = value
+    return Capacities(**values)
+
+
+def _count(capacity: DocCapacity, findings: Findings) -> int | None:
+    name, text = capacity.name.value, capacity.value.value.strip()
+    if name not in LIMITS:
+        known = [*LIMITS, "tick"]
+        findings.add(
+            "unknown-name",
+            f"there is no capacity `{name}`",
+            capacity.name,
+            help=suggest(name, known, f"use one of {', '.join(known)}"),
+        )
+        return None
+    low, high = LIMITS[name]
+    if not (text.isascii() and text.isdigit() and low <= int(text) <= high):
+        findings.add(
+            "bad-capacity",
+            f"the capacity `{name}` is a whole number from {low} to {high}, not `{text}`",
+            capacity.value,
+            help=f"write such a number, for instance `{name}: {max(low, 8)}`",
+        )
+        return None
+    return int(text)
+
+
+def _tick(capacity: DocCapacity, findings: Findings) -> int | None:
+    in_microseconds = Scope(
+        variables={},
+        constants={},
+        types={},
+        operations={},
+        states={},
+        event_fields=None,
+        tick=1,
+        dialect="fsmkit",
+        super_guard=None,
+    )
+    value = read_duration(capacity.value, in_microseconds, findings)
+    if value is not None and not 1 <= value <= LONGEST_TICK:
+        findings.add(
+            "bad-capacity",
+            f"a tick lasts from 1us to 1h, not `{capacity.value}`",
+            capacity.value,
+            help="write for instance `tick: 1ms`",
+        )
+        return None
+    return value

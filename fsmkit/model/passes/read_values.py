@@ -1,0 +1,170 @@
+"""Evaluate what must be known when compiling: constants and start values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.expressions import (
+    FLOAT64,
+    INT32,
+    INT64,
+    ArrayType,
+    Convert,
+    Expr,
+    FloatType,
+    IntType,
+    Literal,
+    Scope,
+    Type,
+    Value,
+    default_value,
+    fold,
+    type_expression,
+)
+
+
+def constant_value(text: Text, scope: Scope, findings: Findings) -> Literal | None:
+    """Return the value of a constant expression, of its own most exact type."""
+    typed = type_expression(text, scope, findings)
+    return None if typed is None else _literal(typed, text, findings)
+
+
+def start_value(text: Text, type_: Type | None, scope: Scope, findings: Findings) -> Literal | None:
+    """Return a start value in the type given, or in the one it tells of itself.
+
+    ``[a, b]`` lists the elements of an array; a single value fills one.
+    """
+    if isinstance(type_, ArrayType) or (type_ is None and _is_list(text)):
+        return _array_value(text, type_, scope, findings)
+    typed = type_expression(text, scope, findings, type_)
+    if typed is None:
+        return None
+    if isinstance(typed, Convert) and isinstance(typed.type, IntType):
+        inner = fold(typed.operand)
+        number = inner.value if isinstance(inner, Literal) else None
+        if isinstance(number, int) and number not in typed.type:
+            findings.add(
+                "start-value-out-of-range",
+                f"the start value {number} lies outside {typed.type}",
+                text,
+                help=f"choose a value within {typed.type}, or widen the range",
+            )
+            return None
+    found = _literal(typed, text, findings)
+    if found is None or type_ is not None:
+        return found
+    general = general_type(found.type)
+    return Literal(_in_type(found.value, general), general, text.span)
+
+
+def _array_value(
+    text: Text, type_: ArrayType | None, scope: Scope, findings: Findings
+) -> Literal | None:
+    element = None if type_ is None else type_.element
+    if type_ is not None and not _is_list(text):
+        value = start_value(text, element, scope, findings)
+        return None if value is None else Literal((value.value,) * type_.length, type_, text.span)
+    parts = split_list(text)
+    values = [start_value(part, element, scope, findings) for part in parts]
+    found = [value for value in values if value is not None]
+    if len(found) < len(parts):
+        return None
+    if type_ is None:
+        if not found:
+            findings.add(
+                "missing-type",
+                "an empty list tells no type",
+                text,
+                help="declare the type of the array and fill it",
+            )
+            return None
+        joined: Type | None = found[0].type
+        for value in found[1:]:
+            joined = None if joined is None else join_types(joined, value.type)
+        if joined is None:
+            findings.add(
+                "mixed-array",
+                "the elements of an array have one type",
+                text,
+                help="keep values of different types in variables of their own",
+            )
+            return None
+        type_ = ArrayType(joined, len(found))
+    if len(found) != type_.length:
+        findings.add(
+            "start-value-out-of-range",
+            f"{len(found)} values for the {type_.length} elements of {type_}",
+            text,
+            help=f"list {type_.length} values, or one value without brackets to fill it",
+        )
+        return None
+    element = type_.element
+    return Literal(tuple(_in_type(v.value, element) for v in found), type_, text.span)
+
+
+def _literal(typed: Expr, text: Text, findings: Findings) -> Literal | None:
+    folded = fold(typed)
+    if isinstance(folded, Literal):
+        return replace(folded, span=text.span)
+    findings.add(
+        "not-known-when-compiling",
+        f"`{text}` is not known when compiling",
+        text,
+        help="use literals and named constants only",
+    )
+    return None
+
+
+def general_type(type_: Type) -> Type:
+    """Return the type of a variable that starts with a value of that type."""
+    if isinstance(type_, IntType):
+        return INT32 if type_.lo in INT32 and type_.hi in INT32 else INT64
+    if isinstance(type_, FloatType):
+        return FLOAT64
+    return type_
+
+
+def join_types(first: Type, second: Type) -> Type | None:
+    """Return the type of a variable that takes values of both, None where there is none."""
+    if first == second:
+        return first
+    numbers = (IntType, FloatType)
+    if not (isinstance(first, numbers) and isinstance(second, numbers)):
+        return None
+    if isinstance(first, FloatType) or isinstance(second, FloatType):
+        return FLOAT64
+    return general_type(IntType(min(first.lo, second.lo), max(first.hi, second.hi)))
+
+
+def _in_type(value: Value, type_: Type) -> Value:
+    """Return an integer as a float where the type wants one."""
+    is_float = isinstance(default_value(type_), float)
+    return float(value) if is_float and isinstance(value, int) else value
+
+
+def _is_list(text: Text) -> bool:
+    stripped = text.value.strip()
+    return stripped.startswith("[") and stripped.endswith("]")
+
+
+def split_list(text: Text) -> tuple[Text, ...]:
+    """Return the parts of ``[a, b, c]``: split at commas outside of brackets and quotes."""
+    inner = text.stripped()
+    inner = inner.part(1, len(inner.value) - 1)
+    parts: list[Text] = []
+    depth, quote, start = 0, "", 0
+    for i, char in enumerate(inner.value):
+        if quote:
+            quote = "" if char == quote else quote
+        elif char in "'\"":
+            quote = char
+        elif char in "([{":
+            depth += 1
+        elif char in ")]}":
+            depth -= 1
+        elif char == "," and depth == 0:
+            parts.append(inner.part(start, i).stripped())
+            start = i + 1
+    last = inner.part(start, len(inner.value)).stripped()
+    return (*parts, last) if parts or last.value else ()

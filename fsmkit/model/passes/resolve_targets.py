@@ -1,0 +1,182 @@
+"""Find the target states of every transition, written or implied, and number the transitions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.model.document import DocTransition, Document, Kind, Trigger
+from fsmkit.model.passes.number_states import Node, Tree
+from fsmkit.model.passes.suggest import suggest
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """A numbered transition with its ends; the rest of it is still as written."""
+
+    index: int
+    source: int
+    targets: tuple[int, ...]
+    written: DocTransition
+
+
+@dataclass(frozen=True, slots=True)
+class Arrows:
+    """All transitions in document order: of a state, the initial one comes first."""
+
+    all: tuple[Arrow, ...]
+    initial: tuple[int | None, ...]
+    """By state: the transition of its default entry, or the default of a history."""
+    leaving: tuple[tuple[int, ...], ...]
+    """By state: its transitions, without the initial one."""
+
+
+def resolve_targets(document: Document, tree: Tree, findings: Findings) -> Arrows:
+    """Return the transitions of a document; what points nowhere is a finding."""
+    found: list[Arrow] = []
+    initial: list[int | None] = []
+    leaving: list[tuple[int, ...]] = []
+
+    def number(source: int, written: DocTransition, targets: tuple[int, ...]) -> int:
+        found.append(Arrow(len(found), source, targets, written))
+        return found[-1].index
+
+    for node in tree.nodes:
+        first = _initial(document, tree, node, findings)
+        initial.append(None if first is None else number(node.index, *first))
+        leaving.append(
+            tuple(
+                number(node.index, written, _targets(tree, written, findings))
+                for written in node.state.transitions
+            )
+        )
+    return Arrows(tuple(found), tuple(initial), tuple(leaving))
+
+
+def _targets(tree: Tree, written: DocTransition, findings: Findings) -> tuple[int, ...]:
+    """Return the states named, in the order written, each once."""
+    found: list[int] = []
+    for name in written.targets:
+        index = tree.index.get(name.value)
+        if index is None:
+            findings.add(
+                "unknown-name",
+                f"there is no state `{name}`",
+                name,
+                help=suggest(name.value, tree.index, "name a state of this chart"),
+            )
+        elif index not in found:
+            found.append(index)
+    _check_together(tree, written.targets, findings)
+    return tuple(found)
+
+
+def _check_together(tree: Tree, targets: tuple[Text, ...], findings: Findings) -> None:
+    """Report targets that no configuration holds together (SCXML 3.11)."""
+    known = [(name, tree.index[name.value]) for name in targets if name.value in tree.index]
+    for (first, one), (second, other) in combinations(known, 2):
+        if one == other:
+            continue
+        meet = tree.lca(one, other)
+        if tree.nodes[meet].kind is not Kind.PARALLEL or meet in (one, other):
+            reason = (
+                "one holds the other"
+                if meet in (one, other)
+                else f"both lie in `{tree.nodes[meet].id}`, of whose children one is active"
+            )
+            findings.add(
+                "targets-exclude-each-other",
+                f"`{first}` and `{second}` cannot be entered together: {reason}",
+                second,
+                secondary=[(first, "the other target")],
+                help="keep one target for each region of a parallel state",
+            )
+
+
+def _initial(
+    document: Document, tree: Tree, node: Node, findings: Findings
+) -> tuple[DocTransition, tuple[int, ...]] | None:
+    if node.is_history:
+        return _history_default(document, tree, node, findings)
+    written = node.state.initial
+    if node.kind is not Kind.COMPOUND:
+        if written is not None:
+            what = "parallel" if node.kind is Kind.PARALLEL else node.kind.value
+            findings.add(
+                "initial-not-allowed",
+                f"`{node.id}` is {what} and takes no `initial`",
+                written.span,
+                help="remove it" if node.kind is not Kind.PARALLEL else "all regions are entered",
+            )
+        return None
+    if written is None:
+        children = tree.real_children(node.index)
+        if not children:
+            findings.add(
+                "no-states", f"chart `{node.id}` has no state", node.state.span, help="add a state"
+            )
+            return None
+        implied = DocTransition(Trigger.INITIAL, node.state.span, origin=node.state.origin)
+        return implied, children[:1]
+    targets = _targets(tree, written, findings)
+    for name in written.targets:
+        index = tree.index.get(name.value)
+        if index is not None and not tree.is_descendant(index, node.index):
+            findings.add(
+                "initial-outside",
+                f"the initial state `{name}` does not lie in `{node.id}`",
+                name,
+                help=f"name a state below `{node.id}`",
+            )
+    if not written.targets:
+        findings.add(
+            "initial-outside",
+            f"the initial transition of `{node.id}` has no target",
+            written.span,
+            help=f"name a state below `{node.id}`",
+        )
+    return written, targets
+
+
+def _history_default(
+    document: Document, tree: Tree, node: Node, findings: Findings
+) -> tuple[DocTransition, tuple[int, ...]] | None:
+    parent = tree.parent(node)
+    written = node.state.initial
+    if written is not None and written.targets:
+        targets = _targets(tree, written, findings)
+        for name in written.targets:
+            index = tree.index.get(name.value)
+            if index is not None and not _may_default(tree, node, index):
+                where = "is no child of" if index > parent.index else "does not lie in"
+                findings.add(
+                    "history-default-outside",
+                    f"the default `{name}` of history `{node.id}` {where} `{parent.id}`",
+                    name,
+                    help=f"name a state of `{parent.id}`, or make the history deep",
+                )
+        return written, targets
+    lenient = document.datamodel != "fsmkit"
+    findings.add(
+        "history-without-default",
+        f"history `{node.id}` does not say what is entered the first time"
+        + (f": the default entry of `{parent.id}` is taken" if lenient else ""),
+        node.state.span,
+        help="give its default a target",
+        severity=Severity.WARNING if lenient else None,
+    )
+    if not lenient:
+        return None
+    implied = written or DocTransition(Trigger.INITIAL, node.state.span, origin=node.state.origin)
+    if parent.state.initial is not None:
+        return implied, _targets(tree, parent.state.initial, Findings())
+    children = tree.real_children(parent.index)
+    return implied, children if parent.kind is Kind.PARALLEL else children[:1]
+
+
+def _may_default(tree: Tree, history: Node, target: int) -> bool:
+    """Whether a history may enter that state by default (SCXML 3.10)."""
+    if history.kind is Kind.DEEP_HISTORY:
+        return tree.is_descendant(target, tree.parent(history).index)
+    return tree.nodes[target].parent == history.parent and not tree.nodes[target].is_history

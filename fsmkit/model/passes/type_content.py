@@ -1,0 +1,260 @@
+"""Type executable content: from statements as written to those of a Chart."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import assert_never
+
+from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.expressions import (
+    BOOL,
+    ArrayType,
+    Element,
+    Expr,
+    IntType,
+    Invalid,
+    Literal,
+    Location,
+    Member,
+    Storage,
+    Variable,
+    type_call,
+    type_expression,
+    type_location,
+)
+from fsmkit.model import document as doc
+from fsmkit.model.passes.context import Context, warn_not_evaluable
+from fsmkit.model.passes.type_events import type_cancel, type_raise, type_send
+from fsmkit.model.statements import (
+    Assign,
+    Block,
+    Branch,
+    CallOperation,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Reply,
+    Statement,
+)
+
+
+def type_block(block: doc.Block, context: Context) -> Block:
+    """Return a handler, typed."""
+    return tuple(s for written in block for s in type_statement(written, context))
+
+
+def type_statement(written: doc.DocStatement, context: Context) -> tuple[Statement, ...]:
+    """Return what a statement becomes; nothing where it is wrong and the dialect strict."""
+    if not context.lenient:
+        return _typed(written, context)
+    attempt = Findings()
+    typed = _typed(written, replace(context, findings=attempt))
+    errors = [d for d in attempt if d.severity is Severity.ERROR]
+    if not errors:
+        context.findings.extend(attempt)
+        return typed
+    reason = errors[0].message
+    span = errors[0].primary.span if errors[0].primary is not None else written.span
+    warn_not_evaluable(reason, span, context.findings)
+    return (Fail(reason, written.span),)
+
+
+def type_condition(text: Text, context: Context) -> Expr | None:
+    """Return a condition; in a lenient dialect one that cannot be evaluated is `Invalid`."""
+    if not context.lenient:
+        return type_expression(text, context.scope, context.findings, BOOL)
+    attempt = Findings()
+    typed = type_expression(text, context.scope, attempt, BOOL)
+    if typed is not None and not attempt.has_errors:
+        context.findings.extend(attempt)
+        return typed
+    reason = next((d.message for d in attempt), "it has no meaning")
+    warn_not_evaluable(reason, text.span, context.findings)
+    return Invalid(reason, BOOL, text.span)
+
+
+def _typed(written: doc.DocStatement, context: Context) -> tuple[Statement, ...]:
+    findings = context.findings
+    match written:
+        case doc.DocAssign():
+            return _assign(written, context)
+        case doc.DocRaise():
+            return type_raise(written, context)
+        case doc.DocSend():
+            return type_send(written, context)
+        case doc.DocCancel():
+            return type_cancel(written, context)
+        case doc.DocLog(label, values, span):
+            typed = [type_expression(v, context.scope, findings) for v in values]
+            known = tuple(v for v in typed if v is not None)
+            return (Log("" if label is None else label.value, known, span),)
+        case doc.DocIf():
+            return (_if(written, context),)
+        case doc.DocForEach():
+            return _for_each(written, context)
+        case doc.DocReply():
+            return _reply(written, context)
+        case doc.DocCall(call, span):
+            operation = type_call(call, context.scope, findings)
+            return () if operation is None else (CallOperation(operation, span),)
+        case doc.DocSuper(span):
+            findings.add(
+                "super-without-base",
+                "`super` stands for the base's content, and there is none here",
+                span,
+                help="remove `super`; only a derived chart has something to call so",
+            )
+            return ()
+        case doc.DocUnreadable(reason, span):
+            findings.add("unreadable-content", reason, span, help="mend it, or remove it")
+            return ()
+        case _:
+            assert_never(written)
+
+
+def _assign(written: doc.DocAssign, context: Context) -> tuple[Statement, ...]:
+    location = type_location(written.location, context.scope, context.findings)
+    if location is None:
+        return ()
+    if root_of(location).storage is Storage.INPUT:
+        findings = context.findings
+        findings.add(
+            "assigned-input",
+            f"`{root_of(location).name}` is an input: only the host writes it",
+            written.location,
+            help="keep the value in a variable under `data`",
+        )
+        return ()
+    value = written.value
+    if written.operator:
+        value = desugar(written.location, written.operator, value)
+    typed = type_expression(value, context.scope, context.findings, location.type)
+    return () if typed is None else (Assign(location, typed, written.span),)
+
+
+def desugar(location: Text, operator: str, value: Text) -> Text:
+    """Return ``location operator (value)``, each character at the place it came from."""
+    before = [location.span_of(i, i + 1).start for i in range(len(location.value))]
+    inside = [value.span_of(i, i + 1).start for i in range(len(value.value))]
+    joint = f" {operator} ("
+    offsets = (
+        *before,
+        *([value.span.start] * len(joint)),
+        *inside,
+        max(value.span.start, value.span.end - 1),
+    )
+    text = f"{location.value}{joint}{value.value})"
+    span = Span(location.span.source, location.span.start, value.span.end)
+    return Text(text, span, offsets)
+
+
+def root_of(location: Location) -> Variable:
+    """Return the variable of which a location is a part."""
+    part: Expr = location
+    while not isinstance(part, Variable):
+        match part:
+            case Element(array=array):
+                part = array
+            case Member(record=record):
+                part = record
+            case _:
+                raise AssertionError(part)
+    return part
+
+
+def _if(written: doc.DocIf, context: Context) -> If:
+    branches: list[Branch] = []
+    for branch in written.branches:
+        condition: Expr | None = None
+        if branch.condition is not None:
+            condition = type_condition(branch.condition, context)
+            if condition is None:
+                condition = Literal(False, BOOL, branch.condition.span)
+        branches.append(Branch(condition, type_block(branch.body, context)))
+    return If(tuple(branches), written.span)
+
+
+def _for_each(written: doc.DocForEach, context: Context) -> tuple[Statement, ...]:
+    array = _variable(written.array, context)
+    item = _variable(written.item, context)
+    index = None if written.index is None else _variable(written.index, context)
+    body = type_block(written.body, context)
+    if array is None or item is None or (index is None and written.index is not None):
+        return ()
+    if not isinstance(array.type, ArrayType):
+        context.findings.add(
+            "loop-variable-type",
+            f"`{array.name}` is no array but {array.type}",
+            written.array,
+            help="iterate over a variable of a type such as `uint8[4]`",
+        )
+        return ()
+    _check_loop(written, array.type, item, index, context)
+    return (ForEach(array, item, index, body, written.span),)
+
+
+def _check_loop(
+    written: doc.DocForEach,
+    array: ArrayType,
+    item: Variable,
+    index: Variable | None,
+    context: Context,
+) -> None:
+    if item.type != array.element:
+        context.findings.add(
+            "loop-variable-type",
+            f"`{item.name}` is {item.type} and the elements are {array.element}",
+            written.item,
+            help=f"declare `{item.name}` as {array.element}",
+        )
+    for variable, text in ((item, written.item), (index, written.index)):
+        if variable is not None and variable.storage is Storage.INPUT:
+            context.findings.add(
+                "assigned-input",
+                f"`{variable.name}` is an input: only the host writes it",
+                text,
+                help="use another name",
+            )
+    last = array.length - 1
+    if index is not None and not (
+        isinstance(index.type, IntType) and 0 in index.type and last in index.type
+    ):
+        context.findings.add(
+            "loop-variable-type",
+            f"`{index.name}` is {index.type} and does not hold the positions 0..{last}",
+            written.index,
+            help=f"declare `{index.name}` as 0..{last}",
+        )
+
+
+def _variable(text: Text, context: Context) -> Variable | None:
+    location = type_location(text, context.scope, context.findings)
+    if location is None or isinstance(location, Variable):
+        return location
+    context.findings.add(
+        "not-a-variable",
+        f"`{text}` is part of a variable; a whole one is wanted here",
+        text,
+        help="name a variable",
+    )
+    return None
+
+
+def _reply(written: doc.DocReply, context: Context) -> tuple[Statement, ...]:
+    kinds = list(dict.fromkeys(context.replies))
+    if len(kinds) != 1:
+        what = (
+            "no event that can be at hand here is declared with an answer"
+            if not kinds
+            else "the events that can be at hand here want answers of different types"
+        )
+        context.findings.add(
+            "reply-without-query",
+            f"`reply` has nothing to answer: {what}",
+            written.span,
+            help="declare the event as `query() -> 0..3`, and reply in a transition on it",
+        )
+        return ()
+    value = type_expression(written.value, context.scope, context.findings, kinds[0])
+    return () if value is None else (Reply(value, written.span),)

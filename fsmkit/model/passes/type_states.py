@@ -1,0 +1,74 @@
+"""Make the states of a Chart: content typed, transitions and children as indices."""
+
+from __future__ import annotations
+
+from fsmkit.diagnostics import Findings
+from fsmkit.expressions import BOOL, type_expression
+from fsmkit.model.chart import State
+from fsmkit.model.passes.context import Context
+from fsmkit.model.passes.number_states import Node, Tree
+from fsmkit.model.passes.resolve_targets import Arrows
+from fsmkit.model.passes.suggest import suggest
+from fsmkit.model.passes.type_content import type_block
+
+
+def type_states(tree: Tree, arrows: Arrows, context: Context) -> tuple[State, ...]:
+    """Return the states, in document order."""
+    return tuple(_state(node, arrows, context) for node in tree.nodes)
+
+
+def _state(node: Node, arrows: Arrows, context: Context) -> State:
+    state = node.state
+    invariant = None
+    if state.invariant is not None:
+        invariant = type_expression(state.invariant, context.scope, context.findings, BOOL)
+    return State(
+        index=node.index,
+        id=node.id,
+        kind=node.kind,
+        parent=node.parent,
+        children=node.children,
+        initial=arrows.initial[node.index],
+        transitions=arrows.leaving[node.index],
+        on_entry=tuple(type_block(block, context) for block in state.entry),
+        on_exit=tuple(type_block(block, context) for block in state.exit),
+        depth=node.depth,
+        last_descendant=node.last,
+        span=state.span,
+        defer=_deferred(node, context),
+        invariant=invariant,
+        rest=state.rest,
+        abstract=state.abstract and not node.children,
+        doc=state.doc,
+        origin=state.origin,
+    )
+
+
+def _deferred(node: Node, context: Context) -> tuple[int, ...]:
+    found: set[int] = set()
+    for descriptor in node.state.defer:
+        matching = context.events.matching(descriptor.value)
+        found.update(matching)
+        if not matching:
+            known = [event.name for event in context.events.all]
+            context.findings.add(
+                "unknown-name",
+                f"there is no event `{descriptor}`",
+                descriptor,
+                help=suggest(descriptor.value, known, f"declare `{descriptor}` under `events`"),
+            )
+    return tuple(sorted(found))
+
+
+def check_abstract(tree: Tree, findings: Findings, *, is_abstract: bool, is_derived: bool) -> bool:
+    """Return whether the chart is abstract: marked so, or a base with abstract leaves."""
+    left = [n for n in tree.nodes if n.state.abstract and not n.children]
+    if is_derived and not is_abstract:
+        for node in left:
+            findings.add(
+                "abstract-state-left",
+                f"`{node.id}` is abstract in the base and not refined here",
+                node.state.span,
+                help=f"fill it under `refine: {{{node.id}: ...}}`, or mark the chart abstract",
+            )
+    return is_abstract or bool(left)

@@ -1,0 +1,126 @@
+"""Type the transitions: what they match, when, under which guard, and what they do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fsmkit.diagnostics import Findings, Severity
+from fsmkit.expressions import BOOL, LONGEST_DURATION, Expr, Literal, read_duration
+from fsmkit.model.chart import Transition
+from fsmkit.model.document import DocTransition, Trigger
+from fsmkit.model.passes.collect_events import Events
+from fsmkit.model.passes.context import Context
+from fsmkit.model.passes.resolve_targets import Arrow, Arrows
+from fsmkit.model.passes.suggest import suggest
+from fsmkit.model.passes.type_content import type_block, type_condition
+
+TIMED = (Trigger.AFTER, Trigger.EVERY)
+
+
+def type_transitions(arrows: Arrows, context: Context) -> tuple[Transition, ...]:
+    """Return the transitions of a chart, in document order."""
+    return tuple(_transition(arrow, context) for arrow in arrows.all)
+
+
+def _transition(arrow: Arrow, context: Context) -> Transition:
+    written = arrow.written
+    events = match_events(written, context)
+    here = at_hand(written, events, context)
+    return Transition(
+        index=arrow.index,
+        source=arrow.source,
+        trigger=written.trigger,
+        events=events,
+        descriptors=tuple(e.value for e in written.events),
+        guard=_guard(written, here),
+        targets=arrow.targets,
+        internal=written.internal,
+        content=type_block(written.content or (), here),
+        span=written.span,
+        delay=_delay(written, context),
+        id=None if written.id is None else written.id.value,
+        watchdog=written.watchdog,
+        ordered=written.ordered,
+        origin=written.origin,
+    )
+
+
+def match_events(written: DocTransition, context: Context) -> tuple[int, ...]:
+    """Return the indices of the events a transition matches, in the order of events."""
+    if written.trigger is not Trigger.EVENT:
+        return ()
+    found: set[int] = set()
+    for descriptor in written.events:
+        matching = context.events.matching(descriptor.value)
+        found.update(matching)
+        if not matching and not context.is_loose:
+            _unknown_event(descriptor.value, written, context.events, context.findings)
+    return tuple(sorted(found))
+
+
+def _unknown_event(name: str, written: DocTransition, events: Events, findings: Findings) -> None:
+    known = [event.name for event in events.all]
+    at = next(e for e in written.events if e.value == name)
+    if name.startswith("done.state."):
+        otherwise = "only a state with a final child is ever done"
+    else:
+        otherwise = f"declare `{name}` under `events`"
+    findings.add(
+        "unknown-name", f"there is no event `{name}`", at, help=suggest(name, known, otherwise)
+    )
+
+
+def at_hand(written: DocTransition, events: tuple[int, ...], context: Context) -> Context:
+    """Return the context of a transition: which event is at hand, and what it wants answered.
+
+    In a loose dialect `_event` is the last event everywhere (SCXML 5.10.1), but its payload is
+    known only where the events matched tell it.
+    """
+    if written.trigger is not Trigger.EVENT:
+        return context
+    fields = context.events.common_fields(events)
+    replies = [context.events.all[i].reply for i in events]
+    return replace(
+        context,
+        scope=replace(context.scope, event_fields=fields),
+        replies=tuple(r for r in replies if r is not None),
+    )
+
+
+def _guard(written: DocTransition, context: Context) -> Expr | None:
+    if written.guard is None:
+        return None
+    inner: Expr | None = None
+    for text in reversed(written.super_guards):
+        if text is None:
+            inner = Literal(True, BOOL, written.guard.span)
+            continue
+        scope = replace(context.scope, super_guard=inner)
+        inner = type_condition(text, replace(context, scope=scope))
+    scope = replace(context.scope, super_guard=inner)
+    return type_condition(written.guard, replace(context, scope=scope))
+
+
+def _delay(written: DocTransition, context: Context) -> int:
+    """Return the delay of a timed transition, in ticks."""
+    if written.trigger not in TIMED or written.delay is None:
+        return 0
+    ticks = read_duration(written.delay, context.scope, context.findings)
+    if ticks is None:
+        return 0
+    if ticks > LONGEST_DURATION:
+        context.findings.add(
+            "bad-delay",
+            f"`{written.delay}` is longer than 2^31 - 1 ticks",
+            written.delay,
+            help="choose a longer `tick` under `capacity`, or count in a variable",
+        )
+    if ticks <= 0 and written.trigger is Trigger.EVERY:
+        context.findings.add(
+            "bad-delay",
+            "`every` with a delay of 0 would never let time pass",
+            written.delay,
+            help="write a delay of one tick at least",
+            severity=Severity.ERROR,
+        )
+    return ticks
