@@ -71,71 +71,83 @@ class SeededHost:
 
 def run_script(chart: Chart, lines: Sequence[str]) -> list[str]:
     """Run the interpreter by a script and return the trace; `FsmkitError` for a wrong line."""
-    source = Source("<script>", "".join(f"{line}\n" for line in lines))
     player = Player(chart)
-    trace: list[str] = []
+    return [told for line in script_texts(lines) for told in player.trace(line)]
+
+
+def script_texts(lines: Sequence[str], name: str = "<script>") -> Iterator[Text]:
+    """Yield lines with their places, for diagnostics."""
+    source = Source(name, "".join(f"{line}\n" for line in lines))
     offset = 0
     for line in lines:
-        trace += player.play(Text(line, Span(source, offset, offset + len(line))))
+        yield Text(line, Span(source, offset, offset + len(line)))
         offset += len(line) + 1
-    return trace
 
 
 class Player:
     """A machine under a script."""
 
-    def __init__(self, chart: Chart) -> None:
+    def __init__(self, chart: Chart, seed: int = 1) -> None:
         self.chart = chart
-        self.host = SeededHost(chart)
+        self.host = SeededHost(chart, seed)
         self.snapshot = interpreter.initial(chart)
         self._now = 0
         """Not wrapped: the interpreter compares times as numbers."""
 
-    def play(self, line: Text) -> Iterator[str]:
+    def trace(self, line: Text) -> Iterator[str]:
         """Do what a line says and yield the trace of it."""
+        for told in self.play(line):
+            if isinstance(told, str):
+                yield told
+            else:
+                yield from trace_lines(self.chart, (told,))
+
+    def play(self, line: Text) -> tuple[Macrostep | str, ...]:
+        """Do what a line says; return the macrosteps, or the lines of a trace that are not one."""
         words = iter(tokens(line.value))
-        verb = next(words, "")
+        told = self._play(next(words, ""), words, line)
+        if next(words, None) is not None:
+            raise wrong_line(line, "there are words left at the end of the line", KNOWN)
+        return told
+
+    def _play(self, verb: str, words: Iterator[str], line: Text) -> tuple[Macrostep | str, ...]:
         match verb:
             case "start":
                 self._pass_time(self._number(words, line))
                 inputs = self.snapshot.inputs
-                yield from self._told(
-                    (interpreter.start(self.chart, self._now, self.host, inputs),)
-                )
+                return self._done(interpreter.start(self.chart, self._now, self.host, inputs))
             case "run":
                 self._pass_time(self._number(words, line))
-                yield from self._told(
-                    interpreter.run(self.chart, self.snapshot, self._now, self.host)
-                )
+                done = interpreter.run(self.chart, self.snapshot, self._now, self.host)
+                return self._done(*done)
             case "post":
-                posted = interpreter.post(self.chart, self.snapshot, self._event(words, line))
-                if posted is None:
-                    yield "full queue"
-                else:
-                    self.snapshot = posted
+                event = read_event(self.chart, words, line)
+                posted = interpreter.post(self.chart, self.snapshot, event)
+                self.snapshot = posted or self.snapshot
+                return () if posted else ("full queue",)
             case "dispatch":
-                occurrence = self._event(words, line)
-                if self.snapshot.running:
-                    done, _, _ = interpreter.dispatch(
-                        self.chart, self.snapshot, occurrence, self._now, self.host
-                    )
-                    yield from self._told((done,))
+                event = read_event(self.chart, words, line)
+                if not self.snapshot.running:
+                    return ()
+                one, _, _ = interpreter.dispatch(
+                    self.chart, self.snapshot, event, self._now, self.host
+                )
+                return self._done(one)
             case "input":
                 self._set_input(words, line)
             case "seed":
                 self.host.state = self._number(words, line)
             case "dump":
-                yield from dump_lines(self.chart, self.snapshot)
+                return tuple(dump_lines(self.chart, self.snapshot))
             case _:
-                raise _wrong(line, f"there is no script line `{verb}`", KNOWN)
-        if next(words, None) is not None:
-            raise _wrong(line, "there are words left at the end of the line", KNOWN)
+                raise wrong_line(line, f"there is no script line `{verb}`", KNOWN)
+        return ()
 
-    def _told(self, macrosteps: tuple[Macrostep, ...]) -> Iterator[str]:
+    def _done(self, *macrosteps: Macrostep) -> tuple[Macrostep, ...]:
         if macrosteps:
             self.snapshot = macrosteps[-1].after
         self.snapshot = interpreter.at_time(self.snapshot, self._now)
-        return trace_lines(self.chart, macrosteps)
+        return macrosteps
 
     def _pass_time(self, now: int) -> None:
         """Take the reading of a 32-bit clock that may have wrapped around since the last one."""
@@ -145,17 +157,14 @@ class Player:
     def _number(self, words: Iterator[str], line: Text) -> int:
         word = next(words, "")
         if not word.isdecimal():
-            raise _wrong(line, f"`{word}` is no number", KNOWN)
+            raise wrong_line(line, f"`{word}` is no number", KNOWN)
         return int(word)
-
-    def _event(self, words: Iterator[str], line: Text) -> Occurrence:
-        return read_event(self.chart, words, line)
 
     def _set_input(self, words: Iterator[str], line: Text) -> None:
         name = next(words, "")
         names = [variable.name for variable in self.chart.inputs]
         if name not in names:
-            raise _unknown(line, "input", name, names)
+            raise unknown_name(line, "input", name, names)
         place = names.index(name)
         value = self._value(words, self.chart.inputs[place].type, line, name)
         inputs = (*self.snapshot.inputs[:place], value, *self.snapshot.inputs[place + 1 :])
@@ -165,7 +174,7 @@ class Player:
         try:
             return read_value(words, type_, self.chart.capacities.tick)
         except ValueError as error:
-            raise _wrong(line, f"`{name}` {error}") from error
+            raise wrong_line(line, f"`{name}` {error}") from error
 
 
 KNOWN = "use `start`, `run`, `post`, `dispatch`, `input`, `seed` or `dump`"
@@ -177,7 +186,7 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
     index = chart.event_index.get(name)
     if index is None:
         known = [event.name for event in chart.events if event.directions]
-        raise _unknown(line, "event", name, known)
+        raise unknown_name(line, "event", name, known)
     fields = chart.events[index].fields
     rest = _in_order(list(words), [field.name for field in fields])
     payload: list[Value] = []
@@ -185,10 +194,10 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
         try:
             payload.append(read_value(rest, field.type, chart.capacities.tick))
         except ValueError as error:
-            raise _wrong(line, f"`{field.name}` of `{name}` {error}") from error
+            raise wrong_line(line, f"`{field.name}` of `{name}` {error}") from error
     left = next(rest, None)
     if left is not None:
-        raise _wrong(line, f"the event `{name}` does not take `{left}`")
+        raise wrong_line(line, f"the event `{name}` does not take `{left}`")
     return Occurrence(index, tuple(payload))
 
 
@@ -206,12 +215,14 @@ def _in_order(words: list[str], names: list[str]) -> Iterator[str]:
     return iter([*(w for name in names for w in given.get(name, ())), *given.get("", ())])
 
 
-def _unknown(line: Text, kind: str, name: str, known: Sequence[str]) -> FsmkitError:
+def unknown_name(line: Text, kind: str, name: str, known: Sequence[str]) -> FsmkitError:
+    """Return the error for a name that the chart does not have."""
     close = get_close_matches(name, known, 1)
     listed = ", ".join(known) or "none"
     help_ = f"did you mean `{close[0]}`?" if close else f"there are: {listed}"
-    return _wrong(line, f"there is no {kind} `{name}`", help_)
+    return wrong_line(line, f"there is no {kind} `{name}`", help_)
 
 
-def _wrong(line: Text, message: str, help_: str | None = None) -> FsmkitError:
+def wrong_line(line: Text, message: str, help_: str | None = None) -> FsmkitError:
+    """Return the error for a line that cannot be done."""
     return fail("wrong-script-line", message, line, help=help_)

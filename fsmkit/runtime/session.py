@@ -40,8 +40,9 @@ class Session:
 
     ``operations`` performs the chart's operations: an object with a method for each, or a mapping
     of functions. Events that leave the machine are told to its methods ``on_<event>`` (the payload
-    by name), to ``on_event``, and kept in ``sent``. ``clock`` gives the time (a `SimulatedClock` unless given).
-    ``inputs`` holds values by name to begin with. The machine is started unless ``start`` is False.
+    by name), to ``on_event``, and kept in ``sent``. ``clock`` gives the time (simulated unless
+    given). ``inputs`` holds values by name to begin with. The machine is started unless ``start``
+    is False.
     ``keep`` is the number of macrosteps that ``trace`` remembers.
 
     Enumeration members are their names, arrays lists, records dictionaries. Not thread-safe.

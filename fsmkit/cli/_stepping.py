@@ -1,0 +1,203 @@
+"""What ``fsmkit run`` does line by line: events, time, inputs, and questions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, TextIO
+
+from fsmkit.cli.console import out, report
+from fsmkit.diagnostics import FsmkitError, Source, Span, Text
+from fsmkit.expressions import Field
+from fsmkit.model.chart import Chart
+from fsmkit.runtime.clock import read_microseconds
+from fsmkit.runtime.interpreter import Macrostep, Snapshot
+from fsmkit.runtime.interpreter.trace import trace_lines
+from fsmkit.runtime.pretty import Printer, pretty
+from fsmkit.runtime.script import Player, script_texts, wrong_line
+from fsmkit.runtime.session import is_received
+from fsmkit.runtime.values import show, to_python
+
+HELP = """\
+  EVENT a=1 b=2      post an event and run
+  wait 500ms         let time pass
+  set INPUT VALUE    change an input and run
+  state              what is active
+  data               values of data, inputs and outputs
+  events             the events there are; * marks those that something active looks at
+  quit               leave"""
+
+
+class Stepper:
+    """A chart under the simulated clock of the command line."""
+
+    def __init__(self, chart: Chart, seed: int, *, lines_only: bool, is_quiet: bool) -> None:
+        self.chart = chart
+        self._player = Player(chart, seed)
+        self._now = 0
+        self._lines_only = lines_only
+        self._is_quiet = is_quiet
+        self._steps: list[Macrostep] = []
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The machine as it is."""
+        return self._player.snapshot
+
+    def start(self) -> None:
+        """Start the machine at time 0."""
+        self._play(_at("start 0"))
+
+    def do(self, item: str) -> None:
+        """Do one thing: an event, ``wait``, ``set``; an empty one is nothing."""
+        line = _at(item.strip())
+        for step in steps_of(self.chart, line):
+            if step.startswith("wait "):
+                self._now += int(step.removeprefix("wait "))
+            else:
+                self._play(Text(step.format(now=self._now), line.span))
+
+    def do_script(self, lines: Sequence[str]) -> None:
+        """Play the lines of a script."""
+        for line in script_texts(lines):
+            self._play(line)
+
+    def converse(self, file: TextIO) -> None:
+        """Read what to do until the end; on a terminal a wrong line is told and forgotten."""
+        is_terminal = file.isatty()
+        if is_terminal:
+            out.print("type an event, or help", style="dim")
+        while True:
+            if is_terminal:
+                out.print("> ", end="")
+            line = file.readline()
+            word = line.strip()
+            if not line or word in ("quit", "exit"):
+                return
+            try:
+                self._answer(word)
+            except FsmkitError as error:
+                if not is_terminal:
+                    raise
+                report(error.diagnostics)
+
+    def _answer(self, line: str) -> None:
+        match line:
+            case "help" | "?":
+                out.print(HELP)
+            case "state":
+                out.print(Printer(self.chart).active(self.snapshot), style="green")
+            case "data":
+                self._print_data()
+            case "events":
+                self._print_events()
+            case _:
+                self.do(line)
+
+    def document(self) -> dict[str, Any]:
+        """Return the run as data for JSON."""
+        return {
+            "chart": self.chart.name,
+            "steps": [self._step(step) for step in self._steps],
+            "active": self._active(self.snapshot),
+            "data": {
+                name: to_python(value, field.type)
+                for name, value, field in variables(self.chart, self.snapshot)
+            },
+            "finished": self.snapshot.finished,
+            "fault": self.snapshot.fault,
+        }
+
+    def _step(self, step: Macrostep) -> dict[str, Any]:
+        states = self.chart.states
+        return {
+            "at": step.at,
+            "cause": Printer(self.chart).cause(step),
+            "microsteps": [
+                {
+                    "transitions": list(small.transitions),
+                    "exited": [states[state].id for state in small.exited],
+                    "entered": [states[state].id for state in small.entered],
+                }
+                for small in step.microsteps
+            ],
+            "trace": list(trace_lines(self.chart, (step,))),
+            "active": self._active(step.after),
+        }
+
+    def _active(self, snapshot: Snapshot) -> list[str]:
+        found = (self.chart.states[state] for state in sorted(snapshot.configuration))
+        return [state.id for state in found if state.is_leaf]
+
+    def _play(self, line: Text) -> None:
+        for told in self._player.play(line):
+            if isinstance(told, Macrostep):
+                self._steps.append(told)
+            if self._is_quiet:
+                continue
+            if isinstance(told, str):
+                out.print(told, markup=False)
+            elif self._lines_only:
+                for text in trace_lines(self.chart, (told,)):
+                    out.print(text, markup=False)
+            else:
+                out.print(pretty(self.chart, told))
+
+    def _print_data(self) -> None:
+        for name, value, field in variables(self.chart, self.snapshot):
+            text = show(value, field.type, self.chart.capacities.tick)
+            out.print(f"  {name} = {text}", markup=False)
+
+    def _print_events(self) -> None:
+        active = [self.chart.states[state] for state in self.snapshot.configuration]
+        transitions = [self.chart.transitions[t] for state in active for t in state.transitions]
+        wanted = {event for transition in transitions for event in transition.events}
+        for event in self.chart.events:
+            if is_received(event):
+                mark = "*" if event.index in wanted else " "
+                fields = ", ".join(f"{field.name} {field.type}" for field in event.fields)
+                out.print(f"  {mark} {event.name}{f'({fields})' if fields else ''}", markup=False)
+
+
+def variables(chart: Chart, snapshot: Snapshot) -> Iterable[tuple[str, Any, Field]]:
+    """Yield name, value and type of data, outputs and inputs."""
+    declared = (*chart.data, *chart.outputs, *chart.inputs)
+    for one, value in zip(declared, (*snapshot.data, *snapshot.inputs), strict=True):
+        yield one.name, value, Field(one.name, one.type)
+
+
+def script_lines(chart: Chart, events: str | None, script: list[str] | None) -> list[str]:
+    """Return the script of ``--events`` (which starts at 0), or the one that was given."""
+    if script is not None:
+        return script
+    lines, now = ["start 0"], 0
+    for item in (events or "").replace("\n", ";").split(";"):
+        for step in steps_of(chart, _at(item.strip())):
+            if step.startswith("wait "):
+                now += int(step.removeprefix("wait "))
+            else:
+                lines.append(step.format(now=now))
+    return lines
+
+
+def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
+    """Return the script lines that do what a line says; ``{now}`` is the time, ``wait`` ticks."""
+    word, _, rest = line.value.partition(" ")
+    if not word:
+        return ()
+    if word == "wait":
+        try:
+            microseconds = read_microseconds(rest)
+        except ValueError as error:
+            raise wrong_line(line, f"the time to wait {error}", "write `wait 500ms`") from error
+        return (f"wait {microseconds // chart.capacities.tick}", "run {now}")
+    if word == "set":
+        return (f"input {_braces(rest)}", "run {now}")
+    return (f"post {_braces(line.value)}", "run {now}")
+
+
+def _braces(text: str) -> str:
+    return text.replace("{", "{{").replace("}", "}}")
+
+
+def _at(text: str) -> Text:
+    return Text(text, Span(Source("<events>", text), 0, len(text)))

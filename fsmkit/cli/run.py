@@ -1,0 +1,81 @@
+"""``fsmkit run``: step a chart on a simulated clock."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from fsmkit.cli._stepping import Stepper, script_lines
+from fsmkit.cli.console import out, print_json, report
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load_with_findings, read_bytes
+from fsmkit.testing.harness import harness
+
+EPILOG = """\b
+Examples:
+  fsmkit run feeder.yaml --events 'arrived; fault code=lost; wait 500ms'
+  fsmkit run feeder.yaml --script steps.txt --target c
+  fsmkit run feeder.yaml              (interactively; type help)
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--events", help="What happens: events, `wait 500ms`, `set input value`; by `;`.")
+@click.option("--script", type=click.Path(path_type=Path), help="A file of script lines.")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
+@click.option("--target", default="interpreter", show_default=True, help="What runs the chart.")
+@click.option("--trace", is_flag=True, help="Print the lines that all targets print alike.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def command(
+    file: Path,
+    events: str | None,
+    script: Path | None,
+    seed: int,
+    target: str,
+    trace: bool,
+    as_json: bool,
+) -> int:
+    """Step a chart on a simulated clock; interactively, if nothing says what happens.
+
+    Operations return pseudo-random values, the same for the same seed on every target.
+    """
+    if events is not None and script is not None:
+        raise click.UsageError("give --events or --script, not both")
+    findings = Findings()
+    chart = load_with_findings(file, findings)
+    report(findings)
+    if target != "interpreter" or (script is not None and not as_json):
+        if script is None and events is None:
+            raise click.UsageError("only the interpreter runs interactively; give --events")
+        lines = [f"seed {seed}", *script_lines(chart, events, _read(script))]
+        told = harness(target).run(chart, lines)
+        if as_json:
+            print_json({"chart": chart.name, "target": target, "trace": told})
+        else:
+            sys.stdout.writelines(f"{line}\n" for line in told)
+        return 0
+    stepper = Stepper(chart, seed, lines_only=trace, is_quiet=as_json)
+    if script is not None:
+        stepper.do_script(_read(script) or ())
+    elif events is not None:
+        stepper.start()
+        for item in events.replace("\n", ";").split(";"):
+            stepper.do(item)
+    else:
+        stepper.start()
+        stepper.converse(sys.stdin)
+    if as_json:
+        print_json(stepper.document())
+    if stepper.snapshot.fault is not None and not as_json:
+        out.print(f"the machine stopped with the fault {stepper.snapshot.fault}", style="bold red")
+    return int(stepper.snapshot.fault is not None)
+
+
+def _read(script: Path | None) -> list[str] | None:
+    if script is None:
+        return None
+    text = read_bytes(script).decode("utf-8", errors="replace")
+    return [line for line in text.splitlines() if line.strip() and not line.startswith("#")]

@@ -1,0 +1,194 @@
+"""Macrosteps for people: when, why, what was left and entered, which line of the source did it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import assert_never
+
+from rich.text import Text
+
+from fsmkit.diagnostics import Span
+from fsmkit.expressions import Field, Type, Value
+from fsmkit.model.chart import Chart, Transition
+from fsmkit.model.document import Trigger
+from fsmkit.runtime.clock import duration_text
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Cancelled,
+    Deferred,
+    Delayed,
+    Effect,
+    Emitted,
+    Entered,
+    Erred,
+    Exited,
+    Faulted,
+    Logged,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Postponed,
+    Raised,
+    Replied,
+    Sent,
+    Snapshot,
+    Spent,
+    Start,
+    Taken,
+    Timeout,
+    Unhandled,
+)
+from fsmkit.runtime.values import show
+
+INDENT = " " * 10
+
+
+def pretty(chart: Chart, macrostep: Macrostep) -> Text:
+    """Return a macrostep as styled text; the last line says what is active then."""
+    text = Text()
+    printer = Printer(chart)
+    if not isinstance(macrostep.event, Delayed):
+        time = duration_text(macrostep.at * chart.capacities.tick)
+        text.append(f"{time:>8}  ", "cyan")
+        text.append(printer.cause(macrostep), "bold")
+        text.append("\n")
+    for effect in macrostep.effects:
+        line, style = printer.effect(effect)
+        text.append(f"{INDENT}{line}\n", style)
+    if not isinstance(macrostep.event, Delayed):
+        text.append(f"{INDENT}{printer.active(macrostep.after)}\n", "green")
+    text.right_crop(1)
+    return text
+
+
+class Printer:
+    """Spells the items of a chart."""
+
+    def __init__(self, chart: Chart) -> None:
+        self.chart = chart
+
+    def cause(self, macrostep: Macrostep) -> str:
+        """Say what a macrostep reacts to."""
+        match macrostep.event:
+            case Start():
+                return "start"
+            case Occurrence() as occurrence:
+                return self.event(occurrence)
+            case Delayed(occurrence):
+                return self.event(occurrence)
+            case Timeout(transition):
+                return self.trigger(self.chart.transitions[transition])
+            case None:
+                return "inputs"
+            case _:
+                assert_never(macrostep.event)
+
+    def active(self, snapshot: Snapshot) -> str:
+        """Say what is active, and whether the machine has stopped."""
+        leaves = sorted(index_of(self.chart).leaves & snapshot.configuration)
+        names = ", ".join(self.chart.states[leaf].id for leaf in leaves)
+        if snapshot.fault is not None:
+            return f"= {names}  (stopped: {snapshot.fault})"
+        return f"= {names}{'  (finished)' if snapshot.finished else ''}"
+
+    def effect(self, effect: Effect) -> tuple[str, str]:  # one arm an effect
+        """Return the line of an effect, and its style."""
+        states, events = self.chart.states, self.chart.events
+        match effect:
+            case Exited(state):
+                return f"- {states[state].id}", "dim"
+            case Entered(state):
+                return f"+ {states[state].id}", ""
+            case Taken(transition):
+                return self.transition(self.chart.transitions[transition]), ""
+            case Called(operation, arguments, result):
+                return self._call(operation, arguments, result), "magenta"
+            case Emitted(occurrence, peer):
+                to = "" if peer is None else f" to {peer}"
+                return f"out {self.event(occurrence)}{to}", "magenta"
+            case Raised(occurrence):
+                return f"raise {self.event(occurrence)}", "dim"
+            case Sent(occurrence):
+                return f"send {self.event(occurrence)}", "dim"
+            case Postponed(what, delay):
+                after = duration_text(delay * self.chart.capacities.tick)
+                return f"send {self.event(what.occurrence)} after {after}", "dim"
+            case Cancelled(name):
+                return f"cancel {name}", "dim"
+            case Logged(label, values):
+                return " ".join(("log", label, *map(str, values))), "yellow"
+            case Replied(value):
+                return f"reply {value}", "magenta"
+            case Erred(name, reason):
+                return f"{name}: {reason}", "red"
+            case Unhandled(event):
+                return f"nothing reacts to {events[event].name}", "yellow"
+            case Deferred(event):
+                return f"{events[event].name} is kept for later", "yellow"
+            case Spent(transition):
+                trigger = self.trigger(self.chart.transitions[transition])
+                return f"{trigger}: spent, its guard is false", "yellow"
+            case Overflowed(queue):
+                return f"the {QUEUES[queue]} is full: an event is lost", "red"
+            case Faulted(reason):
+                return f"the machine stops: {reason}", "bold red"
+            case _:
+                assert_never(effect)
+
+    def event(self, occurrence: Occurrence) -> str:
+        """Spell an event with its payload by name."""
+        event = self.chart.events[occurrence.event]
+        values = zip(event.fields, occurrence.payload, strict=True)
+        return " ".join((event.name, *(f"{f.name}={self._value(v, f.type)}" for f, v in values)))
+
+    def transition(self, transition: Transition) -> str:
+        """Spell a transition with where it stands."""
+        source = self.chart.states[transition.source].id
+        targets = ", ".join(self.chart.states[target].id for target in transition.targets)
+        arrow = f" -> {targets}" if targets else ""
+        if transition.trigger is Trigger.INITIAL:
+            return f"initially{arrow}   {place(transition.span)}"
+        return f"{source}{arrow} on {self.trigger(transition)}   {place(transition.span)}"
+
+    def trigger(self, transition: Transition) -> str:
+        """Spell what makes a transition be looked at."""
+        match transition.trigger:
+            case Trigger.EVENT:
+                return " ".join(transition.descriptors)
+            case Trigger.EVENTLESS:
+                return "no event"
+            case Trigger.AFTER | Trigger.EVERY:
+                delay = duration_text(transition.delay * self.chart.capacities.tick)
+                return f"{transition.trigger.value} {delay}"
+            case Trigger.SOMETIMES | Trigger.INITIAL:
+                return transition.trigger.value
+            case _:
+                assert_never(transition.trigger)
+
+    def _call(self, operation: str, arguments: tuple[Value, ...], result: Value | None) -> str:
+        declared = next(one for one in self.chart.operations if one.name == operation)
+        given = ", ".join(self._parts(arguments, declared.parameters))
+        if result is None or declared.result is None:
+            return f"{operation}({given})"
+        return f"{operation}({given}) = {self._value(result, declared.result)}"
+
+    def _parts(self, values: tuple[Value, ...], fields: tuple[Field, ...]) -> Iterator[str]:
+        for value, field in zip(values, fields, strict=True):
+            yield self._value(value, field.type)
+
+    def _value(self, value: Value, type_: Type) -> str:
+        return show(value, type_, self.chart.capacities.tick)
+
+
+QUEUES = {
+    "queue": "external queue",
+    "internal": "internal queue",
+    "delayed": "list of delayed events",
+}
+
+
+def place(span: Span) -> str:
+    """Return ``file:line`` of a place."""
+    line, _ = span.source.position(span.start)
+    return f"{span.source.name}:{line}"
