@@ -144,7 +144,8 @@ static bool perform(const fsm_composition *self, uint32_t machine, void *state, 
     case FSM_FIRE:
         return m->fire(state, argument);
     case FSM_EVENTLESS:
-        return m->eventless(state);
+        m->eventless(state);
+        return true;
     case FSM_OCCUR:
         m->occur(state, possible->event, possible->values);
         return !possible->spontaneous || fsm_recording.took;
@@ -263,7 +264,8 @@ static bool settle_step(fsm_composition *self, uint32_t machine, uint32_t local,
         return false;
     bool idle = step->kind == FSM_ENVIRONMENT && step->next == local && step->message_count == 0
         && step->note_count == 0;
-    if (!idle && !is_repeated(self, first, step))
+    bool still = step->action == FSM_EVENTLESS && step->next == local && !fsm_recording.took;
+    if (!idle && !still && !is_repeated(self, first, step))
         return push_step(self, step);
     self->numbers.count = numbers;
     return true;

@@ -39,7 +39,7 @@ typedef struct {
     void (*start)(void *m);
     void (*take)(void *m);
     bool (*fire)(void *m, uint32_t timer);  /* the first due one; untimed: that armed one, false: silent */
-    bool (*eventless)(void *m);             /* whether a transition was taken; NULL where none reads inputs */
+    void (*eventless)(void *m);             /* NULL where no eventless guard reads an input */
     void (*occur)(void *m, uint32_t event, const fsm_value *values); /* at once, ahead of the queue */
     bool (*post)(void *m, uint32_t event, const fsm_value *values);  /* false: full */
     void (*elapse)(void *m, uint32_t ticks);

@@ -1,0 +1,1 @@
+"""What proves: closed systems, their exploration, their properties and counterexamples."""

@@ -1,0 +1,208 @@
+"""What is explored: states and steps of a closed system, defined once for both engines.
+
+**State.** For each machine its local state: active states, data and outputs, histories, queue (and
+what is deferred), timers with the time they have left, and inputs. The inputs of an open chart are
+arbitrary whenever it moves, so they count as state only if a property reads them. ``untimed``: of a
+timer only that it is armed counts. A machine stopped by a fault keeps configuration and data only.
+
+**Start.** All machines start at time 0, those of the environment first, then in the order of the
+file. Outputs reach the inputs they are wired to at once, here and after every step; events sent
+while starting reach the queues when all have started.
+
+**Steps.** One step is one macrostep of one machine, or the passing of time. While a machine of the
+environment has events in its queue, only such machines move: the plant answers at once. Else, each
+machine that runs can, by the order of SEMANTICS:
+
+* take eventless transitions that its inputs enable (*eventless*; then nothing else of this list),
+* or take the next event of its queue (*take*),
+* or, its queue being empty, fire the first timer that is due (*fire*; untimed: any armed one, and that
+  counts as the passing of time), or take a spontaneous transition;
+* an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*): that
+  covers every place in the queue it could have waited at. This is possible while at most `PATIENCE`
+  events wait in all queues: nobody presses a button faster than machines exchange messages.
+
+Time passes by the greatest common divisor of all delays (*elapse*) when no machine has anything left
+to do and some timer is armed. Steps of one machine that lead to the same state and messages, with
+other choices, are one; what comes from outside and changes nothing is none.
+
+**Choices.** The result of an operation, and in an open chart each input before each step, is chosen
+from `alphabet`: one step for each value.
+
+**Livelock** is a cycle of *take*, *fire* and *eventless* (that of an open chart, whose inputs anyone
+may change, does not count).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import gcd
+
+from fsmkit.diagnostics import fail
+from fsmkit.expressions import Storage, Value, Variable
+from fsmkit.model.chart import Chart, Event
+from fsmkit.model.document import Direction, Trigger
+from fsmkit.verify.alphabet import (
+    COMBINED,
+    Uses,
+    Values,
+    delays_of,
+    payloads_of,
+    uses_of,
+    values_of,
+)
+from fsmkit.verify.system import Machine, Possible, System
+from fsmkit.verify.walk import nodes
+
+PATIENCE = 1
+"""Events that may wait in all queues together when another comes from outside."""
+
+
+@dataclass(frozen=True, slots=True)
+class FreeInput:
+    """An input of an open chart, by index, and the values it takes."""
+
+    input: int
+    values: tuple[Value, ...]
+
+
+@dataclass(frozen=True)
+class Closed:
+    """A system ready to be explored.
+
+    ``charts`` are those of the machines with spontaneous transitions turned into events.
+    ``results``: for each machine and operation that returns something, the values it can return.
+    ``samples``: why not every value from outside is tried (empty: all that matter are).
+    """
+
+    system: System
+    charts: tuple[Chart, ...]
+    possible: tuple[Possible, ...]
+    free_inputs: tuple[FreeInput, ...]
+    results: tuple[Mapping[str, tuple[Value, ...]], ...]
+    keeps_inputs: bool
+    untimed: bool
+    silent: bool
+    """Transitions marked as watchdogs never fire."""
+    unit: int
+    """Ticks that pass at once; 0 if there is no delay."""
+    samples: tuple[str, ...]
+
+    @property
+    def is_open(self) -> bool:
+        """Whether this is one chart alone."""
+        return self.system.is_open
+
+    def is_silent(self, machine: int, transition: int) -> bool:
+        """Whether a timeout is assumed never to happen."""
+        return self.silent and self.charts[machine].transitions[transition].watchdog
+
+
+def close(system: System, *, untimed: bool = False, silent: bool = False) -> Closed:
+    """Prepare a system for exploration; `FsmkitError` where it cannot be."""
+    charts = tuple(without_spontaneous(machine.chart) for machine in system.machines)
+    uses = tuple(uses_of(chart) for chart in charts)
+    samples: list[str] = []
+    results = tuple(
+        _results(machine, used, samples)
+        for machine, used in zip(system.machines, uses, strict=True)
+    )
+    possible = list(system.possible)
+    free_inputs: tuple[FreeInput, ...] = ()
+    if system.is_open:
+        possible += _all_events(charts[0], uses[0], samples)
+        free_inputs = _free_inputs(charts[0], uses[0], samples)
+    possible += [
+        Possible(index, event.index, owed=True, spontaneous=True)
+        for index, (chart, machine) in enumerate(zip(charts, system.machines, strict=True))
+        for event in chart.events[len(machine.chart.events) :]
+    ]
+    return Closed(
+        system,
+        charts,
+        tuple(possible),
+        free_inputs,
+        results,
+        keeps_inputs=system.is_open and any(_reads_input(p.condition) for p in system.properties),
+        untimed=untimed,
+        silent=silent,
+        unit=0 if untimed else unit_of(system),
+        samples=tuple(dict.fromkeys(samples)),
+    )
+
+
+def unit_of(system: System) -> int:
+    """Return the greatest common divisor of all delays, in ticks; 0 where there is none."""
+    ticks = {machine.chart.capacities.tick for machine in system.machines}
+    if len(ticks) > 1:
+        raise fail(
+            "different-ticks",
+            "the machines of this system count time in different ticks",
+            system.machines[-1].span,
+            help="give all charts the same `capacity: {tick: ...}`",
+        )
+    delays = [d for machine in system.machines for d in delays_of(machine.chart)]
+    return gcd(*(1 if delay is None else delay for delay in delays)) if delays else 0
+
+
+def without_spontaneous(chart: Chart) -> Chart:
+    """Return the chart with each ``sometimes`` transition on an event of its own, after all others."""
+    found = [t for t in chart.transitions if t.trigger is Trigger.SOMETIMES]
+    if not found:
+        return chart
+    events = list(chart.events)
+    transitions = list(chart.transitions)
+    for transition in found:
+        name = f"sometimes.{transition.index}"
+        transitions[transition.index] = replace(
+            transition, trigger=Trigger.EVENT, events=(len(events),), descriptors=(name,)
+        )
+        events.append(Event(len(events), name, (), frozenset({Direction.IN})))
+    return replace(chart, events=tuple(events), transitions=tuple(transitions))
+
+
+def _all_events(chart: Chart, uses: Uses, samples: list[str]) -> list[Possible]:
+    found = []
+    for event in chart.events:
+        if Direction.IN not in event.directions or event.name.startswith("sometimes."):
+            continue
+        types = tuple((part.type, ("field", part.name)) for part in event.fields)
+        values = payloads_of(types, uses)
+        if not values.exact:
+            samples.append(f"the payload of `{event.name}`")
+        for payload in values.values:
+            assert isinstance(payload, tuple)  # noqa: S101  (a combination)
+            found.append(Possible(0, event.index, payload))
+    return found
+
+
+def _free_inputs(chart: Chart, uses: Uses, samples: list[str]) -> tuple[FreeInput, ...]:
+    found: list[FreeInput] = []
+    combinations = 1
+    for index, declared in enumerate(chart.inputs):
+        values = values_of(declared.type, ("input", declared.name), uses)
+        combinations *= len(values.values)
+        if combinations > COMBINED:
+            values = Values(values.values[:1], exact=False)
+            combinations //= max(1, len(values.values))
+        if not values.exact:
+            samples.append(f"the input `{declared.name}`")
+        if len(values.values) > 1:
+            found.append(FreeInput(index, values.values))
+    return tuple(found)
+
+
+def _results(machine: Machine, uses: Uses, samples: list[str]) -> Mapping[str, tuple[Value, ...]]:
+    found = {}
+    for operation in machine.chart.operations:
+        if operation.result is None:
+            continue
+        values = values_of(operation.result, ("operation", operation.name), uses)
+        if not values.exact:
+            samples.append(f"the result of `{operation.name}` of `{machine.name}`")
+        found[operation.name] = values.values
+    return found
+
+
+def _reads_input(node: object) -> bool:
+    return any(isinstance(n, Variable) and n.storage is Storage.INPUT for n in nodes(node))

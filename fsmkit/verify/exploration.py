@@ -1,0 +1,88 @@
+"""What an exploration found: the currency of both engines.
+
+Marks are facts of interest, numbered: 0 a deadlock, then the properties of the system, then those of
+each machine (see `marks_of`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from fsmkit.verify.closed import Closed
+from fsmkit.verify.steps import UNHANDLED, Step
+
+DEADLOCK = 0
+
+
+class End(Enum):
+    """Why an exploration ended."""
+
+    COMPLETE = "complete"
+    MEMORY = "memory"
+    TIME = "time"
+    INTERRUPTED = "interrupted"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """How often something was seen, and a shortest way there (ordinals; the last may be it)."""
+
+    number: int
+    count: int
+    path: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What one machine did: its local states, the most it used of each capacity, its coverage."""
+
+    locals: int
+    queue: int
+    timers: int
+    microsteps: int
+    internal: int
+    states: frozenset[int]
+    transitions: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Exploration:
+    """The result of a search.
+
+    A path is the ordinals of steps, that of the initial state first. ``livelock`` is a path and the
+    cycle it leads to; ``traps`` are the paths to them. ``livelock`` and ``traps`` say something only
+    if ``*_known``.
+    """
+
+    engine: str
+    end: End
+    why: str
+    states: int
+    expanded: int
+    transitions: int
+    depth: int
+    bytes: int
+    seconds: float
+    marks: tuple[Mark, ...]
+    livelock_known: bool
+    livelock: tuple[tuple[int, ...], tuple[int, ...]] | None
+    traps_known: bool
+    traps: tuple[tuple[int, ...], ...]
+    machines: tuple[Figures, ...]
+
+    def mark(self, number: int) -> Mark | None:
+        """Return what was seen of a mark."""
+        return next((mark for mark in self.marks if mark.number == number), None)
+
+
+def first_mark(closed: Closed, machine: int) -> int:
+    """Return the first mark of a machine: queue full, fault, then each event unanswered."""
+    charts = closed.charts[:machine]
+    properties = len(closed.system.properties)
+    return 1 + properties + sum(UNHANDLED + len(chart.events) for chart in charts)
+
+
+Trail = tuple[tuple[Step, ...], ...]
+"""A path as steps; the first entry holds the start of each machine, the others one step each."""

@@ -1,0 +1,171 @@
+"""The notation of conditions over a system: ``feeder.In(pressing) and plant.door_at == Place.home``.
+
+A dotted name stands for a variable of a machine, ``machine.In(state)`` for whether a state of it is
+active. Both become variables of the expression that the data language reads.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.expressions import (
+    BOOL,
+    Expr,
+    Literal,
+    Scope,
+    Storage,
+    Type,
+    type_expression,
+)
+from fsmkit.model.chart import Chart
+from fsmkit.verify.system import Atom, Machine
+
+TEST = r"(?P<tested>[A-Za-z_]\w*)\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
+DOTTED = r"(?P<machine>[A-Za-z_]\w*)\s*\.\s*(?P<name>[A-Za-z_]\w*)"
+QUOTED = r'"[^"]*"|\'[^\']*\''
+NAMES = re.compile(rf"(?P<quoted>{QUOTED})|(?<![\w.]){TEST}|(?<![\w.]){DOTTED}")
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A condition, typed, and what its variables stand for."""
+
+    expression: Expr
+    atoms: tuple[tuple[str, Atom], ...]
+
+
+@dataclass(slots=True)
+class _Reader:
+    machines: tuple[Machine, ...]
+    findings: Findings
+    atoms: dict[str, Atom] = field(default_factory=dict)
+    types: dict[str, tuple[Type, Storage]] = field(default_factory=dict)
+    failed: bool = False
+
+    def replacement(self, match: re.Match[str], text: Text) -> str | None:
+        """Return the variable for a dotted name; None to leave the text as it is."""
+        if match["quoted"] is not None:
+            return None
+        name = match["tested"] or match["machine"]
+        index = next((n for n, m in enumerate(self.machines) if m.name == name), None)
+        if index is None:
+            if match["tested"] is not None:
+                names = [machine.name for machine in self.machines]
+                group = text.part(*match.span("tested"))
+                self.unknown("machine", name, names, group)
+            return None
+        if match["tested"] is not None:
+            return self._state(index, match["state"], text.part(*match.span("state")))
+        return self._variable(index, match["name"], text.part(*match.span("name")))
+
+    def _state(self, index: int, state: str, at: Text) -> str | None:
+        machine = self.machines[index]
+        number = machine.chart.state_index.get(state)
+        if number is None:
+            self.unknown(f"state of `{machine.name}`", state, machine.chart.state_index, at)
+            return None
+        safe = re.sub(r"\W", "_", state)
+        return self._named(f"{machine.name}__In__{safe}", Atom(index, number), BOOL)
+
+    def _variable(self, index: int, name: str, at: Text) -> str | None:
+        machine = self.machines[index]
+        types = variables_of(machine.chart)
+        if name not in types:
+            help_ = None
+            if name in machine.chart.state_index:
+                help_ = f"whether a state is active is written `{machine.name}.In({name})`"
+            self.unknown(f"variable of `{machine.name}`", name, types, at, help_)
+            return None
+        return self._named(f"{machine.name}__{name}", Atom(index, variable=name), types[name])
+
+    def _named(self, name: str, atom: Atom, type_: Type) -> str:
+        while self.atoms.get(name, atom) != atom:
+            name += "_"
+        self.atoms[name] = atom
+        self.types[name] = (type_, Storage.DATA)
+        return name
+
+    def unknown(
+        self, what: str, name: str, known: object, at: Text, help_: str | None = None
+    ) -> None:
+        """Tell that there is no such name."""
+        self.failed = True
+        names = [str(n) for n in known] if isinstance(known, dict | list) else []
+        close = get_close_matches(name, names, 1)
+        suggestion = f"did you mean `{close[0]}`?" if close else None
+        message = f"there is no {what} `{name}`"
+        self.findings.add("unknown-name", message, at, help=help_ or suggestion)
+
+
+def read_condition(
+    text: Text, machines: tuple[Machine, ...], findings: Findings
+) -> Condition | None:
+    """Read a condition; None after telling what is wrong with it."""
+    reader = _Reader(machines, findings)
+    rewritten = _rewrite(text, reader)
+    if reader.failed:
+        return None
+    scope = Scope(
+        variables=reader.types,
+        constants=_constants(machines),
+        types=_types(machines),
+        tick=machines[0].chart.capacities.tick if machines else 1000,
+    )
+    expression = type_expression(rewritten, scope, findings, BOOL)
+    if expression is None:
+        return None
+    return Condition(expression, tuple(reader.atoms.items()))
+
+
+def _rewrite(text: Text, reader: _Reader) -> Text:
+    """Return the text with variables for dotted names; each keeps the place of what it replaces."""
+    value, offsets, at = "", [], 0
+
+    def copy(start: int, end: int) -> str:
+        offsets.extend(text.span_of(n, n + 1).start for n in range(start, end))
+        return text.value[start:end]
+
+    for match in NAMES.finditer(text.value):
+        variable = reader.replacement(match, text)
+        if variable is None:
+            continue
+        value += copy(at, match.start())
+        first = text.span_of(match.start(), match.start() + 1).start
+        last = text.span_of(match.end() - 1, match.end()).start
+        offsets.extend(min(first + n, last) for n in range(len(variable) - 1))
+        offsets.append(last)
+        value += variable
+        at = match.end()
+    value += copy(at, len(text.value))
+    return Text(value, text.span, tuple(offsets))
+
+
+def variables_of(chart: Chart) -> dict[str, Type]:
+    """Return the types of data, outputs and inputs by name."""
+    return {d.name: d.type for d in (*chart.data, *chart.outputs, *chart.inputs)}
+
+
+def _types(machines: tuple[Machine, ...]) -> Mapping[str, Type]:
+    """Return the declared types of all machines; of a name that means several, none."""
+    found: dict[str, Type] = {}
+    clashing = set()
+    for machine in machines:
+        for type_ in machine.chart.types:
+            name = str(type_)
+            if found.setdefault(name, type_) != type_:
+                clashing.add(name)
+    return {name: type_ for name, type_ in found.items() if name not in clashing}
+
+
+def _constants(machines: tuple[Machine, ...]) -> Mapping[str, Literal]:
+    found: dict[str, Literal] = {}
+    clashing = set()
+    for machine in machines:
+        for name, literal in machine.chart.constants:
+            if found.setdefault(name, literal) != literal:
+                clashing.add(name)
+    return {name: literal for name, literal in found.items() if name not in clashing}

@@ -1,0 +1,423 @@
+"""Local steps by the reference interpreter: what one machine does, and what it tells the others.
+
+`verify.closed` says what a state and a step are; ``core/local.c`` is the same over generated C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import assert_never
+
+from fsmkit.expressions import Value
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Kind
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.macrostep import initial, start, step
+from fsmkit.runtime.interpreter.run import (
+    is_deferred,
+    post,
+    step_event,
+    step_eventless,
+    step_timer,
+)
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Entered,
+    Faulted,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Snapshot,
+    Taken,
+    Timeout,
+    Timer,
+    Unhandled,
+)
+from fsmkit.verify.closed import Closed
+
+FULL, FAULT, UNHANDLED = 0, 1, 2
+"""Notes of a step of a machine; from the last on, one for each event that was not answered."""
+
+
+class Action(Enum):
+    """What a step is; the names are those of ``core/main.c``."""
+
+    START = "start"
+    TAKE = "take"
+    FIRE = "fire"
+    EVENTLESS = "eventless"
+    OCCUR = "occur"
+    ELAPSE = "elapse"
+
+
+class Who(Enum):
+    """Who moves in a step: the machines, time, or what is around them."""
+
+    INTERNAL = "internal"
+    TIME = "time"
+    ENVIRONMENT = "environment"
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step, so that it can be taken again.
+
+    ``argument``: of OCCUR the number of what is possible, of FIRE (untimed) that of the timer.
+    """
+
+    action: Action
+    machine: int = 0
+    argument: int = 0
+    choices: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """An event for a queue, or a value for an input (``event`` None)."""
+
+    target: int
+    event: Occurrence | None = None
+    input: int = 0
+    value: Value = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a local step led to."""
+
+    step: Step
+    who: Who
+    after: Snapshot
+    messages: tuple[Message, ...]
+    notes: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What the search asks of a local state (``fsm_view`` in core/system.h)."""
+
+    waiting: int
+    awaited: int
+    due: bool
+    running: bool
+    faulted: bool
+    at_rest: bool
+
+
+class Chooser:
+    """Makes choices: each sequence in turn, like an odometer; and answers operations with them."""
+
+    def __init__(self, results: object = None, choices: Sequence[int] = ()) -> None:
+        """Answer by ``results``, operation -> values; begin with the given choices."""
+        self.results = results if isinstance(results, dict) else {}
+        self.chosen = list(choices)
+        self.limits = [0] * len(self.chosen)
+        self.at = 0
+
+    def begin(self) -> None:
+        """Begin a step; the choices stay."""
+        self.at = 0
+
+    def choose(self, n: int) -> int:
+        """Return a number below ``n``."""
+        if n < 2:
+            return 0
+        if self.at == len(self.chosen):
+            self.chosen.append(0)
+            self.limits.append(n)
+        self.limits[self.at] = n
+        self.at += 1
+        return self.chosen[self.at - 1]
+
+    def advance(self) -> bool:
+        """Go to the next sequence of choices; False after the last."""
+        while self.chosen:
+            self.chosen[-1] += 1
+            if self.chosen[-1] < self.limits[-1]:
+                return True
+            self.chosen.pop()
+            self.limits.pop()
+        return False
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Answer an operation (the `Host` of a step)."""
+        del arguments
+        values = self.results.get(operation)
+        return None if values is None else values[self.choose(len(values))]
+
+
+@dataclass(slots=True)
+class Coverage:
+    """What the steps of a machine have reached so far."""
+
+    states: set[int]
+    transitions: set[int]
+    microsteps: int = 0
+
+
+class LocalSteps:
+    """The local steps of the machines of a closed system."""
+
+    def __init__(self, closed: Closed) -> None:
+        """Read off what does not change."""
+        self.closed = closed
+        self.charts = closed.charts
+        self._possible = tuple(
+            tuple((n, p) for n, p in enumerate(closed.possible) if p.machine == machine)
+            for machine in range(len(self.charts))
+        )
+        self.coverage = tuple(Coverage(set(), set()) for _ in self.charts)
+        self._rests = tuple(map(_resting, self.charts))
+        self._samples_inputs = tuple(map(reads_inputs_eventless, self.charts))
+        self._ports = tuple(
+            {o.name: len(chart.events) + n for n, o in enumerate(machine.chart.operations)}
+            for machine, chart in zip(closed.system.machines, self.charts, strict=True)
+        )
+        self._noted = tuple(
+            {event.index for event in machine.chart.events if event.directions}
+            for machine in closed.system.machines
+        )
+
+    def initial(self, machine: int) -> Snapshot:
+        """Return a machine before its start."""
+        return initial(self.charts[machine])
+
+    def settled(self, machine: int, snapshot: Snapshot) -> Snapshot:
+        """Return a machine with what does not count as state cleared."""
+        inputs = snapshot.inputs
+        if self.closed.is_open and not self.closed.keeps_inputs:
+            inputs = initial(self.charts[machine]).inputs
+        if not snapshot.running:
+            return replace(
+                snapshot, inputs=inputs, history=(), queue=(), deferred=(), timers=(), now=0
+            )
+        timers = snapshot.timers
+        if self.closed.untimed and timers:
+            timers = tuple(sorted((Timer(0, t.what) for t in timers), key=repr))
+        return replace(snapshot, inputs=inputs, timers=timers, now=0)
+
+    def view(self, machine: int, snapshot: Snapshot) -> View:
+        """Return what the search asks of a local state."""
+        chart = self.charts[machine]
+        if not snapshot.running:
+            return View(0, 0, False, False, snapshot.fault is not None, snapshot.finished)
+        recalled = sum(not is_deferred(chart, snapshot, o.event) for o in snapshot.deferred)
+        awaited = sum(not self._is_silent(machine, timer) for timer in snapshot.timers)
+        leaves = (s for s in snapshot.configuration if chart.states[s].is_leaf)
+        return View(
+            len(snapshot.queue) + recalled,
+            awaited,
+            bool(snapshot.timers) and snapshot.timers[0].deadline <= 0,
+            True,
+            False,
+            all(leaf in self._rests[machine] for leaf in leaves),
+        )
+
+    def _is_silent(self, machine: int, timer: Timer) -> bool:
+        return isinstance(timer.what, Timeout) and self.closed.is_silent(
+            machine, timer.what.transition
+        )
+
+    def elapsed(self, machine: int, snapshot: Snapshot) -> Snapshot:
+        """Return a machine after a unit of time."""
+        unit = self.closed.unit
+        timers = tuple(Timer(t.deadline - unit, t.what) for t in snapshot.timers)
+        return replace(snapshot, timers=timers)
+
+    def delivered(self, snapshot: Snapshot, message: Message) -> tuple[Snapshot, bool]:
+        """Return a machine after a message has come, and whether its queue was full."""
+        if message.event is None:
+            inputs = list(snapshot.inputs)
+            inputs[message.input] = message.value
+            return replace(snapshot, inputs=tuple(inputs)), False
+        if not snapshot.running:
+            return snapshot, False
+        after = post(self.charts[message.target], snapshot, message.event)
+        return (snapshot, True) if after is None else (after, False)
+
+    # --- one step ------------------------------------------------------------------------------
+
+    def perform(
+        self, machine: int, snapshot: Snapshot, what: Step, chooser: Chooser
+    ) -> Macrostep | None:
+        """Take a step; None if there is no such step."""
+        chart = self.charts[machine]
+        chooser.begin()
+        if self.closed.is_open:
+            inputs = list(snapshot.inputs)
+            for free in self.closed.free_inputs:
+                inputs[free.input] = free.values[chooser.choose(len(free.values))]
+            snapshot = replace(snapshot, inputs=tuple(inputs))
+        match what.action:
+            case Action.START:
+                return start(chart, 0, chooser, snapshot.inputs)
+            case Action.TAKE:
+                return step_event(chart, snapshot, chooser)
+            case Action.FIRE:
+                return self._fire(machine, snapshot, what.argument, chooser)
+            case Action.EVENTLESS:
+                return step_eventless(chart, snapshot, chooser)
+            case Action.OCCUR:
+                possible = self.closed.possible[what.argument]
+                done = step(chart, snapshot, Occurrence(possible.event, possible.payload), chooser)
+                return done if not possible.spontaneous or _took(done) else None
+            case Action.ELAPSE:
+                return None
+            case _:
+                assert_never(what.action)
+
+    def _fire(
+        self, machine: int, snapshot: Snapshot, place: int, chooser: Chooser
+    ) -> Macrostep | None:
+        timers = list(snapshot.timers)
+        if self.closed.untimed:
+            timer = timers.pop(place)
+            if self._is_silent(machine, timer):
+                return None
+            snapshot = replace(snapshot, timers=(timer, *timers))
+        return step_timer(self.charts[machine], snapshot, chooser)
+
+    def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
+        """Take a step with every sequence of choices; the same effect counts once."""
+        chooser = Chooser(dict(self.closed.results[machine]))
+        found: dict[tuple[Snapshot, tuple[Message, ...], tuple[int, ...]], Outcome] = {}
+        while True:
+            done = self.perform(machine, snapshot, what, chooser)
+            if done is not None:
+                self._cover(self.coverage[machine], done)
+            outcome = None if done is None else self.outcome(machine, snapshot, what, who, done)
+            if outcome is not None:
+                idle = outcome.after == snapshot and not outcome.messages and not outcome.notes
+                if not (idle and who is Who.ENVIRONMENT) and not (
+                    what.action is Action.EVENTLESS
+                    and outcome.after == snapshot
+                    and not _took(done)
+                ):
+                    step_ = replace(what, choices=tuple(chooser.chosen[: chooser.at]))
+                    key = (outcome.after, outcome.messages, outcome.notes)
+                    found.setdefault(key, replace(outcome, step=step_))
+            if not chooser.advance():
+                return list(found.values())
+
+    def outcome(
+        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
+    ) -> Outcome:
+        """Read off what a macrostep led to."""
+        after = self.settled(machine, done.after)
+        return Outcome(
+            what,
+            who,
+            after,
+            (*self._changed_outputs(machine, before, after), *self._sent(machine, done)),
+            self._notes(machine, what, done),
+        )
+
+    def _changed_outputs(self, machine: int, before: Snapshot, after: Snapshot) -> list[Message]:
+        first = len(self.charts[machine].data)
+        return [
+            Message(link.target, input=link.input, value=after.data[first + link.output])
+            for link in self.closed.system.input_links
+            if link.source == machine
+            and after.data[first + link.output] != before.data[first + link.output]
+        ]
+
+    def _sent(self, machine: int, done: Macrostep) -> list[Message]:
+        found = []
+        for effect in done.effects:
+            match effect:
+                case Emitted(Occurrence(event, payload)):
+                    port, values = event, payload
+                case Called(operation, arguments):
+                    port, values = self._ports[machine][operation], arguments
+                case _:
+                    continue
+            for link in self.closed.system.event_links:
+                if link.source == machine and link.port == port:
+                    occurrence = Occurrence(link.event, tuple(values[n] for n in link.arguments))
+                    found.append(Message(link.target, occurrence))
+        return found
+
+    def _notes(self, machine: int, what: Step, done: Macrostep) -> tuple[int, ...]:
+        found: dict[int, None] = {}
+        own = self.closed.possible[what.argument].event if what.action is Action.OCCUR else None
+        for effect in done.effects:
+            match effect:
+                case Overflowed():
+                    found[FULL] = None
+                case Faulted():
+                    found[FAULT] = None
+                case Unhandled(event) if event != own and event in self._noted[machine]:
+                    found[UNHANDLED + event] = None
+        return tuple(found)
+
+    def _cover(self, coverage: Coverage, done: Macrostep) -> None:
+        coverage.microsteps = max(coverage.microsteps, len(done.microsteps))
+        for effect in done.effects:
+            match effect:
+                case Entered(state):
+                    coverage.states.add(state)
+                case Taken(transition):
+                    coverage.transitions.add(transition)
+                case _:
+                    pass
+
+    # --- all steps -----------------------------------------------------------------------------
+
+    def own(self, machine: int, snapshot: Snapshot, view: View) -> list[Outcome]:
+        """Return the steps a machine can take by itself."""
+        arbitrary = self.closed.is_open
+        found: list[Outcome] = []
+        if self._samples_inputs[machine]:
+            who = Who.ENVIRONMENT if arbitrary else Who.INTERNAL
+            found = self.explore(machine, snapshot, Step(Action.EVENTLESS, machine), who)
+            if found and not arbitrary:
+                return found
+        if view.waiting:
+            take = Step(Action.TAKE, machine)
+            return found + self.explore(machine, snapshot, take, Who.INTERNAL)
+        if self.closed.untimed:
+            for place in range(len(snapshot.timers)):
+                fire = Step(Action.FIRE, machine, place)
+                found += self.explore(machine, snapshot, fire, Who.TIME)
+        elif view.due:
+            fire = Step(Action.FIRE, machine)
+            found += self.explore(machine, snapshot, fire, Who.INTERNAL)
+        for number, possible in self._possible[machine]:
+            if possible.spontaneous:
+                occur = Step(Action.OCCUR, machine, number)
+                found += self.explore(machine, snapshot, occur, Who.ENVIRONMENT)
+        return found
+
+    def open(self, machine: int, snapshot: Snapshot) -> list[Outcome]:
+        """Return what may come to a machine from outside."""
+        return [
+            outcome
+            for number, possible in self._possible[machine]
+            if not possible.spontaneous
+            for outcome in self.explore(
+                machine, snapshot, Step(Action.OCCUR, machine, number), Who.ENVIRONMENT
+            )
+        ]
+
+
+def reads_inputs_eventless(chart: Chart) -> bool:
+    """Whether some eventless guard reads an input, so that a change of inputs matters at once."""
+    return index_of(chart).samples_inputs
+
+
+def _took(done: Macrostep | None) -> bool:
+    return done is not None and any(small.transitions for small in done.microsteps)
+
+
+def _resting(chart: Chart) -> frozenset[int]:
+    """Return the leaves where a machine may wait for ever: marked, in a marked one, or final."""
+    return frozenset(
+        state.index
+        for state in chart.states
+        if state.kind is Kind.FINAL
+        or state.rest
+        or any(chart.states[a].rest for a in chart.ancestors(state.index))
+    )

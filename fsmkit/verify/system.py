@@ -1,0 +1,158 @@
+"""A system: machines, the wires between them, what surrounds them, and what must hold of them.
+
+Machines are numbered in the order of the file, properties likewise. A *port* of a machine is where
+something leaves it: an event (its index in the chart) or an operation (after all events).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from fsmkit.diagnostics import Source, Span
+from fsmkit.expressions import BOOL, Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Value
+from fsmkit.model.chart import Chart
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """An instance of a chart. One of the environment answers at once (see `verify.closed`)."""
+
+    name: str
+    chart: Chart
+    environment: bool = False
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class EventLink:
+    """From a port to the queue of a machine.
+
+    ``arguments`` tells for each field of the event which value of the port it takes.
+    """
+
+    source: int
+    port: int
+    target: int
+    event: int
+    arguments: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class InputLink:
+    """From an output (by index) to an input (by index), copied after each step of the writer."""
+
+    source: int
+    output: int
+    target: int
+    input: int
+
+
+@dataclass(frozen=True, slots=True)
+class Possible:
+    """An event that can come from outside at any time.
+
+    ``owed``: it does come some time, if it stays possible (``will``). ``spontaneous``: it stands
+    for a ``sometimes`` transition of the machine itself.
+    """
+
+    machine: int
+    event: int
+    payload: tuple[Value, ...] = ()
+    owed: bool = False
+    spontaneous: bool = False
+
+
+class PropertyKind(Enum):
+    """The kinds of properties; the last ones are read, but not explored yet."""
+
+    INVARIANT = "invariant"
+    NEVER = "never"
+    REACHABLE = "reachable"
+    DEADLOCK_FREE = "deadlock_free"
+    LIVELOCK_FREE = "livelock_free"
+    LEADS_TO = "leads_to"
+    WITHIN = "within"
+    RECOVERABLE = "recoverable"
+    MONITOR = "monitor"
+
+
+JUDGED_AT_STATES = {PropertyKind.INVARIANT, PropertyKind.NEVER, PropertyKind.REACHABLE}
+
+
+@dataclass(frozen=True, slots=True)
+class Atom:
+    """What a name in a condition means: a state (``state``) or a variable of a machine."""
+
+    machine: int
+    state: int | None = None
+    variable: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """Something that shall hold. ``condition`` is given for those judged at states.
+
+    The variables of the condition are the names in ``atoms``, or, for the invariant of a state,
+    those of the machine that is its ``owner``. ``unexplored`` says why no verdict can be given.
+    """
+
+    name: str
+    kind: PropertyKind
+    text: str
+    condition: Expr | None = None
+    atoms: tuple[tuple[str, Atom], ...] = ()
+    owner: int | None = None
+    unexplored: str = ""
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class System:
+    """Charts, closed. ``is_open``: one chart alone, to which everything may come from outside."""
+
+    name: str
+    machines: tuple[Machine, ...]
+    event_links: tuple[EventLink, ...] = ()
+    input_links: tuple[InputLink, ...] = ()
+    possible: tuple[Possible, ...] = ()
+    properties: tuple[Property, ...] = ()
+    is_open: bool = False
+    source: Source | None = field(default=None, compare=False, repr=False)
+
+
+def operation_port(chart: Chart, operation: str) -> int:
+    """Return the port of an operation."""
+    names = [declared.name for declared in chart.operations]
+    return len(chart.events) + names.index(operation)
+
+
+def system_of(chart: Chart) -> System:
+    """Return the system of one chart alone, with the invariants of its states as properties."""
+    properties = tuple(_invariants(0, Machine(chart.name, chart), prefix=""))
+    return System(chart.name, (Machine(chart.name, chart),), properties=properties, is_open=True)
+
+
+def state_invariants(machines: tuple[Machine, ...]) -> tuple[Property, ...]:
+    """Return a property for each ``invariant`` of a state of one of several machines."""
+    return tuple(
+        found
+        for index, machine in enumerate(machines)
+        for found in _invariants(index, machine, prefix=f"{machine.name}.")
+    )
+
+
+def _invariants(index: int, machine: Machine, *, prefix: str) -> list[Property]:
+    found = []
+    for state in machine.chart.states:
+        if state.invariant is None:
+            continue
+        span = state.invariant.span
+        left = Unary(UnaryOp.NOT, InState(state.index, state.id, span), BOOL, span)
+        condition = Binary(BinaryOp.OR, left, state.invariant, BOOL, span)
+        name = f"{prefix}{state.id}.invariant"
+        text = f"the invariant of `{prefix}{state.id}`"
+        found.append(
+            Property(name, PropertyKind.INVARIANT, text, condition, owner=index, span=span)
+        )
+    return found
