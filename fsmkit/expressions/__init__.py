@@ -1,8 +1,9 @@
 """The data language: types, one typed tree, grammar, evaluation, folding, printing."""
 
-from fsmkit.expressions.conversion import convert, default_value
+from fsmkit.expressions.conversion import can_convert, convert, default_value
 from fsmkit.expressions.environment import ContentError, Environment, RangeFault
-from fsmkit.expressions.evaluation import evaluate, fold, store
+from fsmkit.expressions.evaluation import evaluate, store
+from fsmkit.expressions.folding import fold, fold_location
 from fsmkit.expressions.notation import read_duration, read_type
 from fsmkit.expressions.scope import Scope, Signature
 from fsmkit.expressions.tree import (
@@ -52,7 +53,7 @@ from fsmkit.expressions.types import (
     Type,
     Value,
 )
-from fsmkit.expressions.typing import type_call, type_expression, type_location
+from fsmkit.expressions.typing import type_call, type_expression, type_location, type_update
 
 __all__ = [
     "BOOL",
@@ -103,14 +104,17 @@ __all__ = [
     "UnaryOp",
     "Value",
     "Variable",
+    "can_convert",
     "convert",
     "default_value",
     "evaluate",
     "fold",
+    "fold_location",
     "read_duration",
     "read_type",
     "store",
     "type_call",
     "type_expression",
     "type_location",
+    "type_update",
 ]

@@ -1,25 +1,263 @@
-"""From text to the typed tree."""
+"""From text to the typed tree: names bound, every node given its type and place."""
+
+# mypy: disable-error-code="func-returns-value"
+# (`return context.report(...)` reports and gives up)
 
 from __future__ import annotations
 
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.expressions.binding import Binder
+from fsmkit.expressions.conversion import bounds, can_convert, convert, whole
+from fsmkit.expressions.durations import duration_of
+from fsmkit.expressions.names import Context
+from fsmkit.expressions.operators import described, type_binary
 from fsmkit.expressions.scope import Scope
-from fsmkit.expressions.tree import Call, Expr, Location
-from fsmkit.expressions.types import Type
+from fsmkit.expressions.syntax import CallNode, Node, SyntaxFault, parse
+from fsmkit.expressions.tree import (
+    Binary,
+    BinaryOp,
+    Call,
+    Convert,
+    Element,
+    EventField,
+    Expr,
+    Literal,
+    Location,
+    Member,
+    Storage,
+    Variable,
+)
+from fsmkit.expressions.types import (
+    DURATION,
+    SYMBOL,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    Overflow,
+    Type,
+)
 
 
 def type_expression(
     text: Text, scope: Scope, findings: Findings, expected: Type | None = None
 ) -> Expr | None:
-    """Read and type an expression; with ``expected`` it is converted to exactly that type."""
-    raise NotImplementedError
+    """Read and type an expression; with ``expected`` it is converted to exactly that type.
+
+    None where something is wrong: then there is at least one finding, with its place.
+    """
+    context = Context(scope, findings)
+    try:
+        node = _parsed(text, context)
+        if node is None:
+            return None
+        expr = Binder(context, text).bind(node, expected)
+        if expr is None or expected is None:
+            return expr if expr is None or _has_value(context, expr) else None
+        return fit(context, expr, expected)
+    except RecursionError:  # the tree is bounded, what stands above this call is not
+        return context.report("expression-too-deep", "the expression nests too deeply", text)
 
 
 def type_location(text: Text, scope: Scope, findings: Findings) -> Location | None:
-    """Read and type what an assignment writes."""
-    raise NotImplementedError
+    """Read and type what an assignment writes: data or an output, or a part of one."""
+    context = Context(scope, findings)
+    node = _parsed(text, context)
+    expr = None if node is None else Binder(context, text).bind(node, None)
+    if expr is None:
+        return None
+    root: Expr = expr
+    while isinstance(root, Member | Element):
+        root = root.record if isinstance(root, Member) else root.array
+    if not isinstance(root, Variable) or not isinstance(expr, Variable | Element | Member):
+        what = "the payload of an event" if isinstance(root, EventField) else "this"
+        return context.report(
+            "not-assignable", f"{what} cannot be assigned", text, "assign data or an output"
+        )
+    if root.storage is Storage.INPUT:
+        return context.report(
+            "assigned-input",
+            f"`{root.name}` is an input: only the host writes it",
+            text,
+            "declare it under `data` or `outputs`",
+        )
+    return expr
 
 
 def type_call(text: Text, scope: Scope, findings: Findings) -> Call | None:
     """Read and type a call of an operation for its effect."""
-    raise NotImplementedError
+    context = Context(scope, findings)
+    node = _parsed(text, context)
+    if node is None:
+        return None
+    if not isinstance(node, CallNode):
+        return context.report(
+            "statement-syntax",
+            "this has no effect",
+            text,
+            "assign it to something, or call an operation",
+        )
+    expr = Binder(context, text).bind(node, None)
+    if expr is None or isinstance(expr, Call):
+        return expr
+    return context.report(
+        "statement-syntax", "only an operation can be called for its effect", text
+    )
+
+
+def type_update(
+    location: Location, operator: str, value: Text, scope: Scope, findings: Findings
+) -> Expr | None:
+    """Type the value of ``location operator= value``, converted to the location's type."""
+    context = Context(scope, findings)
+    node = _parsed(value, context)
+    right = None if node is None else Binder(context, value).bind(node, location.type)
+    if right is None or not _has_value(context, right):
+        return None
+    result = type_binary(context, BinaryOp(operator), location, right, value.span)
+    return None if result is None else fit(context, result, location.type)
+
+
+def _parsed(text: Text, context: Context) -> Node | None:
+    try:
+        return parse(text.value)
+    except SyntaxFault as fault:
+        span = text.span_of(fault.start, fault.end)
+        return context.report(fault.rule, fault.message, span, fault.advice)
+
+
+def _has_value(context: Context, expr: Expr) -> bool:
+    if expr.type is not None:
+        return True
+    assert isinstance(expr, Call)  # noqa: S101
+    context.report(
+        "no-result",
+        f"`{expr.operation}` returns nothing",
+        expr.span,
+        f"declare its result: `{expr.operation}(...) -> bool`",
+    )
+    return False
+
+
+def fit(context: Context, expr: Expr, expected: Type) -> Expr | None:
+    """Return an expression converted to the type that is expected where it stands."""
+    if not _has_value(context, expr):
+        return None
+    source = expr.type
+    assert source is not None  # noqa: S101
+    if isinstance(expected, ArrayType):
+        return _fit_array(context, expr, source, expected)
+    if isinstance(expected, DurationType) and isinstance(expr, Literal) and context.is_ecmascript:
+        return _duration_literal(context, expr)
+    if not can_convert(source, expected):
+        return context.report(
+            "type-mismatch",
+            f"{described(source)} where {described(expected)} is expected",
+            expr.span,
+            _way_out(source, expected),
+        )
+    if isinstance(expected, IntType):
+        if context.is_ecmascript and isinstance(source, FloatType) and not _is_whole(expr):
+            return _truncation(context, expr, expected)
+        _check_range(context, expr, expected)
+    return convert(expr, expected)
+
+
+def _check_range(context: Context, expr: Expr, expected: IntType) -> None:
+    """Report a value that is sure to be outside a type that does not wrap."""
+    source = expr.type
+    lo, hi, overflow = bounds(expected)
+    if overflow is Overflow.WRAP or not isinstance(source, IntType):
+        return
+    if source.hi < lo or source.lo > hi:
+        context.report(
+            "value-out-of-range",
+            f"{described(source)} is never within `{expected}`",
+            expr.span,
+            f"keep it within {lo}..{hi}, or widen the range",
+            Severity.ERROR if isinstance(expr, Literal) else Severity.WARNING,
+        )
+
+
+def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) -> Expr | None:
+    if source == expected:
+        return expr
+    if isinstance(expr, Literal) and not isinstance(source, ArrayType):
+        item = fit(context, expr, expected.element)
+        if not isinstance(item, Literal):
+            return None
+        return Literal((item.value,) * expected.length, expected, expr.span)
+    if isinstance(expr, Literal) and isinstance(source, ArrayType):
+        assert isinstance(expr.value, tuple)  # noqa: S101
+        if source.length != expected.length:
+            message = f"{source.length} elements where `{expected}` is expected"
+            return context.report("type-mismatch", message, expr.span)
+        parts = [Literal(v, source.element, expr.span) for v in expr.value]
+        items = [fit(context, part, expected.element) for part in parts]
+        values = [item.value for item in items if isinstance(item, Literal)]
+        if len(values) == len(items):
+            return Literal(tuple(values), expected, expr.span)
+        return None
+    return context.report(
+        "type-mismatch", f"{described(source)} where {described(expected)} is expected", expr.span
+    )
+
+
+def _duration_literal(context: Context, expr: Literal) -> Expr | None:
+    """Read a constant of ECMAScript as a delay: a string with a unit, or milliseconds."""
+    if expr.type == DURATION:
+        return expr
+    ticks = None
+    if expr.type == SYMBOL or isinstance(expr.type, IntType | FloatType):
+        ticks = duration_of(context, str(expr.value), expr.span)
+    else:
+        context.report("type-mismatch", f"{described(expr.type)} is no duration", expr.span)
+    return None if ticks is None else Literal(ticks, DURATION, expr.span)
+
+
+def _way_out(source: Type, expected: Type) -> str | None:
+    match source, expected:
+        case (_, EnumType(name, members)):
+            return f"write a member, such as `{name}.{members[0]}`" if members else None
+        case (IntType() | FloatType(), DurationType()):
+            return "give the number a unit, such as `500ms`"
+        case (IntType() | FloatType(), BoolType()):
+            return "write the comparison that is meant, such as `!= 0`"
+        case (BoolType(), IntType() | FloatType()):
+            return "write `1 if ... else 0`"
+        case (DurationType(), IntType() | FloatType()):
+            return "divide it by a duration, such as `/ 1ms`, to get a number"
+        case _:
+            return None
+
+
+def _is_whole(expr: Expr) -> bool:
+    """Whether a constant is a whole number, so that storing it as an integer loses nothing."""
+    if not isinstance(expr, Literal) or not isinstance(expr.value, float):
+        return False
+    return abs(expr.value) < 2**53 and expr.value == whole(expr.value, 0, 0)
+
+
+def _truncation(context: Context, expr: Expr, expected: IntType) -> None:
+    if _divides_somewhere(expr):
+        message = f"the quotient may not be whole, as `{expected}` must be"
+    else:
+        message = f"the number may not be whole, as `{expected}` must be"
+    context.report(
+        "inexact-division",
+        message,
+        expr.span,
+        "use a float, write `Math.trunc(...)`, or declare an operation",
+    )
+
+
+def _divides_somewhere(expr: Expr) -> bool:
+    match expr:
+        case Binary(op, left, right):
+            return op is BinaryOp.DIV or _divides_somewhere(left) or _divides_somewhere(right)
+        case Convert(operand):
+            return _divides_somewhere(operand)
+        case _:
+            return False
