@@ -1,18 +1,150 @@
-"""Find the types that a loose dialect does not write, by looking at the uses."""
+"""Find the types that a loose dialect does not write, by looking at the uses.
+
+A variable without a type has that of its start value, joined with those of what is assigned to
+it; an event that nothing declares has the fields it is raised and sent with. One may depend on
+the other, so that the uses are looked at until nothing changes.
+"""
 
 from __future__ import annotations
 
-from fsmkit.diagnostics import Findings
-from fsmkit.model.document import Document
+from dataclasses import dataclass, field, replace
+
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.expressions import (
+    INT32,
+    SYMBOL,
+    ArrayType,
+    Field,
+    IntType,
+    Scope,
+    Type,
+    type_expression,
+)
+from fsmkit.model.document import (
+    DocArgument,
+    DocAssign,
+    DocForEach,
+    DocRaise,
+    DocSend,
+    DocStatement,
+    Document,
+    Trigger,
+)
 from fsmkit.model.passes.collect_events import Events
 from fsmkit.model.passes.collect_names import Names
 from fsmkit.model.passes.number_states import Tree
+from fsmkit.model.passes.read_values import general_type, join_types
+from fsmkit.model.passes.type_content import desugar
+from fsmkit.model.passes.walk_content import Place, places, statements
+
+MOST_ROUNDS = 10
+"""A chain of dependencies longer than this is not followed to its end."""
 
 
 def infer_types(
     document: Document, tree: Tree, names: Names, events: Events, findings: Findings
 ) -> tuple[Names, Events]:
-    """Return names and events with every type known."""
+    """Return names and events with every type known; what no use tells is a finding."""
     if document.datamodel == "fsmkit":
         return names, events
-    return names, events
+    uses = _Uses(names, events)
+    for _ in range(MOST_ROUNDS):
+        before = (dict(uses.types), {e: dict(f) for e, f in uses.fields.items()})
+        for place in places(document, tree):
+            uses.look_at(place)
+        uses.learn()
+        if before == (uses.types, uses.fields):
+            break
+    names = uses.names
+    for data in names.data:
+        if data.name in names.untyped:
+            findings.add(
+                "untyped-data",
+                f"nothing tells the type of `{data.name}`: it is taken to be a whole number",
+                data.span,
+                help="give it a start value",
+            )
+    return names.with_types(dict.fromkeys(names.untyped, INT32)), uses.events
+
+
+@dataclass
+class _Uses:
+    names: Names
+    events: Events
+    types: dict[str, Type] = field(default_factory=dict)
+    fields: dict[str, dict[str, Type]] = field(default_factory=dict)
+
+    def look_at(self, place: Place) -> None:
+        """Take note of what one handler assigns and sends."""
+        scope = replace(self.names.scope, event_fields=self._payload(place))
+        for statement in statements(place.block):
+            self._use(statement, scope)
+
+    def learn(self) -> None:
+        """Make what was noted known to the next round."""
+        self.names = self.names.with_types(self.types)
+        self.events = Events(
+            tuple(
+                replace(e, fields=tuple(Field(n, t) for n, t in self.fields[e.name].items()))
+                if e.name in self.fields
+                else e
+                for e in self.events.all
+            ),
+            self.events.implied,
+        )
+
+    def _payload(self, place: Place) -> dict[str, Type]:
+        transition = place.transition
+        if transition is None or transition.trigger is not Trigger.EVENT:
+            return {}
+        matched = {i for e in transition.events for i in self.events.matching(e.value)}
+        return self.events.common_fields(tuple(sorted(matched)))
+
+    def _use(self, statement: DocStatement, scope: Scope) -> None:
+        match statement:
+            case DocAssign(location, value, operator=operator):
+                text = desugar(location, operator, value) if operator else value
+                self._assign(location.value.strip(), _type_of(text, scope))
+            case DocRaise(event, arguments):
+                self._send(event.value, arguments, scope)
+            case DocSend(event=event, arguments=arguments, name_list=listed):
+                name = "" if event is None else event.value
+                named = tuple(DocArgument(n, n) for n in listed)
+                self._send(name, (*arguments, *named), scope)
+                if statement.id_location is not None:
+                    self._assign(statement.id_location.value.strip(), SYMBOL)
+            case DocForEach(array, item, index):
+                type_, _ = scope.variables.get(array.value, (None, None))
+                if isinstance(type_, ArrayType):
+                    self._assign(item.value, type_.element)
+                    if index is not None:
+                        self._assign(index.value, general_type(IntType(0, type_.length - 1)))
+            case _:
+                pass
+
+    def _assign(self, name: str, type_: Type | None) -> None:
+        if type_ is None or name not in self.names.untyped | self.names.inferred | set(self.types):
+            return
+        known = self.types.get(name)
+        if known is None and name in self.names.scope.variables:
+            known = self.names.scope.variables[name][0]
+        self.types[name] = type_ if known is None else join_types(known, type_) or known
+
+    def _send(self, event: str, arguments: tuple[DocArgument, ...], scope: Scope) -> None:
+        if event not in self.events.implied:
+            return
+        fields = self.fields.setdefault(event, {})
+        for argument in arguments:
+            type_ = _type_of(argument.value, scope)
+            if type_ is not None:
+                known = fields.get(argument.name.value, type_)
+                fields[argument.name.value] = join_types(known, type_) or known
+
+
+def _type_of(text: Text, scope: Scope) -> Type | None:
+    """Return the type a variable needs that takes this value; None while it is not known."""
+    findings = Findings()
+    typed = type_expression(text, scope, findings)
+    if typed is None or findings.has_errors or typed.type is None:
+        return None
+    return general_type(typed.type)

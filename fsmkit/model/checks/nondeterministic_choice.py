@@ -1,0 +1,54 @@
+"""``nondeterministic-choice``: one event can enable two transitions of one state at once."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from fsmkit.diagnostics import Findings
+from fsmkit.model.chart import Chart, Transition
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.model.exclusion import are_exclusive
+
+
+def check(chart: Chart, findings: Findings) -> None:
+    """Report guards that overlap where the order is not said to be meant.
+
+    A last transition without a guard is the usual way to say "otherwise", and the alternatives of
+    a choice are read in order: neither is reported.
+    """
+    for state in chart.states:
+        if state.kind is Kind.CHOICE:
+            continue
+        leaving = [chart.transitions[i] for i in state.transitions]
+        for earlier, later in combinations(leaving, 2):
+            if _overlap(chart, earlier, later):
+                findings.add(
+                    "nondeterministic-choice",
+                    f"both guards can hold at once in `{state.id}`; the earlier one wins",
+                    later.span,
+                    secondary=[(earlier.span, "the earlier one")],
+                    help="make the guards exclude each other, or mark the order as meant: "
+                    "`ordered: true`",
+                )
+
+
+def _overlap(chart: Chart, earlier: Transition, later: Transition) -> bool:
+    if earlier.guard is None or later.guard is None or earlier.ordered or later.ordered:
+        return False
+    if earlier.trigger is not later.trigger:
+        return False
+    if _effect(earlier) == _effect(later):
+        return False
+    match earlier.trigger:
+        case Trigger.EVENT:
+            if not set(earlier.events) & set(later.events):
+                return False
+        case Trigger.EVENTLESS:
+            pass
+        case _:
+            return False
+    return not are_exclusive(chart, earlier.guard, later.guard)
+
+
+def _effect(transition: Transition) -> object:
+    return transition.targets, transition.content, transition.internal

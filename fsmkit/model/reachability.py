@@ -1,0 +1,47 @@
+"""Which states transitions can enter, guards and events left aside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Kind
+
+
+def reachable_states(chart: Chart) -> frozenset[int]:
+    """Return the states that some sequence of transitions enters; an upper bound."""
+    reached: set[int] = set()
+    pending = list(entered(chart, [0]))
+    while pending:
+        state = pending.pop()
+        if state in reached:
+            continue
+        reached.add(state)
+        for transition in chart.states[state].transitions:
+            pending += entered(chart, chart.transitions[transition].targets)
+    return frozenset(reached)
+
+
+def entered(chart: Chart, targets: Iterable[int]) -> frozenset[int]:
+    """Return every state that entering the targets can make active, default entry included.
+
+    A history adds its default; what it remembers has been entered before (SCXML 3.10).
+    """
+    found: set[int] = set()
+    pending = list(targets)
+    while pending:
+        index = pending.pop()
+        if index in found:
+            continue
+        found.add(index)
+        state = chart.states[index]
+        if state.initial is not None:
+            pending += chart.transitions[state.initial].targets
+        if state.kind is Kind.PARALLEL:
+            pending += [c for c in state.children if not chart.states[c].is_history]
+        for ancestor in chart.ancestors(index):
+            if chart.states[ancestor].kind is Kind.PARALLEL:
+                pending.append(ancestor)
+            else:
+                found.add(ancestor)
+    return frozenset(found)
