@@ -6,6 +6,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.model.chart import Chart
 from fsmkit.model.checks import run_checks
 from fsmkit.model.document import Document
+from fsmkit.model.passes.bind_late import bind_late
 from fsmkit.model.passes.build_chart import build_chart
 from fsmkit.model.passes.check_narrowing import check_narrowing
 from fsmkit.model.passes.check_nesting import check_nesting
@@ -29,7 +30,7 @@ def elaborate(
     ``error.execution`` at run time is an error now.
     """
     resolved = resolve_inheritance(documents, findings)
-    document = resolved.document
+    document = bind_late(resolved.document)
     tree = number_states(document, findings)
     check_nesting(tree, findings)
     report_unsupported(tree, findings, strict=strict)

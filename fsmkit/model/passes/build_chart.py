@@ -44,6 +44,7 @@ def build_chart(
         types=tuple(names.scope.types.values()),
         constants=names.constants,
         script=(*names.failures, *type_block(document.script, context)),
+        lenient=document.datamodel != "fsmkit",
         abstract=check_abstract(
             tree, findings, is_abstract=document.abstract, is_derived=len(documents) > 1
         ),

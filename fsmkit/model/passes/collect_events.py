@@ -18,7 +18,7 @@ from fsmkit.model.document import (
     Trigger,
 )
 from fsmkit.model.passes.collect_names import read_fields
-from fsmkit.model.passes.number_states import Tree
+from fsmkit.model.passes.number_states import Node, Tree
 from fsmkit.model.passes.walk_content import places, statements
 
 ERRORS = ("error.execution", "error.range", "error.communication")
@@ -160,6 +160,11 @@ def _implied(document: Document, tree: Tree) -> dict[str, _Use]:
 def _done_events(tree: Tree) -> list[str]:
     """Return ``done.state.x`` of each state that can be done (SCXML 3.7.1, 3.4)."""
     return [f"done.state.{node.id}" for node in tree.nodes[1:] if can_be_final(tree, node.index)]
+
+
+def done_event(tree: Tree, final: Node) -> str:
+    """Return the event that tells of a final state that its parent is done."""
+    return f"done.state.{tree.parent(final).id}"
 
 
 def can_be_final(tree: Tree, state: int) -> bool:

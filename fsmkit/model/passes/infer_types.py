@@ -1,7 +1,8 @@
 """Find the types that a loose dialect does not write, by looking at the uses.
 
 A variable without a type has that of its start value, joined with those of what is assigned to
-it; an event that nothing declares has the fields it is raised and sent with. One may depend on
+it; an event that nothing declares has the fields it is raised and sent with, ``done.state.x``
+those of the final states in ``x``. One may depend on
 the other, so that the uses are looked at until nothing changes.
 """
 
@@ -30,7 +31,7 @@ from fsmkit.model.document import (
     Document,
     Trigger,
 )
-from fsmkit.model.passes.collect_events import Events
+from fsmkit.model.passes.collect_events import Events, done_event
 from fsmkit.model.passes.collect_names import Names
 from fsmkit.model.passes.number_states import Tree
 from fsmkit.model.passes.read_values import general_type, join_types
@@ -45,13 +46,13 @@ def infer_types(
     document: Document, tree: Tree, names: Names, events: Events, findings: Findings
 ) -> tuple[Names, Events]:
     """Return names and events with every type known; what no use tells is a finding."""
-    if document.datamodel == "fsmkit":
-        return names, events
     uses = _Uses(names, events)
+    content = tuple(places(document, tree)) if document.datamodel != "fsmkit" else ()
     for _ in range(MOST_ROUNDS):
         before = (dict(uses.types), {e: dict(f) for e, f in uses.fields.items()})
-        for place in places(document, tree):
+        for place in content:
             uses.look_at(place)
+        uses.look_at_finals(tree)
         uses.learn()
         if before == (uses.types, uses.fields):
             break
@@ -79,6 +80,13 @@ class _Uses:
         scope = replace(self.names.scope, event_fields=self._payload(place))
         for statement in statements(place.block):
             self._use(statement, scope)
+
+    def look_at_finals(self, tree: Tree) -> None:
+        """Take note of the data of final states: they go with their parent's done event."""
+        for node in tree.nodes:
+            if node.state.done_data:
+                event = done_event(tree, node)
+                self._join(event, node.state.done_data, self.names.scope)
 
     def learn(self) -> None:
         """Make what was noted known to the next round."""
@@ -131,8 +139,10 @@ class _Uses:
         self.types[name] = type_ if known is None else join_types(known, type_) or known
 
     def _send(self, event: str, arguments: tuple[DocArgument, ...], scope: Scope) -> None:
-        if event not in self.events.implied:
-            return
+        if event in self.events.implied:
+            self._join(event, arguments, scope)
+
+    def _join(self, event: str, arguments: tuple[DocArgument, ...], scope: Scope) -> None:
         fields = self.fields.setdefault(event, {})
         for argument in arguments:
             type_ = _type_of(argument.value, scope)

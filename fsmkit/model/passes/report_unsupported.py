@@ -7,7 +7,7 @@ from fsmkit.model.passes.number_states import Tree
 
 
 def report_unsupported(tree: Tree, findings: Findings, *, strict: bool) -> None:
-    """Add a finding for each invoked chart and each payload of a done event."""
+    """Add a finding for each invoked chart and each done event whose payload has no type."""
     severity = Severity.ERROR if strict else None
     for node in tree.nodes:
         for invoke in node.state.invokes:
@@ -18,11 +18,11 @@ def report_unsupported(tree: Tree, findings: Findings, *, strict: bool) -> None:
                 help="make it a machine of its own, and connect the two in a system",
                 severity=severity,
             )
-        if node.state.done_data or node.state.done_content is not None:
+        if node.state.done_content is not None:
             findings.add(
                 "payload-dropped",
-                f"the data of `{node.id}` does not go with its done event",
+                f"the content of `{node.id}` has no type and does not go with its done event",
                 node.state.span,
-                help="assign it to a variable before the final state is entered",
+                help="name its parts, with `param`",
                 severity=severity,
             )

@@ -17,6 +17,7 @@ from fsmkit.expressions import (
     Location,
     Member,
     Storage,
+    Type,
     Variable,
     type_call,
     type_expression,
@@ -62,16 +63,21 @@ def type_statement(written: doc.DocStatement, context: Context) -> tuple[Stateme
 
 def type_condition(text: Text, context: Context) -> Expr | None:
     """Return a condition; in a lenient dialect one that cannot be evaluated is `Invalid`."""
+    return type_value(text, BOOL, context)
+
+
+def type_value(text: Text, type_: Type, context: Context) -> Expr | None:
+    """Return an expression; in a lenient dialect one that cannot be evaluated is `Invalid`."""
     if not context.lenient:
-        return type_expression(text, context.scope, context.findings, BOOL)
+        return type_expression(text, context.scope, context.findings, type_)
     attempt = Findings()
-    typed = type_expression(text, context.scope, attempt, BOOL)
+    typed = type_expression(text, context.scope, attempt, type_)
     if typed is not None and not attempt.has_errors:
         context.findings.extend(attempt)
         return typed
     reason = next((d.message for d in attempt), "it has no meaning")
     warn_not_evaluable(reason, text.span, context.findings)
-    return Invalid(reason, BOOL, text.span)
+    return Invalid(reason, type_, text.span)
 
 
 def _typed(written: doc.DocStatement, context: Context) -> tuple[Statement, ...]:

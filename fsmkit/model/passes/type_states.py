@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from fsmkit.diagnostics import Findings
-from fsmkit.expressions import BOOL, type_expression
+from fsmkit.expressions import BOOL, Expr, Literal, default_value, type_expression
 from fsmkit.model.chart import State
+from fsmkit.model.document import Kind
+from fsmkit.model.passes.collect_events import done_event
 from fsmkit.model.passes.context import Context
 from fsmkit.model.passes.number_states import Node, Tree
 from fsmkit.model.passes.resolve_targets import Arrows
 from fsmkit.model.passes.suggest import suggest
-from fsmkit.model.passes.type_content import type_block
+from fsmkit.model.passes.type_content import type_block, type_value
 
 
 def type_states(tree: Tree, arrows: Arrows, context: Context) -> tuple[State, ...]:
     """Return the states, in document order."""
-    return tuple(_state(node, arrows, context) for node in tree.nodes)
+    return tuple(_state(tree, node, arrows, context) for node in tree.nodes)
 
 
-def _state(node: Node, arrows: Arrows, context: Context) -> State:
+def _state(tree: Tree, node: Node, arrows: Arrows, context: Context) -> State:
     state = node.state
     invariant = None
     if state.invariant is not None:
@@ -41,7 +43,23 @@ def _state(node: Node, arrows: Arrows, context: Context) -> State:
         abstract=state.abstract and not node.children,
         doc=state.doc,
         origin=state.origin,
+        done_data=_done_data(tree, node, context),
     )
+
+
+def _done_data(tree: Tree, node: Node, context: Context) -> tuple[Expr, ...]:
+    """Return the payload of the parent's done event, one value for each field (SCXML 5.5)."""
+    event = context.events.index.get(done_event(tree, node))
+    if node.kind is not Kind.FINAL or event is None:
+        return ()
+    given = {argument.name.value: argument.value for argument in node.state.done_data}
+    found: list[Expr] = []
+    for part in context.events.all[event].fields:
+        typed: Expr | None = None
+        if part.name in given:
+            typed = type_value(given[part.name], part.type, context)
+        found.append(typed or Literal(default_value(part.type), part.type, node.state.span))
+    return tuple(found)
 
 
 def _deferred(node: Node, context: Context) -> tuple[int, ...]:
