@@ -5,7 +5,9 @@ from fsmkit.expressions.environment import ContentError, Environment, RangeFault
 from fsmkit.expressions.evaluation import evaluate, store
 from fsmkit.expressions.folding import fold, fold_location
 from fsmkit.expressions.notation import read_duration, read_type
+from fsmkit.expressions.printing import ExprPrinter, Fragment, Spelling
 from fsmkit.expressions.scope import Scope, Signature
+from fsmkit.expressions.spelling import SourcePrinter, spell, spell_value
 from fsmkit.expressions.tree import (
     Apply,
     Binary,
@@ -83,8 +85,10 @@ __all__ = [
     "EventField",
     "EventName",
     "Expr",
+    "ExprPrinter",
     "Field",
     "FloatType",
+    "Fragment",
     "Function",
     "InState",
     "IntType",
@@ -97,6 +101,8 @@ __all__ = [
     "RecordType",
     "Scope",
     "Signature",
+    "SourcePrinter",
+    "Spelling",
     "Storage",
     "SymbolType",
     "Type",
@@ -112,6 +118,8 @@ __all__ = [
     "fold_location",
     "read_duration",
     "read_type",
+    "spell",
+    "spell_value",
     "store",
     "type_call",
     "type_expression",
