@@ -161,8 +161,10 @@ class Printer:
             case Trigger.AFTER | Trigger.EVERY:
                 delay = duration_text(transition.delay * self.chart.capacities.tick)
                 return f"{transition.trigger.value} {delay}"
-            case Trigger.SOMETIMES | Trigger.INITIAL:
-                return transition.trigger.value
+            case Trigger.SOMETIMES:
+                return "sometimes"
+            case Trigger.INITIAL:
+                return "initial"
             case _:
                 assert_never(transition.trigger)
 
