@@ -34,15 +34,20 @@ def are_exclusive(chart: Chart, first: Expr, second: Expr) -> bool:
 
     An operation of the host is taken to answer alike both times.
     """
-    ones, others = cases(first, holds=True), cases(second, holds=True)
-    if not 0 < len(ones) * len(others) <= MOST_CASES**2:
-        return not ones or not others
-    return all(_contradict(chart, one, other) for one in ones for other in others)
+    return _exclude(chart, cases(first, holds=True), cases(second, holds=True))
+
+
+def implies(chart: Chart, first: Expr, second: Expr) -> bool:
+    """Whether the second holds whenever the first does. False where the form does not show it."""
+    return _exclude(chart, cases(first, holds=True), cases(second, holds=False))
 
 
 def are_complementary(chart: Chart, first: Expr, second: Expr) -> bool:
     """Whether one of the two always holds: their negations exclude each other."""
-    ones, others = cases(first, holds=False), cases(second, holds=False)
+    return _exclude(chart, cases(first, holds=False), cases(second, holds=False))
+
+
+def _exclude(chart: Chart, ones: list[tuple[Fact, ...]], others: list[tuple[Fact, ...]]) -> bool:
     if len(ones) * len(others) > MOST_CASES**2:
         return False
     return all(_contradict(chart, one, other) for one in ones for other in others)

@@ -6,19 +6,19 @@ from fsmkit.diagnostics import Findings
 from fsmkit.expressions import Literal
 from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Origin, Trigger
+from fsmkit.model.exclusion import implies
 
 
 def check(chart: Chart, findings: Findings) -> None:
-    """Report transitions hidden by earlier ones without a guard."""
+    """Report transitions hidden by earlier ones whose guards are weaker."""
     for state in chart.states:
         earlier: list[Transition] = []
         for index in state.transitions:
             transition = chart.transitions[index]
-            hiding = _hiding(transition, earlier)
+            hiding = _hiding(chart, transition, earlier)
             if hiding is not None:
                 _report(transition, hiding, findings)
-            if is_unguarded(transition):
-                earlier.append(transition)
+            earlier.append(transition)
 
 
 def is_unguarded(transition: Transition) -> bool:
@@ -27,26 +27,36 @@ def is_unguarded(transition: Transition) -> bool:
     return guard is None or (isinstance(guard, Literal) and guard.value is True)
 
 
-def _hiding(transition: Transition, earlier: list[Transition]) -> Transition | None:
-    """Return an unguarded transition that leaves this one no event."""
+def _hiding(chart: Chart, transition: Transition, earlier: list[Transition]) -> Transition | None:
+    """Return an earlier transition that is enabled whenever this one is."""
+    winning = [
+        t for t in earlier if t.trigger is transition.trigger and _is_weaker(chart, t, transition)
+    ]
     if transition.trigger is Trigger.EVENTLESS:
-        return next((t for t in earlier if t.trigger is Trigger.EVENTLESS), None)
+        return winning[-1] if winning else None
     if transition.trigger is not Trigger.EVENT or not transition.events:
         return None
-    hidden = {e for t in earlier if t.trigger is Trigger.EVENT for e in t.events}
+    hidden = {e for t in winning for e in t.events}
     if not set(transition.events) <= hidden:
         return None
-    return next(t for t in reversed(earlier) if set(t.events) & set(transition.events))
+    return next(t for t in reversed(winning) if set(t.events) & set(transition.events))
+
+
+def _is_weaker(chart: Chart, earlier: Transition, later: Transition) -> bool:
+    """Whether the guard of the earlier holds whenever that of the later does."""
+    if is_unguarded(earlier) or earlier.guard is None:
+        return True
+    return later.guard is not None and implies(chart, later.guard, earlier.guard)
 
 
 def _report(transition: Transition, hiding: Transition, findings: Findings) -> None:
     is_inherited = hiding.origin is not Origin.OWN and transition.origin is Origin.OWN
     findings.add(
         "dead-transition",
-        "this transition is never taken: an earlier one has no guard",
+        "this transition is never taken: an earlier one is taken whenever it could be",
         transition.span,
-        secondary=[(hiding.span, "the earlier one, always taken")],
+        secondary=[(hiding.span, "the earlier one")],
         help="mark it `first: true`, or override the inherited one"
         if is_inherited
-        else "give the earlier one a guard, or swap the two",
+        else "narrow the guard of the earlier one, or swap the two",
     )

@@ -7,14 +7,14 @@ from itertools import combinations
 from fsmkit.diagnostics import Findings
 from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.exclusion import are_exclusive
+from fsmkit.model.exclusion import are_exclusive, implies
 
 
 def check(chart: Chart, findings: Findings) -> None:
     """Report guards that overlap where the order is not said to be meant.
 
-    A last transition without a guard is the usual way to say "otherwise", and the alternatives of
-    a choice are read in order: neither is reported.
+    A special case before the general one, whose guard it implies (or which has none), is the usual
+    way to say "otherwise"; the alternatives of a choice are read in order. Neither is reported.
     """
     for state in chart.states:
         if state.kind is Kind.CHOICE:
@@ -47,7 +47,11 @@ def _overlap(chart: Chart, earlier: Transition, later: Transition) -> bool:
             pass
         case _:
             return False
-    return not are_exclusive(chart, earlier.guard, later.guard)
+    return not (
+        are_exclusive(chart, earlier.guard, later.guard)
+        or implies(chart, earlier.guard, later.guard)
+        or implies(chart, later.guard, earlier.guard)  # that is a `dead-transition`
+    )
 
 
 def _effect(transition: Transition) -> object:

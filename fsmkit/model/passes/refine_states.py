@@ -186,7 +186,8 @@ class _Refiner:
         )
         if not is_change:
             return entry.initial
-        if not entry.overrides & {"initial", "default"}:
+        is_marked = entry.id is None or entry.overrides & {"initial", "default"}
+        if not is_marked:
             word = "default" if base.kind in HISTORIES else "initial"
             before = base.initial.span if base.initial is not None else base.span
             self.findings.add(
