@@ -1,0 +1,83 @@
+"""The keys of charts, states and transitions: what the reader accepts and the schema offers."""
+
+from __future__ import annotations
+
+CHART = {
+    "chart": "the name of the chart",
+    "doc": "what it is for",
+    "extends": "the file of its base, in YAML or SCXML",
+    "abstract": "true: not to be compiled by itself",
+    "datamodel": "fsmkit (unless given), ecmascript or null",
+    "binding": "early (unless given) or late",
+    "types": "enumerations (lists of names) and records (fields and their types)",
+    "constants": "named values",
+    "data": "variables: `type = start value`",
+    "inputs": "variables that the host writes",
+    "outputs": "variables that the host reads",
+    "operations": "what the host implements: `name(parameter type) -> type`",
+    "events": "the events in, out and internal: `name(field type)`",
+    "capacity": "queue, internal, delayed, microsteps, tick",
+    "script": "statements executed once, before the initial states are entered",
+    "initial": "the initial state or states",
+    "states": "the top-level states",
+    "regions": "not for the root: use one state with regions",
+    "refine": "changes of inherited states, by name, at any depth",
+}
+STATE = {
+    "doc": "what it is for",
+    "initial": "the initial child or descendants",
+    "states": "children, of which one is active",
+    "regions": "children, all of which are active",
+    "history": "shallow or deep",
+    "default": "where a history leads the first time",
+    "choice": "guarded targets, the last without a guard",
+    "final": "true: it ends its parent",
+    "done": "the payload of the parent's done event",
+    "abstract": "true: a derived chart must fill it",
+    "rest": "true: waiting here for ever is no deadlock",
+    "data": "variables declared here",
+    "entry": "what is done when it is entered",
+    "exit": "what is done when it is left",
+    "on": "event: transition",
+    "always": "eventless transitions",
+    "after": "delay: transition, once",
+    "every": "delay: transition, again and again",
+    "sometimes": "transitions at any time, for charts of an environment",
+    "defer": "events kept for later",
+    "invoke": "invoked charts",
+    "invariant": "what holds while it is active",
+    "override": "what is replaced without `super`: entry, exit, initial",
+}
+TRANSITION = {
+    "target": "the state or states to enter",
+    "if": "the guard",
+    "do": "what is done",
+    "type": "internal or external",
+    "id": "its name, for overriding",
+    "watchdog": "true: a timeout that only reports a fault",
+    "ordered": "true: the order of overlapping transitions is meant",
+    "first": "true: before the inherited transitions",
+    "override": "true, or the id of the inherited transition that it changes",
+}
+EVENTS = {"in": "received", "out": "sent out", "internal": "raised and taken by the chart itself"}
+CAPACITY = {
+    "queue": "events in the external queue",
+    "internal": "events in the internal queue",
+    "delayed": "delayed sends pending at once",
+    "microsteps": "microsteps in one macrostep",
+    "tick": "the unit of all times: a duration",
+}
+INVOKE = {
+    "id": "its name",
+    "id_location": "where to store a made-up name",
+    "type": "the type of the invoked service",
+    "type_expr": "the same, an expression",
+    "src": "the file of the chart",
+    "src_expr": "the same, an expression",
+    "autoforward": "true: every external event is passed on",
+    "with": "start values: name: expression",
+    "names": "variables passed by name",
+    "finalize": "statements executed before an event of the invoked chart is handled",
+    "content_expr": "an expression that gives the chart",
+}
+DONE = {"with": "name: expression", "content": "an expression"}
