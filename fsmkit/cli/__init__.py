@@ -16,6 +16,8 @@ from fsmkit.cli.console import crash, interrupted, report
 from fsmkit.diagnostics import FsmkitError
 
 OK, FINDINGS, USAGE, BUG, INTERRUPTED = 0, 1, 2, 3, 130
+NO_VERBS = {"console", "writing"}
+"""Modules of this package that serve the verbs."""
 
 
 class Verbs(click.Group):
@@ -24,8 +26,8 @@ class Verbs(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all verbs."""
         del ctx
-        files = Path(__file__).parent.glob("*.py")
-        return sorted(f.stem for f in files if not f.stem.startswith("_") and f.stem != "console")
+        stems = {file.stem for file in Path(__file__).parent.glob("*.py")}
+        return sorted(stem for stem in stems - NO_VERBS if not stem.startswith("_"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the verb of that name."""

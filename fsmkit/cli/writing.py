@@ -1,0 +1,87 @@
+"""Writing results to files: all of them or none."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+from fsmkit.diagnostics import FsmkitError, fail
+
+
+def write_files(files: Mapping[Path, str | bytes]) -> None:
+    """Write each file, making folders as needed; where one cannot be written none is changed.
+
+    Every content is first written beside its place under another name, then all are renamed: a
+    reader never sees half a file. Texts are UTF-8 with the line ends they hold. Raises
+    `FsmkitError` (``unwritable-output``) and leaves folders and files as they were.
+    """
+    with ExitStack() as undo:
+        ready = [(path, _write_beside(path, content, undo)) for path, content in files.items()]
+        for path, temporary in ready:
+            with _blaming(path):
+                before = path.read_bytes() if path.exists() else None
+                temporary.replace(path)
+                undo.callback(_restore, path, before)
+        undo.pop_all()  # nothing failed: nothing is undone
+
+
+def _write_beside(path: Path, content: str | bytes, undo: ExitStack) -> Path:
+    with _blaming(path):
+        _make_folder(path.parent, undo)
+        if path.is_dir():
+            raise IsADirectoryError(None, "is a directory")
+        handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", dir=path.parent)
+        temporary = Path(name)
+        undo.callback(temporary.unlink, missing_ok=True)
+        with os.fdopen(handle, "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+        temporary.chmod(_mode(path))
+    return temporary
+
+
+def _make_folder(folder: Path, undo: ExitStack) -> None:
+    for missing in reversed([p for p in (folder, *folder.parents) if not p.exists()]):
+        missing.mkdir(exist_ok=True)
+        undo.callback(_remove_folder, missing)
+
+
+def _mode(path: Path) -> int:
+    """Return the access rights of the file there, or those any new file gets."""
+    with suppress(OSError):
+        return path.stat().st_mode & 0o7777
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o666 & ~mask
+
+
+def _restore(path: Path, before: bytes | None) -> None:
+    with suppress(OSError):
+        if before is None:
+            path.unlink(missing_ok=True)
+        else:
+            path.write_bytes(before)
+
+
+def _remove_folder(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
+
+
+@contextmanager
+def _blaming(path: Path) -> Iterator[None]:
+    """Turn what the operating system refuses into a diagnostic about that file."""
+    try:
+        yield
+    except FsmkitError:
+        raise
+    except (OSError, ValueError) as error:
+        strerror = getattr(error, "strerror", None)
+        reason = (strerror or str(error) or type(error).__name__).lower()
+        raise fail(
+            "unwritable-output",
+            f"cannot write `{path}`: {reason}",
+            help="choose another place with `--out`, or check the permissions and the free space",
+        ) from error

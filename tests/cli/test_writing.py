@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli.writing import write_files
+from fsmkit.diagnostics import FsmkitError
+
+
+def test_writes_all_and_makes_folders(tmp_path: Path) -> None:
+    write_files({tmp_path / "a/b/c.txt": "ü\n", tmp_path / "d.png": b"\x89\r\n"})
+    assert (tmp_path / "a/b/c.txt").read_bytes() == b"\xc3\xbc\n"
+    assert (tmp_path / "d.png").read_bytes() == b"\x89\r\n"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "d.png"]
+
+
+def test_keeps_the_mode_of_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "run.sh"
+    path.write_text("old")
+    path.chmod(0o750)
+    write_files({path: "new"})
+    assert path.stat().st_mode & 0o777 == 0o750
+    assert path.read_text() == "new"
+
+
+@pytest.mark.parametrize("place", ["folder", "file/under", "nul\0l", "x" * 300])
+def test_all_or_nothing(tmp_path: Path, place: str) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("kept")
+    files = {tmp_path / "new/first": "1", tmp_path / "file": "2", tmp_path / place: "3"}
+    with pytest.raises(FsmkitError) as caught:
+        write_files(files)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.rule.name == "unwritable-output"
+    assert diagnostic.help is not None
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "folder"]
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+def test_renames_are_undone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a").write_text("before")
+    replace = Path.replace
+
+    def failing(self: Path, target: Path) -> Path:
+        if target.name == "c":
+            raise OSError(5, "Input/output error")
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", failing)
+    with pytest.raises(FsmkitError, match="input/output error"):
+        write_files({tmp_path / "a": "after", tmp_path / "b": "", tmp_path / "c": ""})
+    assert [p.name for p in tmp_path.iterdir()] == ["a"]
+    assert (tmp_path / "a").read_text() == "before"
