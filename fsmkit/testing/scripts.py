@@ -1,8 +1,7 @@
 """Random scripts for a chart: what the host of a machine does, line by line.
 
 A script begins with ``start`` and ends with ``dump``. Times are ticks modulo 2^32; many scripts
-begin
-shortly before the clock wraps around.
+begin shortly before the clock wraps around.
 """
 
 from __future__ import annotations

@@ -68,7 +68,9 @@ def _to_record(g: Globals, history: int, parent: int) -> frozenset[int]:
 def enter_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
     """Enter states, outermost first, with their content (Appendix D, enterStates)."""
     entry_set = compute_entry_set(g, enabled)
-    entries = sorted(entry_set.to_enter - {0})
+    # a deep history taken from within adds what lies between its parent and what it recorded: also
+    # where that is active, because the domain lies deeper
+    entries = sorted(entry_set.to_enter - g.configuration)
     for index in entries:
         state = g.chart.states[index]
         g.configuration.add(index)

@@ -1,0 +1,1 @@
+"""The Python target: one module a machine, on the standard library alone."""

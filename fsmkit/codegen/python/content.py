@@ -1,0 +1,273 @@
+"""Executable content as Python."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import assert_never
+
+from fsmkit.codegen.python.expressions import Printer, can_fail, parts_of, place, spell
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.names import Names
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    Convert,
+    DurationType,
+    Element,
+    EnumType,
+    Expr,
+    FloatType,
+    IntType,
+    Literal,
+    Location,
+    Member,
+    Overflow,
+    RecordType,
+    SymbolType,
+    Type,
+    Variable,
+    default_value,
+)
+from fsmkit.model.chart import Chart, State
+from fsmkit.model.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Cancel,
+    Destination,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Reply,
+    Send,
+    Statement,
+)
+
+ROUTES = {Destination.SELF: 0, Destination.INTERNAL: 1, Destination.PORT: 2}
+
+
+@dataclass
+class Needs:
+    """What the content of a chart asks the class to hold besides."""
+
+    raised: set[int] = field(default_factory=set)
+    sent: set[int] = field(default_factory=set)
+    emitted: set[int] = field(default_factory=set)
+    delayed: set[int] = field(default_factory=set)
+    marks: dict[str, int] = field(default_factory=dict)
+    """Ids of delayed sends."""
+    conditions: list[str] = field(default_factory=list)
+    """Texts of conditions in content that can fail."""
+    copies: list[int] = field(default_factory=list)
+    """Lengths of the arrays that are iterated over."""
+
+
+@dataclass
+class ContentPrinter:
+    """Prints blocks of one chart."""
+
+    chart: Chart
+    names: Names
+    needs: Needs
+
+    def blocks(
+        self, out: Lines, blocks: tuple[Block, ...], payload: Mapping[str, int] | None
+    ) -> None:
+        """Print handlers one after the other: an error in one ends only that."""
+        for block in blocks:
+            self.block(out, block, payload)
+
+    def block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
+        """Print one handler."""
+        printer = Printer(self.names, payload)
+        if not any(map(_can_fail, block)):
+            self._statements(out, block, printer)
+            return
+        with out.block("try:"):
+            self._statements(out, block, printer)
+        with out.block("except ContentError:"):
+            out.line("self._error_execution()")
+        with out.block("except RangeFault:"):
+            out.line('self._stop("range")')
+
+    def done(self, out: Lines, event: int, final: State | None) -> None:
+        """Print how ``done.state`` is raised, with the data of a final state (SCXML 5.5)."""
+        fields = self.chart.events[event].fields
+        printer = Printer(self.names)
+        if not fields:
+            out.line(f"self._enqueue_internal({event})")
+            return
+        for number, part in enumerate(fields):
+            data = final.done_data[number : number + 1] if final is not None else ()
+            out.line(f"value_{number}: Any = {spell(default_value(part.type), part.type)}")
+            if not data:
+                continue
+            with out.block("try:"):
+                out.line(f"value_{number} = {printer.frozen(data[0])}")
+            with out.block("except ContentError:"):
+                out.line("self._error_execution()")
+            with out.block("except RangeFault:"):
+                out.line('self._stop("range")')
+        out.line(f"at = self._enqueue_internal({event})")
+        with out.block("if at >= 0:"):
+            for number in range(len(fields)):
+                out.line(f"self._internal_fields[at + {number}] = value_{number}")
+
+    def _statements(self, out: Lines, block: Block, printer: Printer) -> None:
+        for statement in block:
+            self._statement(out, statement, printer)
+
+    def _statement(self, out: Lines, statement: Statement, printer: Printer) -> None:
+        match statement:
+            case Assign(location, value):
+                out.line(self._assign(location, printer.print(value), printer))
+            case Raise(event, arguments):
+                self.needs.raised.add(event)
+                out.line(f"self._raise_{self.names.events[event]}({_passed(printer, arguments)})")
+            case Send():
+                self._send(out, statement, printer)
+            case Cancel(name):
+                with out.block("if self.trace is not None:"):
+                    out.line(f"self._tell({f'cancel {name}'!r})")
+                out.line(f"self._cancel({self._mark(name)})")
+            case Log(label, values):
+                self._log(out, label, values, printer)
+            case If():
+                self._if(out, statement, printer)
+            case ForEach():
+                self._for_each(out, statement, printer)
+            case Reply(value):
+                out.line(f"self.reply = {printer.frozen(value)}")
+                with out.block("if self.trace is not None:"):
+                    out.line(f"self._tell(f{_quoted('reply ' + shown('self.reply', value.type))})")
+            case CallOperation(call):
+                out.line(printer.print(call))
+            case Fail(reason):
+                out.line(f"raise ContentError({reason!r})")
+            case _:
+                assert_never(statement)
+
+    def _assign(self, location: Location, value: str, printer: Printer) -> str:
+        if isinstance(location.type, ArrayType | RecordType):
+            return f"replace({self._place(location, printer)}, {value})"
+        return f"{self._place(location, printer)} = {value}"
+
+    def _place(self, location: Expr, printer: Printer) -> str:
+        match location:
+            case Variable(name):
+                return f"self.{self.names.variables[name]}"
+            case Element(array):
+                return f"{self._place(array, printer)}[{printer.index(location)}]"
+            case Member(record, name):
+                return f"{self._place(record, printer)}[{place(record.type, name)}]"
+            case _:
+                raise AssertionError(location)
+
+    def _send(self, out: Lines, statement: Send, printer: Printer) -> None:
+        event = self.names.events[statement.event]
+        arguments = [printer.frozen(argument) for argument in statement.arguments]
+        if statement.delay is not None:
+            self.needs.delayed.add(statement.event)
+            if statement.destination is Destination.PORT:
+                self.needs.emitted.add(statement.event)
+            mark = -1 if statement.id is None else self._mark(statement.id)
+            rest = [str(mark), str(ROUTES[statement.destination]), repr(statement.peer)]
+            passed = ", ".join([*arguments, printer.print(statement.delay), *rest])
+            out.line(f"self._delay_{event}({passed})")
+        elif statement.destination is Destination.PORT:
+            self.needs.emitted.add(statement.event)
+            passed = ", ".join([*arguments, repr(statement.peer)])
+            out.line(f"self._emit_{event}({passed})")
+        else:
+            is_own = statement.destination is Destination.SELF
+            (self.needs.sent if is_own else self.needs.raised).add(statement.event)
+            how = "send" if is_own else "raise"
+            out.line(f"self._{how}_{event}({', '.join(arguments)})")
+
+    def _mark(self, name: str) -> int:
+        return self.needs.marks.setdefault(name, len(self.needs.marks))
+
+    def _log(self, out: Lines, label: str, values: tuple[Expr, ...], printer: Printer) -> None:
+        texts = [printer.frozen(value) for value in values]
+        out.line(f"self._log({', '.join([repr(label), *texts])})")
+
+    def _if(self, out: Lines, statement: If, printer: Printer) -> None:
+        for place_, branch in enumerate(statement.branches):
+            if branch.condition is None:
+                opening = "else:" if place_ else "if True:"
+            else:
+                word = "elif" if place_ else "if"
+                opening = f"{word} {self._condition(branch.condition, printer)}:"
+            with out.block(opening):
+                self._statements(out, branch.body, printer)
+
+    def _condition(self, condition: Expr, printer: Printer) -> str:
+        text = printer.print(condition)
+        if not can_fail(condition):
+            return text
+        if text not in self.needs.conditions:
+            self.needs.conditions.append(text)
+        return f"self._holds_{self.needs.conditions.index(text)}()"
+
+    def _for_each(self, out: Lines, statement: ForEach, printer: Printer) -> None:
+        array = statement.array.type
+        assert isinstance(array, ArrayType)  # noqa: S101
+        number = len(self.needs.copies)
+        self.needs.copies.append(array.length)
+        copy = f"self._copy_{number}"
+        out.line(f"replace({copy}, {printer.print(statement.array)})")
+        with out.block(f"for at_{number} in range({array.length}):"):
+            out.line(self._assign(statement.item, f"{copy}[at_{number}]", printer))
+            if statement.index is not None:
+                out.line(self._assign(statement.index, f"at_{number}", printer))
+            self._statements(out, statement.body, printer)
+
+
+def shown(text: str, type_: Type | None) -> str:
+    """Return what stands in an f-string to spell a value as traces do."""
+    match type_:
+        case BoolType() | IntType() | EnumType() | DurationType():
+            return f"{{{text}:d}}"
+        case FloatType():
+            return f"{{{text}:.17g}}"
+        case SymbolType() | ArrayType() | RecordType() | None:
+            return f"{{shown({text})}}"
+        case _:
+            assert_never(type_)
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def _passed(printer: Printer, arguments: tuple[Expr, ...]) -> str:
+    return ", ".join(printer.frozen(argument) for argument in arguments)
+
+
+def _can_fail(node: object) -> bool:
+    """Whether a statement can end its block. A condition that fails is only false."""
+    match node:
+        case Fail():
+            return True
+        case If(branches):
+            return any(_can_fail(statement) for b in branches for statement in b.body) or any(
+                _can_fault(branch.condition) for branch in branches
+            )
+        case ForEach(body=body):
+            return any(map(_can_fail, body))
+        case Send(delay=delay) if delay is not None and not isinstance(delay, Literal):
+            return True
+        case _:
+            return can_fail(node)
+
+
+def _can_fault(node: object) -> bool:
+    """Whether evaluating can put the machine into a fault."""
+    match node:
+        case Convert(type=IntType(overflow=Overflow.FAULT)):
+            return True
+        case _:
+            return any(map(_can_fault, parts_of(node)))

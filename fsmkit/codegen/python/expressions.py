@@ -1,0 +1,341 @@
+"""Expressions in Python, with exactly the meaning of the typed tree.
+
+Python's integers are exact, so a result is reduced only where its type says that it wraps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from typing import assert_never
+
+from fsmkit.codegen.python.names import Names
+from fsmkit.diagnostics import Span
+from fsmkit.expressions import (
+    LONGEST_DURATION,
+    Apply,
+    ArrayType,
+    Binary,
+    BinaryOp,
+    Call,
+    Conditional,
+    Convert,
+    DurationType,
+    Element,
+    EventField,
+    EventName,
+    Expr,
+    FloatType,
+    InState,
+    IntType,
+    Invalid,
+    Literal,
+    Member,
+    Overflow,
+    RecordType,
+    Type,
+    Unary,
+    UnaryOp,
+    Value,
+    Variable,
+)
+
+CHOICE, OR, AND, NOT, COMPARE, BITOR, BITXOR, BITAND, SHIFT, SUM, PRODUCT, SIGN, ATOM = range(1, 14)
+
+INFIX: Mapping[BinaryOp, tuple[str, int, int, int]] = {
+    # the text, how tightly it binds, and what its left and right operands must at least
+    BinaryOp.OR: ("or", OR, OR, AND),
+    BinaryOp.AND: ("and", AND, AND, NOT),
+    BinaryOp.EQ: ("==", COMPARE, BITOR, BITOR),
+    BinaryOp.NE: ("!=", COMPARE, BITOR, BITOR),
+    BinaryOp.LT: ("<", COMPARE, BITOR, BITOR),
+    BinaryOp.LE: ("<=", COMPARE, BITOR, BITOR),
+    BinaryOp.GT: (">", COMPARE, BITOR, BITOR),
+    BinaryOp.GE: (">=", COMPARE, BITOR, BITOR),
+    BinaryOp.BIT_OR: ("|", BITOR, BITOR, BITXOR),
+    BinaryOp.BIT_XOR: ("^", BITXOR, BITXOR, BITAND),
+    BinaryOp.BIT_AND: ("&", BITAND, BITAND, SHIFT),
+    BinaryOp.SHIFT_LEFT: ("<<", SHIFT, SHIFT, SUM),
+    BinaryOp.SHIFT_RIGHT: (">>", SHIFT, SHIFT, SUM),
+    BinaryOp.ADD: ("+", SUM, SUM, PRODUCT),
+    BinaryOp.SUB: ("-", SUM, SUM, PRODUCT),
+    BinaryOp.MUL: ("*", PRODUCT, PRODUCT, SIGN),
+}
+SHIFTS = (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT)
+
+
+@dataclass(frozen=True, slots=True)
+class Fragment:
+    """Printed text and how tightly it binds."""
+
+    text: str
+    binds: int = ATOM
+
+    def at(self, binds: int) -> str:
+        """Return the text, in parentheses unless it binds that tightly."""
+        return self.text if self.binds >= binds else f"({self.text})"
+
+
+@dataclass(frozen=True, slots=True)
+class Printer:
+    """Prints expressions of one chart; ``payload``: where the fields of the event at hand are."""
+
+    names: Names
+    payload: Mapping[str, int] | None = None
+    """None where it is not known which event is at hand: looked up when needed."""
+
+    def print(self, expr: Expr) -> str:
+        """Return an expression as text."""
+        return self.fragment(expr).text
+
+    def frozen(self, expr: Expr) -> str:
+        """Return an expression whose value later assignments do not change."""
+        text = self.print(expr)
+        is_made_of_parts = isinstance(expr.type, ArrayType | RecordType)
+        return f"frozen({text})" if is_made_of_parts and not isinstance(expr, Literal) else text
+
+    def fragment(self, expr: Expr) -> Fragment:
+        """Return an expression as text that can stand inside more text."""
+        match expr:
+            case Literal(value):
+                return _literal(value, expr.type)
+            case Variable(name):
+                return Fragment(f"self.{self.names.variables[name]}")
+            case EventField(name):
+                return self._field(name)
+            case EventName():
+                return Fragment("self._event_name()")
+            case InState(state):
+                bit = self.names.states[state]
+                return Fragment(f"self._active & {bit} != 0", COMPARE)
+            case Unary():
+                return self._unary(expr)
+            case Binary():
+                return self._binary(expr)
+            case Conditional(test, then, otherwise):
+                text = f"{self.fragment(then).at(OR)} if {self.fragment(test).at(OR)}"
+                return Fragment(f"{text} else {self.fragment(otherwise).at(CHOICE)}", CHOICE)
+            case Element():
+                return Fragment(f"{self.print(expr.array)}[{self.index(expr)}]")
+            case Member(record, name):
+                return Fragment(f"{self.fragment(record).at(ATOM)}[{place(record.type, name)}]")
+            case Apply():
+                return self._apply(expr)
+            case Call(operation, arguments):
+                passed = ", ".join(self.frozen(argument) for argument in arguments)
+                return Fragment(f"self._call_{self.names.operations[operation]}({passed})")
+            case Convert(operand, type_):
+                return self._convert(operand, type_)
+            case Invalid(reason):
+                return Fragment(f"cannot({reason!r})")
+            case _:
+                assert_never(expr)
+
+    def index(self, expr: Element) -> str:
+        """Return the index of an element, checked unless it cannot be outside."""
+        index, array = expr.index, expr.array.type
+        assert isinstance(array, ArrayType)  # noqa: S101
+        text = self.print(index)
+        return text if is_inside(index, array.length) else f"position({text}, {array.length})"
+
+    def _field(self, name: str) -> Fragment:
+        if self.payload is None:
+            return Fragment(f"self._field({name!r})")
+        return Fragment(f"self._fields[{self.payload[name]}]")
+
+    def _unary(self, expr: Unary) -> Fragment:
+        operand = self.fragment(expr.operand)
+        match expr.op:
+            case UnaryOp.NOT:
+                return Fragment(f"not {operand.at(NOT)}", NOT)
+            case UnaryOp.NEGATE | UnaryOp.INVERT:
+                return reduced(Fragment(f"{expr.op.value}{operand.at(SIGN)}", SIGN), expr.type)
+            case _:
+                assert_never(expr.op)
+
+    def _binary(self, expr: Binary) -> Fragment:
+        is_float = isinstance(expr.type, FloatType)
+        if expr.op in (BinaryOp.DIV, BinaryOp.REM):
+            name = "divide" if expr.op is BinaryOp.DIV else "remainder"
+            name += "_floats" if is_float else ""
+            left, right = (
+                self._number(part, is_float=is_float) for part in (expr.left, expr.right)
+            )
+            return reduced(Fragment(f"{name}({left}, {right})"), expr.type)
+        text, binds, left_binds, right_binds = INFIX[expr.op]
+        left = self.fragment(expr.left).at(left_binds)
+        right = self.fragment(expr.right).at(right_binds)
+        if is_float:
+            left = self._float(expr.left, left)
+            right = self._float(expr.right, right)
+        if expr.op in SHIFTS and isinstance(expr.type, IntType):
+            right = self._count(expr.right, expr.type)
+        return reduced(Fragment(f"{left} {text} {right}", binds), expr.type)
+
+    def _number(self, expr: Expr, *, is_float: bool) -> str:
+        text = self.print(expr)
+        return self._float(expr, text) if is_float else text
+
+    def _float(self, expr: Expr, text: str) -> str:
+        return text if isinstance(expr.type, FloatType) else f"float({text})"
+
+    def _count(self, expr: Expr, type_: IntType) -> str:
+        """Return a shift count, reduced to the width of the result unless it is less."""
+        width = 32 if type_.hi <= 2**32 - 1 and type_.lo >= -(2**31) else 64
+        fragment = self.fragment(expr)
+        if isinstance(expr.type, IntType) and expr.type.lo >= 0 and expr.type.hi < width:
+            return fragment.at(SUM)
+        return f"({fragment.at(PRODUCT)} % {width})"
+
+    def _apply(self, expr: Apply) -> Fragment:
+        arguments = ", ".join(self.print(argument) for argument in expr.arguments)
+        return reduced(Fragment(f"{expr.function.value}({arguments})"), expr.type)
+
+    def _convert(self, operand: Expr, type_: Type) -> Fragment:
+        text = self.fragment(operand)
+        match type_:
+            case FloatType(bits):
+                if bits == 32:
+                    return Fragment(f"single({text.text})")
+                return Fragment(self._float(operand, text.text))
+            case IntType() | DurationType():
+                return _bounded(text, operand.type, type_)
+            case _:
+                return text
+
+
+def _bounded(text: Fragment, source: Type | None, type_: IntType | DurationType) -> Fragment:
+    """Bring a number into bounds, as `fsmkit.expressions.converted` does."""
+    lo, hi, overflow = 0, LONGEST_DURATION, Overflow.SATURATE
+    if isinstance(type_, IntType):
+        lo, hi, overflow = type_.lo, type_.hi, type_.overflow
+    if isinstance(source, FloatType):
+        whole = f"truncate({text.text}, {lo}, {hi})"
+        if overflow is Overflow.WRAP:  # a float is never wrapped around
+            return Fragment(f"min(max({whole}, {lo}), {hi})")
+        text = Fragment(whole)
+    elif overflow is Overflow.WRAP:
+        return wrapped(text, lo, hi)
+    how = "bounded" if overflow is Overflow.FAULT else "self._clamp"
+    return Fragment(f"{how}({text.text}, {lo}, {hi})")
+
+
+def reduced(text: Fragment, type_: Type | None) -> Fragment:
+    """Reduce a result to its type if that wraps around."""
+    if isinstance(type_, IntType) and type_.overflow is Overflow.WRAP:
+        return wrapped(text, type_.lo, type_.hi)
+    return text
+
+
+def wrapped(text: Fragment, lo: int, hi: int) -> Fragment:
+    """Return a value modulo the size of a range."""
+    size = hi - lo + 1
+    is_mask = size & (size - 1) == 0
+    if lo == 0:
+        if is_mask:
+            return Fragment(f"{text.at(SHIFT)} & {hi:#x}", BITAND)
+        return Fragment(f"{text.at(PRODUCT)} % {size}", PRODUCT)
+    shifted = f"{text.at(SUM)} {'-' if lo > 0 else '+'} {abs(lo)}"
+    inner = f"({shifted} & {size - 1:#x})" if is_mask else f"({shifted}) % {size}"
+    return Fragment(f"{inner} {'+' if lo > 0 else '-'} {abs(lo)}", SUM)
+
+
+def _literal(value: Value, type_: Type | None) -> Fragment:
+    if isinstance(value, tuple):
+        return Fragment(spell(value, type_))
+    text = spell(value, type_)
+    return Fragment(text, SIGN if text.startswith("-") else ATOM)
+
+
+def spell(value: Value, type_: Type | None, *, mutable: bool = False) -> str:
+    """Return a constant; arrays and records as tuples, or as lists that can be changed."""
+    match value:
+        case bool() | str():
+            return repr(value)
+        case tuple():
+            parts = _part_types(type_, len(value))
+            texts = [spell(v, t, mutable=mutable) for v, t in zip(value, parts, strict=True)]
+            if mutable:
+                if len(texts) > 1 and len(set(texts)) == 1 and not isinstance(value[0], tuple):
+                    return f"[{texts[0]}] * {len(texts)}"
+                return f"[{', '.join(texts)}]"
+            return f"({', '.join(texts)}{',' if len(texts) == 1 else ''})"
+        case float() | int():
+            if isinstance(type_, FloatType):
+                text = repr(float(value))
+                return f'float("{text}")' if text.lstrip("-") in {"inf", "nan"} else text
+            return str(value)
+        case _:
+            assert_never(value)
+
+
+def _part_types(type_: Type | None, size: int) -> tuple[Type | None, ...]:
+    match type_:
+        case ArrayType(element):
+            return (element,) * size
+        case RecordType(_, parts):
+            return tuple(part.type for part in parts)
+        case _:
+            return (None,) * size
+
+
+def place(type_: Type | None, name: str) -> int:
+    """Return where in a record its field stands."""
+    assert isinstance(type_, RecordType)  # noqa: S101
+    return next(i for i, part in enumerate(type_.fields) if part.name == name)
+
+
+def is_inside(index: Expr, length: int) -> bool:
+    """Whether an index provably lies within an array."""
+    if isinstance(index, Literal) and isinstance(index.value, int):
+        return 0 <= index.value < length
+    return isinstance(index.type, IntType) and 0 <= index.type.lo <= index.type.hi < length
+
+
+def can_fail(node: object) -> bool:
+    """Whether evaluating may end in an error of content, or in a fault."""
+    match node:
+        case Binary(BinaryOp.DIV | BinaryOp.REM, left, right, type_):
+            if not isinstance(type_, FloatType) and not _is_never_zero(right):
+                return True
+            return can_fail(left) or can_fail(right)
+        case Element(array, index):
+            assert isinstance(array.type, ArrayType)  # noqa: S101
+            return not is_inside(index, array.type.length) or can_fail(index)
+        case Convert(type=IntType(overflow=Overflow.FAULT)):
+            return True
+        case Invalid():
+            return True
+        case _:
+            return any(map(can_fail, parts_of(node)))
+
+
+def has_effect(node: object) -> bool:
+    """Whether evaluating twice differs from once: it calls the host, or tells a range error."""
+    match node:
+        case Call():
+            return True
+        case Convert(type=IntType(overflow=Overflow.SATURATE) | DurationType()):
+            return True
+        case _:
+            return any(map(has_effect, parts_of(node)))
+
+
+def reads_event(node: object) -> bool:
+    """Whether a part of the payload at hand occurs anywhere."""
+    return isinstance(node, EventField) or any(map(reads_event, parts_of(node)))
+
+
+def parts_of(node: object) -> tuple[object, ...]:
+    """Return what a node of a tree is made of, without its place."""
+    if isinstance(node, tuple):
+        return node
+    if isinstance(node, Span) or not is_dataclass(node):
+        return ()
+    return tuple(getattr(node, part.name) for part in fields(node))
+
+
+def _is_never_zero(expr: Expr) -> bool:
+    if isinstance(expr, Literal):
+        return expr.value != 0
+    return isinstance(expr.type, IntType) and not expr.type.lo <= 0 <= expr.type.hi

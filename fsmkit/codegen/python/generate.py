@@ -1,0 +1,252 @@
+"""A chart as a Python module. This file is the table of contents of the generated text."""
+
+from __future__ import annotations
+
+import re
+
+from fsmkit.codegen.python import movement, sending, template
+from fsmkit.codegen.python.content import ContentPrinter, Needs
+from fsmkit.codegen.python.expressions import spell
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.names import Names, identifier, names_of
+from fsmkit.codegen.python.selection import is_needing_memo, print_selection
+from fsmkit.expressions import ArrayType, EnumType, RecordType
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Trigger
+
+HEADER = '''\
+"""{doc}
+
+Made by fsmkit from {source}: change that, not this. Times are ticks of {tick} us, modulo 2^32.
+"""
+
+from __future__ import annotations
+
+{imports}from collections.abc import Callable
+from enum import IntEnum
+from typing import Any, Protocol
+
+CLOCK = 0xFFFFFFFF
+FAR = 0x80000000
+NOTHING = -1
+'''
+
+
+def module_text(chart: Chart) -> str:
+    """Return the text of the module: the same for the same chart."""
+    names = names_of(chart)
+    needs = Needs()
+    content = ContentPrinter(chart, names, needs)
+    body = Lines(1)
+    _select(body, chart, names)
+    _guards(body, chart, names)
+    movement.print_moves(body, chart, names, content)
+    sending.print_senders(body, chart, names, needs)
+    _conditions(body, needs)
+    _tables(body, names)
+    head = Lines(1)
+    _class_head(head, chart, names, needs)
+    text = head.finish() + "\n" + template.machine().body + "\n\n" + body.finish()
+    arithmetic = template.arithmetic(text)
+    return "\n".join(
+        (
+            _header(chart, arithmetic),
+            _types(chart),
+            arithmetic,
+            "",
+            "",
+            _host(chart, names, needs),
+            f"class {names.machine}:",
+            text,
+        )
+    )
+
+
+def _header(chart: Chart, arithmetic: str) -> str:
+    used = [name for name in ("math", "struct") if re.search(rf"\b{name}\.", arithmetic)]
+    source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
+    doc = chart.doc or f"The machine {chart.name}."
+    return HEADER.format(
+        doc=doc.strip().replace("\\", "\\\\").replace('"""', "'''"),
+        source=source.replace("\\", "/"),
+        tick=chart.capacities.tick,
+        imports="".join(f"import {name}\n" for name in used),
+    )
+
+
+def _types(chart: Chart) -> str:
+    out = Lines()
+    for type_ in chart.types:
+        if isinstance(type_, EnumType):
+            out.line()
+            with out.block(f"class {identifier(type_.name)}(IntEnum):"):
+                out.line('"""An enumeration of the chart."""')
+                out.line()
+                for place, member in enumerate(type_.members):
+                    name = identifier(member)
+                    out.line(
+                        f"{name if name not in ('mro', 'name', 'value') else name + '_'} = {place}"
+                    )
+            out.line()
+    for state, name in zip(chart.states, names_of(chart).states, strict=True):
+        out.line(f"{name} = {1 << state.index:#x}")
+    return out.finish() + "\n"
+
+
+def _host(chart: Chart, names: Names, needs: Needs) -> str:
+    methods = sending.host_methods(chart, names, needs)
+    if not methods:
+        return ""
+    out = Lines()
+    with out.block(f"class {names.machine}Host(Protocol):"):
+        out.line('"""What the machine asks of its host: methods of a subclass, or of an object."""')
+        for name, passed, result in methods:
+            with out.method(name, "Do it.", ", ".join(passed), result):
+                out.line("...")
+    return out.finish() + "\n"
+
+
+def _class_head(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
+    variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
+    own = [names.variables[v.name] for v in variables]
+    own += [f"_history_{names.states[s.index]}" for s in chart.states if s.is_history]
+    own += [f"_copy_{number}" for number in range(len(needs.copies))]
+    out.line(f'"""{names.machine}: create it, `start` it, `post` events, `run` it to a time."""')
+    out.line()
+    with out.block("__slots__ = ("):
+        out.lines(f'"{slot}",' for slot in sorted({*template.machine().slots, *own}))
+    out.line(")")
+    out.line()
+    _constants(out, chart, names, needs)
+    with out.method(
+        "__init__",
+        "Make a machine; `operations` has the host's methods, or this has.",
+        "operations: object | None = None",
+    ):
+        for number, length in enumerate(needs.copies):
+            out.line(f"self._copy_{number}: list[Any] = [None] * {length}")
+        for variable in chart.inputs:
+            value = _start(variable.init.value, variable.type)
+            out.line(f"self.{names.variables[variable.name]}: Any = {value}")
+        out.line("self._prepare(operations)")
+    with out.method("_reset_data", "Give data, outputs and histories their start values."):
+        for variable in (*chart.data, *chart.outputs):
+            value = _start(variable.init.value, variable.type)
+            out.line(f"self.{names.variables[variable.name]}: Any = {value}")
+        for state in chart.states:
+            if state.is_history:
+                out.line(f"self._history_{names.states[state.index]} = 0")
+        if not (chart.data or chart.outputs or any(s.is_history for s in chart.states)):
+            out.line("return")
+
+
+def _start(value: object, type_: object) -> str:
+    is_parts = isinstance(type_, ArrayType | RecordType)
+    return spell(value, type_, mutable=is_parts)  # type: ignore[arg-type]
+
+
+def _constants(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
+    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    errors = [e.index for e in chart.events if e.name.startswith("error.") and not e.directions]
+    deferring = [
+        sum(1 << s.index for s in chart.states if e.index in s.defer) for e in chart.events
+    ]
+    periods = [t.delay if t.trigger is Trigger.EVERY else 0 for t in chart.transitions]
+    fields = [{f.name: place for place, f in enumerate(e.fields)} for e in chart.events]
+    hosts = [name for name, _, _ in sending.host_methods(chart, names, needs)]
+    postable = {e.name: (e.index, len(e.fields)) for e in chart.events}
+    constants: dict[str, object] = {
+        "NAME": chart.name,
+        "STATES": tuple(s.id for s in chart.states),
+        "EVENTS": tuple(e.name for e in chart.events),
+        "OPERATIONS": tuple(hosts),
+        "FIELDS": tuple(fields),
+        "LEAVES": sum(1 << s.index for s in chart.states if s.is_leaf),
+        "WIDTH": max((len(e.fields) for e in chart.events), default=0),
+        "QUEUE": chart.capacities.queue,
+        "INTERNAL": chart.capacities.internal,
+        "DELAYED": chart.capacities.delayed,
+        "MICROSTEPS": chart.capacities.microsteps,
+        "TIMERS": len(timed) + chart.capacities.delayed,
+        "SAMPLES_INPUTS": movement.samples_inputs(chart),
+        "ERROR_EXECUTION": chart.event_index.get("error.execution", -1),
+        "ERROR_RANGE": chart.event_index.get("error.range", -1),
+        "DEFERRING": tuple(deferring),
+        "PERIODS": tuple(periods),
+        "_POSTABLE": postable,
+        **movement.conflict_tables(chart),
+    }
+    for name, value in constants.items():
+        out.line(f"{name} = {value!r}")
+    faults = [] if chart.lenient else errors
+    out.line(
+        f"ERRORS = frozenset({{{', '.join(map(str, faults))}}})"
+        if faults
+        else "ERRORS: frozenset[int] = frozenset()"
+    )
+
+
+def _select(out: Lines, chart: Chart, names: Names) -> None:
+    if not print_selection(out, chart, names, "_select_eventless", None):
+        with out.method("_select_eventless", "There are no eventless transitions.", result="int"):
+            out.line("return 0")
+    for event in chart.events:
+        print_selection(out, chart, names, f"_select_{names.events[event.index]}", event.index)
+
+
+def _guards(out: Lines, chart: Chart, names: Names) -> None:
+    from fsmkit.codegen.python.expressions import Printer
+    from fsmkit.codegen.python.selection import payload_of
+
+    for transition in chart.transitions:
+        if transition.guard is None or not _has_guard_method(chart, transition.index):
+            continue
+        name = f"_guard_{names.transitions[transition.index]}"
+        with out.method(name, f"The guard of {place_of(chart, transition.index)}.", result="bool"):
+            printer = Printer(names, payload_of(chart, transition))
+            out.line(f"return {printer.print(transition.guard)}")
+
+
+def _has_guard_method(chart: Chart, index: int) -> bool:
+    transition = chart.transitions[index]
+    is_timed = transition.trigger in (Trigger.AFTER, Trigger.EVERY)
+    return transition.guard is not None and (is_timed or is_needing_memo(chart, transition))
+
+
+def place_of(chart: Chart, index: int) -> str:
+    """Return what a transition is, and where it was written."""
+    return movement.describe(chart, chart.transitions[index])
+
+
+def _conditions(out: Lines, needs: Needs) -> None:
+    for number, text in enumerate(needs.conditions):
+        with out.method(
+            f"_holds_{number}", "A condition; false if it cannot be evaluated.", result="bool"
+        ):
+            with out.block("try:"):
+                out.line(f"return {text}")
+            with out.block("except ContentError:"):
+                out.line("self._error_execution()")
+                out.line("return False")
+
+
+def _tables(out: Lines, names: Names) -> None:
+    text = out.finish()
+
+    def table(name: str, methods: list[str]) -> None:
+        entries = [m if f"    def {m}(" in text else "None" for m in methods]
+        out.line(f"{name} = ({', '.join(entries)}{',' if len(entries) == 1 else ''})")
+
+    out.line()
+    states, transitions = names.states, names.transitions
+    table("_SELECT", [f"_select_{event}" for event in names.events])
+    table("_PORTS", [f"_port_{event}" for event in names.events])
+    table("_EXITED", [f"_exited_{state}" for state in states])
+    table("_ENTERED", [f"_entered_{state}" for state in states])
+    for name, verb in (
+        ("_LEAVE", "leave"),
+        ("_DO", "do"),
+        ("_ENTER", "enter"),
+        ("_GUARDS", "guard"),
+    ):
+        table(name, [f"_{verb}_{transition}" for transition in transitions])

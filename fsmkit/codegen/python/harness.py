@@ -1,0 +1,147 @@
+"""A generated machine under a script: what the differential test compares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
+
+from fsmkit.codegen.python.generate import module_text
+from fsmkit.codegen.python.names import Names, names_of
+from fsmkit.diagnostics import fail
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
+from fsmkit.model.chart import Chart
+
+LARGEST_RANGE = 2**22
+"""Wider ranges are sampled from this many of their least values."""
+
+
+class SeededHost:
+    """Operations that return pseudo-random values; events sent out are only traced."""
+
+    def __init__(self, chart: Chart, names: Names) -> None:
+        """Provide every method that a machine of the chart can ask for."""
+        self.state = 1
+        for operation in chart.operations:
+            method: Callable[..., Any] = partial(self._answer, operation.result)
+            setattr(self, names.operations[operation.name], method)
+        for event in names.events:
+            setattr(self, f"send_{event}", lambda *_: None)
+
+    def _answer(self, result: Type | None, *_: object) -> Any:
+        return None if result is None else self._value(result)
+
+    def _value(self, type_: Type) -> Any:
+        match type_:
+            case ArrayType(element, length):
+                return tuple([self._value(element) for _ in range(length)])
+            case RecordType(_, fields):
+                return tuple([self._value(part.type) for part in fields])
+            case _:
+                pass
+        self.state = x = (1103515245 * self.state + 12345) % 2**31
+        match type_:
+            case BoolType():
+                return bool(x >> 16 & 1)
+            case IntType(lo, hi):
+                return lo + (x >> 8) % min(hi - lo + 1, LARGEST_RANGE)
+            case EnumType(_, members):
+                return (x >> 8) % len(members)
+            case DurationType():
+                return (x >> 8) % 1001
+            case FloatType():
+                return ((x >> 8) % 2001 - 1000) / 8
+            case _:
+                return ""
+
+
+def load_machine(chart: Chart) -> type[Any]:
+    """Return the generated class of a chart."""
+    space: dict[str, Any] = {"__name__": f"fsmkit_generated_{names_of(chart).machine}"}
+    code = compile(module_text(chart), f"<{chart.name}.py>", "exec", dont_inherit=True)
+    exec(code, space)  # noqa: S102  (the text is our own)
+    found: type[Any] = space[names_of(chart).machine]
+    return found
+
+
+def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:
+    """Run a generated machine by a script and return its trace; `FsmkitError` for a wrong line."""
+    names = names_of(chart)
+    host = SeededHost(chart, names)
+    machine = load_machine(chart)(host)
+    told: list[str] = []
+    machine.trace = told.append
+    now = 0
+    for line in script_lines:
+        verb, *words = line.split()
+        try:
+            match verb:
+                case "start":
+                    now = int(words[0])
+                    machine.start(now)
+                case "run":
+                    now = int(words[0])
+                    machine.run(now)
+                case "post":
+                    if not machine.post(words[0], *_payload(chart, words)):
+                        told.append("full queue")
+                case "dispatch":
+                    machine.dispatch(words[0], *_payload(chart, words))
+                case "input":
+                    (variable,) = [v for v in chart.inputs if v.name == words[0]]
+                    value = _read(iter(words[1:]), variable.type)
+                    setattr(machine, names.variables[words[0]], value)
+                case "seed":
+                    host.state = int(words[0])
+                case "dump":
+                    shown = machine_shown(machine)
+                    told += [
+                        f"d {v.name} {shown(getattr(machine, names.variables[v.name]))}"
+                        for v in (*chart.data, *chart.outputs)
+                    ]
+                case _:
+                    raise ValueError(f"there is no script line `{verb}`")
+        except (ValueError, KeyError, IndexError, TypeError, StopIteration) as error:
+            raise fail("wrong-script-line", f"`{line}`: {error}") from error
+    return told
+
+
+def machine_shown(machine: Any) -> Callable[[object], str]:
+    """Return the function of the generated module that spells values."""
+    found: Callable[[object], str] = type(machine).__init__.__globals__["shown"]
+    return found
+
+
+def _payload(chart: Chart, words: Sequence[str]) -> list[Any]:
+    fields = chart.events[chart.event_index[words[0]]].fields
+    rest = iter(words[1:])
+    return [_read(rest, part.type) for part in fields]
+
+
+def _read(words: Iterator[str], type_: Type) -> Any:
+    match type_:
+        case BoolType():
+            return next(words) in {"1", "true"}
+        case FloatType():
+            return float(next(words))
+        case SymbolType():
+            return next(words).strip('"')
+        case EnumType(_, members):
+            word = next(words).rpartition(".")[2]
+            return members.index(word) if word in members else int(word)
+        case ArrayType(element, length):
+            return tuple([_read(words, element) for _ in range(length)])
+        case RecordType(_, fields):
+            return tuple([_read(words, part.type) for part in fields])
+        case IntType() | DurationType():
+            return int(next(words))

@@ -1,0 +1,22 @@
+"""What the Python target cannot express, said before anything is written."""
+
+from __future__ import annotations
+
+from fsmkit.diagnostics import Findings
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Trigger
+
+
+def check(chart: Chart, findings: Findings) -> bool:
+    """Whether a chart can be written as a Python machine; findings where not."""
+    is_fine = True
+    for transition in chart.transitions:
+        if transition.trigger is Trigger.SOMETIMES:
+            is_fine = False
+            findings.add(
+                "python-sometimes",
+                "a generated machine cannot take a spontaneous transition",
+                transition.span,
+                help="give it an event, or use the chart only as an environment of `fsmkit check`",
+            )
+    return is_fine

@@ -1,0 +1,76 @@
+"""Names of a chart as names of Python: valid, different from each other, and from the machine's."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+
+from fsmkit.codegen.python.template import machine as template
+from fsmkit.model.chart import Chart
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What the generated text calls the parts of a chart. Tuples go by index."""
+
+    machine: str
+    states: tuple[str, ...]
+    """Constants with the bit of a state; a state ``idle`` is ``S_idle``."""
+    events: tuple[str, ...]
+    """Suffixes of methods: an event ``group.go`` is posted by ``post_group_go``."""
+    transitions: tuple[str, ...]
+    """Suffixes of methods that tell source and number."""
+    variables: dict[str, str]
+    operations: dict[str, str]
+
+
+def names_of(chart: Chart) -> Names:
+    """Return the names for a chart. A clash is resolved by underscores at the end."""
+    machine = identifier(chart.name)
+    events = distinct([identifier(event.name) for event in chart.events])
+    methods = [f"{verb}_{event}" for event in events for verb in ("post", "dispatch", "send")]
+    taken = template().names | set(methods)
+    variables = [v.name for group in (chart.data, chart.inputs, chart.outputs) for v in group]
+    attributes = distinct([_public(name) for name in variables], taken)
+    states = distinct([identifier(state.id) for state in chart.states])
+    operations = [operation.name for operation in chart.operations]
+    return Names(
+        machine=machine[:1].upper() + machine[1:],
+        states=tuple(f"S_{name}" if place else "ROOT" for place, name in enumerate(states)),
+        events=events,
+        transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
+        variables=dict(zip(variables, attributes, strict=True)),
+        operations=dict(zip(operations, distinct(map(identifier, operations)), strict=True)),
+    )
+
+
+def identifier(name: str) -> str:
+    """Return a name with everything replaced that Python does not allow in one."""
+    text = re.sub(r"\W", "_", name, flags=re.ASCII)
+    if not text or text[0].isdigit():
+        text = f"_{text}"
+    return f"{text}_" if keyword.iskeyword(text) else text
+
+
+def _public(name: str) -> str:
+    text = identifier(name)
+    return f"v{text}" if text.startswith("_") else text
+
+
+def distinct(names: Iterable[str], taken: Collection[str] = ()) -> tuple[str, ...]:
+    """Return names that differ from each other and from those taken, with underscores added."""
+    found: list[str] = []
+    for name in names:
+        text = name
+        while text in taken or text in found:
+            text += "_"
+        found.append(text)
+    return tuple(found)
+
+
+def file_name(chart: Chart) -> str:
+    """Return the name of the module: ``feeder.py``."""
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", identifier(chart.name))
+    return f"{words.lower()}.py"

@@ -1,0 +1,44 @@
+"""The Python target as a plug-in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from fsmkit.codegen.python.generate import module_text
+from fsmkit.codegen.python.harness import run
+from fsmkit.codegen.python.limits import check
+from fsmkit.codegen.python.names import file_name
+from fsmkit.diagnostics import Findings
+from fsmkit.model.chart import Chart
+from fsmkit.plugins import Generated
+
+
+@dataclass(frozen=True, slots=True)
+class PythonTarget:
+    """Writes ``<machine>.py``."""
+
+    name: str = "python"
+    summary: str = "a Python module that imports nothing but the standard library"
+
+    def generate(
+        self, chart: Chart, findings: Findings, options: Mapping[str, str]
+    ) -> Generated | None:
+        """Return the module, or None after saying what Python cannot express."""
+        del options
+        if not check(chart, findings):
+            return None
+        text = module_text(chart)
+        figures = {
+            "states": len(chart.states) - 1,
+            "transitions": len(chart.transitions),
+            "lines": text.count("\n"),
+        }
+        return Generated({file_name(chart): text}, figures)
+
+    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
+        """Run the generated machine by a script and return its trace."""
+        return run(chart, script_lines)
+
+
+PLUGIN = PythonTarget()

@@ -1,0 +1,194 @@
+"""Methods for events and operations: posting, raising, sending, calling the host."""
+
+from __future__ import annotations
+
+from fsmkit.codegen.python.content import Needs, shown
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.names import Names
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Direction
+
+Method = tuple[str, tuple[str, ...], str]
+"""Name, arguments with types, result."""
+
+
+def host_methods(chart: Chart, names: Names, needs: Needs) -> tuple[Method, ...]:
+    """Return what the host has to define: operations, and a method for each event sent out."""
+    found: list[Method] = []
+    for operation in chart.operations:
+        passed = tuple(f"{p.name}: {annotation(p.type)}" for p in _named(operation.parameters))
+        result = "None" if operation.result is None else annotation(operation.result)
+        found.append((names.operations[operation.name], passed, result))
+    for event in sorted(needs.emitted):
+        fields = _named(chart.events[event].fields)
+        passed = tuple(f"{f.name}: {annotation(f.type)}" for f in fields)
+        peer = ("peer: str | None",) if has_peer(chart, event) else ()
+        found.append((f"send_{names.events[event]}", passed + peer, "None"))
+    return tuple(found)
+
+
+def has_peer(chart: Chart, event: int) -> bool:
+    """Whether sending an event tells the host to whom: one that is declared both ways."""
+    return len(chart.events[event].directions) > 1
+
+
+def annotation(type_: Type) -> str:
+    """Return the Python type of a value."""
+    match type_:
+        case BoolType():
+            return "bool"
+        case IntType() | EnumType() | DurationType():
+            return "int"
+        case FloatType():
+            return "float"
+        case SymbolType():
+            return "str"
+        case ArrayType() | RecordType():
+            return "Any"
+
+
+def print_senders(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
+    """Print all of them."""
+    for event in chart.events:
+        if Direction.IN in event.directions:
+            _post(out, chart, names, event.index)
+    for event in chart.events:
+        if event.index in needs.raised:
+            _queue(out, chart, names, event.index, "raise", "internal")
+        if event.index in needs.sent:
+            _queue(out, chart, names, event.index, "send", "own")
+        if event.index in needs.emitted:
+            _emit(out, chart, names, event.index)
+        if event.index in needs.delayed:
+            _delay(out, chart, names, event.index)
+    for operation in chart.operations:
+        _call(out, names, operation.name, operation.parameters, operation.result)
+    with out.method("_log", "Tell the host a label and values.", "label: str, *values: Any"):
+        with out.block("if self.trace is not None:"):
+            out.line('self._tell(" ".join(("log", label, *[shown(value) for value in values])))')
+        with out.block("if self.log is not None:"):
+            out.line("self.log(label, *values)")
+
+
+def _named(fields: tuple[Field, ...]) -> tuple[Field, ...]:
+    """Return fields with names that can be arguments."""
+    from fsmkit.codegen.python.names import distinct, identifier
+
+    chosen = distinct([identifier(f.name) for f in fields], {"self", "peer"})
+    return tuple(Field(name, f.type) for name, f in zip(chosen, fields, strict=True))
+
+
+def _arguments(fields: tuple[Field, ...]) -> str:
+    return ", ".join(f"{f.name}: {annotation(f.type)}" for f in fields)
+
+
+def _post(out: Lines, chart: Chart, names: Names, index: int) -> None:
+    event, name = chart.events[index], names.events[index]
+    fields = _named(event.fields)
+    doc = f"Put `{event.name}` into the queue; False if that is full or the machine does not run."
+    with out.method(f"post_{name}", doc, _arguments(fields), "bool"):
+        if not fields:
+            out.line(f"return self._enqueue({index}) >= 0")
+        else:
+            out.line(f"at = self._enqueue({index})")
+            with out.block("if at < 0:"):
+                out.line("return False")
+            _store(out, "queue", fields)
+            out.line("return True")
+    doc = f"Process `{event.name}` at once; whether it enabled a transition."
+    with out.method(f"dispatch_{name}", doc, _arguments(fields), "bool"):
+        passed = ", ".join([repr(event.name), *[f.name for f in fields]])
+        out.line(f"return self.dispatch({passed})")
+
+
+def _store(out: Lines, queue: str, fields: tuple[Field, ...]) -> None:
+    for place, part in enumerate(fields):
+        plus = f" + {place}" if place else ""
+        out.line(f"self._{queue}_fields[at{plus}] = {part.name}")
+
+
+def _told(event: str, fields: tuple[Field, ...]) -> str:
+    return " ".join([event, *[shown(f.name, f.type) for f in fields]])
+
+
+def _tell(out: Lines, text: str) -> None:
+    with out.block("if self.trace is not None:"):
+        prefix = "f" if "{" in text else ""
+        out.line(f'self._tell({prefix}"{text}")')
+
+
+def _queue(out: Lines, chart: Chart, names: Names, index: int, verb: str, queue: str) -> None:
+    event = chart.events[index]
+    fields = _named(event.fields)
+    what = "internal" if queue == "internal" else "own external"
+    doc = f"Put `{event.name}` into the {what} queue."
+    with out.method(f"_{verb}_{names.events[index]}", doc, _arguments(fields)):
+        _tell(out, f"{verb} {_told(event.name, fields)}")
+        call = f"self._enqueue_{queue}({index})"
+        if not fields:
+            out.line(call)
+            return
+        out.line(f"at = {call}")
+        with out.block("if at >= 0:"):
+            _store(out, "internal" if queue == "internal" else "queue", fields)
+
+
+def _emit(out: Lines, chart: Chart, names: Names, index: int) -> None:
+    event, name = chart.events[index], names.events[index]
+    fields = _named(event.fields)
+    arguments = ", ".join(filter(None, (_arguments(fields), "peer: str | None")))
+    with out.method(f"_emit_{name}", f"Send `{event.name}` out of the machine.", arguments):
+        with out.block("if self.trace is not None:"):
+            out.line('to = "" if peer is None else f" to {peer}"')
+            out.line(f'self._tell(f"out {_told(event.name, fields)}{{to}}")')
+        peer = ["peer"] if has_peer(chart, index) else []
+        out.line(f"self._host.send_{name}({', '.join([*[f.name for f in fields], *peer])})")
+    with out.method(f"_port_{name}", "Send it with the payload at hand.", "peer: str | None"):
+        passed = ", ".join([*[f"self._fields[{k}]" for k in range(len(fields))], "peer"])
+        out.line(f"self._emit_{name}({passed})")
+
+
+def _delay(out: Lines, chart: Chart, names: Names, index: int) -> None:
+    event = chart.events[index]
+    fields = _named(event.fields)
+    rest = "delay: int, mark: int, route: int, to: str | None"
+    arguments = ", ".join(filter(None, (_arguments(fields), rest)))
+    with out.method(f"_delay_{names.events[index]}", f"Send `{event.name}` later.", arguments):
+        _tell(out, f"delay {_told(event.name, fields)} in {{delay:d}}")
+        call = f"self._later({index}, delay, mark, route, to)"
+        if not fields:
+            out.line(call)
+            return
+        out.line(f"at = {call}")
+        with out.block("if at >= 0:"):
+            _store(out, "timer", fields)
+
+
+def _call(
+    out: Lines, names: Names, name: str, parameters: tuple[Field, ...], result: Type | None
+) -> None:
+    fields = _named(parameters)
+    method = names.operations[name]
+    returned = "None" if result is None else annotation(result)
+    passed = ", ".join(f.name for f in fields)
+    with out.method(f"_call_{method}", f"Call `{name}` of the host.", _arguments(fields), returned):
+        told = f"op {_told(name, fields)}"
+        if result is None:
+            out.line(f"self._host.{method}({passed})")
+            _tell(out, told)
+        else:
+            out.line(f"result: {returned} = self._host.{method}({passed})")
+            _tell(out, f"{told} = {shown('result', result)}")
+            out.line("return result")

@@ -1,0 +1,66 @@
+"""The texts of `fsmkit.runtime.python` that every generated module holds a copy of."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import fsmkit
+
+FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
+MARK = "    # --- copied from here on into each generated class "
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """The body of the class, without what each machine supplies, and its slots."""
+
+    body: str
+    slots: tuple[str, ...]
+    names: frozenset[str]
+    """Everything that a generated class has already."""
+
+
+@cache
+def machine() -> Template:
+    """Return the part of a machine that does not depend on its chart."""
+    text = (FOLDER / "machine.py").read_text(encoding="utf-8")
+    body = text[text.index("\n", text.index(MARK)) + 1 :]
+    (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
+    slots: tuple[str, ...] = ()
+    names: set[str] = set()
+    for node in class_.body:
+        match node:
+            case ast.Assign(targets=[ast.Name("__slots__")], value=value):
+                slots = tuple(ast.literal_eval(value))
+            case ast.AnnAssign(target=ast.Name(name)) | ast.FunctionDef(name=name):
+                names.add(name)
+            case _:
+                pass
+    return Template(body.strip("\n"), slots, frozenset(names | set(slots)))
+
+
+def arithmetic(used_by: str) -> str:
+    """Return the classes, and of the functions those that a text calls, directly or not."""
+    text = (FOLDER / "arithmetic.py").read_text(encoding="utf-8")
+    pieces = dict(_pieces(text))
+    wanted = [name for name in pieces if name[0].isupper()]
+    todo = [used_by]
+    while todo:
+        mentioned = set(re.findall(r"(?<![.\w])(\w+)\(", todo.pop()))
+        for name, piece in pieces.items():
+            if name in mentioned and name not in wanted:
+                wanted.append(name)
+                todo.append(piece)
+    return "\n\n\n".join(piece for name, piece in pieces.items() if name in wanted)
+
+
+def _pieces(text: str) -> Iterator[tuple[str, str]]:
+    lines = text.splitlines()
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            yield node.name, "\n".join(lines[node.lineno - 1 : node.end_lineno])
