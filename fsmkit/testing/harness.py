@@ -70,8 +70,11 @@ def harnesses() -> tuple[Harness, ...]:
 
 def harness(name: str) -> Harness:
     """Return the harness of that name; `FsmkitError` that lists those there are."""
-    for candidate in harnesses():
-        if candidate.name == name:
-            return candidate
-    known = ", ".join(candidate.name for candidate in harnesses())
+    reference = InterpreterHarness()
+    if name == reference.name:
+        return reference
+    found = {candidate.name: candidate for candidate in harnesses()}
+    if name in found:
+        return found[name]
+    known = ", ".join(found)
     raise fail("unknown-plugin", f"nothing runs a chart as `{name}`", help=f"use {known}")

@@ -1,0 +1,23 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fsmkit.loading import load
+from fsmkit.model.chart import Chart
+
+Build = Callable[[str], Chart]
+
+
+@pytest.fixture
+def build(tmp_path: Path) -> Build:
+    """Return the chart of a YAML text."""
+
+    def of(text: str) -> Chart:
+        path = tmp_path / "chart.yaml"
+        path.write_text(text, encoding="utf-8")
+        return load(path)
+
+    return of
