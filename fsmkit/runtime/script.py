@@ -113,7 +113,7 @@ class Player:
     def _play(self, verb: str, words: Iterator[str], line: Text) -> tuple[Macrostep | str, ...]:
         match verb:
             case "start":
-                self._pass_time(self._number(words, line))
+                self._now = self._number(words, line)
                 inputs = self.snapshot.inputs
                 return self._done(interpreter.start(self.chart, self._now, self.host, inputs))
             case "run":
