@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.expressions import (
     INT32,
     SYMBOL,
@@ -35,7 +35,6 @@ from fsmkit.model.passes.collect_events import Events, done_event
 from fsmkit.model.passes.collect_names import Names
 from fsmkit.model.passes.number_states import Tree
 from fsmkit.model.passes.read_values import general_type, join_types
-from fsmkit.model.passes.type_content import desugar
 from fsmkit.model.passes.walk_content import Place, places, statements
 
 MOST_ROUNDS = 10
@@ -111,7 +110,7 @@ class _Uses:
     def _use(self, statement: DocStatement, scope: Scope) -> None:
         match statement:
             case DocAssign(location, value, operator=operator):
-                text = desugar(location, operator, value) if operator else value
+                text = _joined(location, operator, value) if operator else value
                 self._assign(location.value.strip(), _type_of(text, scope))
             case DocRaise(event, arguments):
                 self._send(event.value, arguments, scope)
@@ -158,3 +157,19 @@ def _type_of(text: Text, scope: Scope) -> Type | None:
     if typed is None or findings.has_errors or typed.type is None:
         return None
     return general_type(typed.type)
+
+
+def _joined(location: Text, operator: str, value: Text) -> Text:
+    """Return ``location operator (value)``, each character at the place it came from."""
+    before = [location.span_of(i, i + 1).start for i in range(len(location.value))]
+    inside = [value.span_of(i, i + 1).start for i in range(len(value.value))]
+    joint = f" {operator} ("
+    offsets = (
+        *before,
+        *([value.span.start] * len(joint)),
+        *inside,
+        max(value.span.start, value.span.end - 1),
+    )
+    text = f"{location.value}{joint}{value.value})"
+    span = Span(location.span.source, location.span.start, value.span.end)
+    return Text(text, span, offsets)

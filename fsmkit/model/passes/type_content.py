@@ -5,23 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import assert_never
 
-from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.expressions import (
     BOOL,
     ArrayType,
-    Element,
     Expr,
     IntType,
     Invalid,
     Literal,
-    Location,
-    Member,
-    Storage,
     Type,
     Variable,
     type_call,
     type_expression,
     type_location,
+    type_update,
 )
 from fsmkit.model import document as doc
 from fsmkit.model.passes.context import Context, warn_not_evaluable
@@ -123,50 +120,12 @@ def _assign(written: doc.DocAssign, context: Context) -> tuple[Statement, ...]:
     location = type_location(written.location, context.scope, context.findings)
     if location is None:
         return ()
-    if root_of(location).storage is Storage.INPUT:
-        findings = context.findings
-        findings.add(
-            "assigned-input",
-            f"`{root_of(location).name}` is an input: only the host writes it",
-            written.location,
-            help="keep the value in a variable under `data`",
-        )
-        return ()
-    value = written.value
+    scope, findings = context.scope, context.findings
     if written.operator:
-        value = desugar(written.location, written.operator, value)
-    typed = type_expression(value, context.scope, context.findings, location.type)
+        typed = type_update(location, written.operator, written.value, scope, findings)
+    else:
+        typed = type_expression(written.value, scope, findings, location.type)
     return () if typed is None else (Assign(location, typed, written.span),)
-
-
-def desugar(location: Text, operator: str, value: Text) -> Text:
-    """Return ``location operator (value)``, each character at the place it came from."""
-    before = [location.span_of(i, i + 1).start for i in range(len(location.value))]
-    inside = [value.span_of(i, i + 1).start for i in range(len(value.value))]
-    joint = f" {operator} ("
-    offsets = (
-        *before,
-        *([value.span.start] * len(joint)),
-        *inside,
-        max(value.span.start, value.span.end - 1),
-    )
-    text = f"{location.value}{joint}{value.value})"
-    span = Span(location.span.source, location.span.start, value.span.end)
-    return Text(text, span, offsets)
-
-
-def root_of(location: Location) -> Variable:
-    """Return the variable of which a location is a part."""
-    part: Expr = location
-    while not isinstance(part, Variable):
-        match part:
-            case Element(array=array):
-                part = array
-            case Member(record=record):
-                part = record
-            case _:
-                raise AssertionError(part)
-    return part
 
 
 def _if(written: doc.DocIf, context: Context) -> If:
@@ -182,16 +141,16 @@ def _if(written: doc.DocIf, context: Context) -> If:
 
 
 def _for_each(written: doc.DocForEach, context: Context) -> tuple[Statement, ...]:
-    array = _variable(written.array, context)
+    array = type_expression(written.array, context.scope, context.findings)
     item = _variable(written.item, context)
     index = None if written.index is None else _variable(written.index, context)
     body = type_block(written.body, context)
     if array is None or item is None or (index is None and written.index is not None):
         return ()
-    if not isinstance(array.type, ArrayType):
+    if not isinstance(array, Variable) or not isinstance(array.type, ArrayType):
         context.findings.add(
             "loop-variable-type",
-            f"`{array.name}` is no array but {array.type}",
+            f"`{written.array}` is no array but {array.type}",
             written.array,
             help="iterate over a variable of a type such as `uint8[4]`",
         )
@@ -214,14 +173,6 @@ def _check_loop(
             written.item,
             help=f"declare `{item.name}` as {array.element}",
         )
-    for variable, text in ((item, written.item), (index, written.index)):
-        if variable is not None and variable.storage is Storage.INPUT:
-            context.findings.add(
-                "assigned-input",
-                f"`{variable.name}` is an input: only the host writes it",
-                text,
-                help="use another name",
-            )
     last = array.length - 1
     if index is not None and not (
         isinstance(index.type, IntType) and 0 in index.type and last in index.type
