@@ -1,0 +1,213 @@
+"""The tokens of a text of statements, and how far an expression in it goes.
+
+Expressions are not read here: what matters is where they end. So a wrong one costs one finding,
+and the statements around it are still read.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+STRING = r"\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'"
+COMMENT = re.compile(rf"({STRING})|//[^\n]*|/\*.*?(?:\*/|\Z)|\#[^\n]*", re.DOTALL)
+TOKEN = re.compile(
+    rf"""(?P<string>{STRING})
+    |(?P<word>[^\W\d][\w$]*|\$[\w$]*)
+    |(?P<number>(?:\d|\.\d)[\w.]*)
+    |(?P<newline>\n)
+    |(?P<space>[^\S\n]+)
+    |(?P<sign>>>>=|===|!==|<<=|>>=|\*\*=|&&=|\|\|=|>>>|=>|->|\+\+|--|[-+*/%&|^=<>!]=|&&|\|\||<<|>>|.)
+    """,
+    re.VERBOSE,
+)
+BRACKETS = {"(": ")", "[": "]", "{": "}"}
+JOINING = frozenset(
+    [
+        "+",
+        "-",
+        "*",
+        "/",
+        "%",
+        "&",
+        "|",
+        "^",
+        "&&",
+        "||",
+        "==",
+        "!=",
+        "===",
+        "!==",
+        "<",
+        "<=",
+        ">",
+        ">=",
+        "<<",
+        ">>",
+        "?",
+        ":",
+        ",",
+        ".",
+        "=",
+        "and",
+        "or",
+        "+=",
+        "-=",
+        "*=",
+        "/=",
+    ]
+)
+"""What has to be followed by an operand: no statement ends with it."""
+JOINED = JOINING - {",", "="}
+"""What no statement begins with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lexeme:
+    """A token: its kind (a group of `TOKEN`), its text and its place in the text."""
+
+    kind: str
+    text: str
+    start: int
+
+    @property
+    def end(self) -> int:
+        """The offset behind it."""
+        return self.start + len(self.text)
+
+
+def without_comments(text: str) -> str:
+    """Return the text with every comment blanked out, so that offsets stay as they are."""
+
+    def blank(match: re.Match[str]) -> str:
+        return match[0] if match[1] is not None else re.sub(r"[^\n]", " ", match[0])
+
+    return COMMENT.sub(blank, text)
+
+
+def lexemes(text: str) -> tuple[Lexeme, ...]:
+    """Return the tokens of a text without comments, white space left out, and an ``end``."""
+    found = [
+        Lexeme(match.lastgroup or "sign", match[0], match.start())
+        for match in TOKEN.finditer(text)
+        if match.lastgroup != "space"
+    ]
+    return (*found, Lexeme("end", "", len(text)))
+
+
+@dataclass(slots=True)
+class Cursor:
+    """A position among tokens."""
+
+    text: str
+    tokens: tuple[Lexeme, ...]
+    index: int = 0
+
+    @property
+    def here(self) -> Lexeme:
+        """The token at hand."""
+        return self.tokens[self.index]
+
+    def ahead(self, distance: int = 1) -> Lexeme:
+        """Return a token further on."""
+        return self.tokens[min(self.index + distance, len(self.tokens) - 1)]
+
+    @property
+    def previous_end(self) -> int:
+        """Where the token before ends."""
+        return self.tokens[self.index - 1].end if self.index else 0
+
+    def take(self) -> Lexeme:
+        """Return the token at hand and go on."""
+        token = self.here
+        if token.kind != "end":
+            self.index += 1
+        return token
+
+    def accept(self, *texts: str) -> bool:
+        """Take the token at hand if it is one of these."""
+        if self.here.kind in ("sign", "word") and self.here.text in texts:
+            self.index += 1
+            return True
+        return False
+
+    def skip_newlines(self) -> None:
+        """Go to the next token that is no new line."""
+        while self.here.kind == "newline":
+            self.index += 1
+
+    def go_to(self, offset: int) -> None:
+        """Go to the first token at or behind an offset."""
+        while self.here.kind != "end" and self.here.start < offset:
+            self.index += 1
+
+    def is_end_of_statement(self) -> bool:
+        """Whether nothing more belongs to the statement: its end, or that of what it stands in."""
+        token = self.here
+        if token.kind == "newline":
+            return not self._is_continued()
+        return token.kind == "end" or token.text in (";", "}")
+
+    def _is_continued(self) -> bool:
+        """Whether the expression that a new line interrupts goes on behind it."""
+        before = self.tokens[self.index - 1] if self.index else None
+        if before is not None and before.kind in ("sign", "word") and before.text in JOINING:
+            return True
+        distance = 0
+        while self.ahead(distance).kind == "newline":
+            distance += 1
+        after = self.ahead(distance)
+        return after.kind in ("sign", "word") and after.text in JOINED
+
+    def expression(self, *stops: str) -> tuple[int, int]:
+        """Pass over an expression; return where it begins and ends.
+
+        It ends at the end of the statement, or at one of the signs or words ``stops``, outside
+        of brackets. In brackets everything belongs to it, new lines too.
+        """
+        open_: list[str] = []
+        first = self.index
+        while self.here.kind != "end":
+            token = self.here
+            if not open_:
+                if self.is_end_of_statement():
+                    break
+                if token.kind == "newline":
+                    self.skip_newlines()
+                    continue
+                if token.kind in ("sign", "word") and token.text in stops:
+                    break
+                if token.text in (")", "]") and token.kind == "sign":
+                    break
+            if token.kind == "sign" and token.text in BRACKETS:
+                open_.append(BRACKETS[token.text])
+            elif token.kind == "sign" and open_ and token.text == open_[-1]:
+                open_.pop()
+            self.index += 1
+        start = self.tokens[first].start
+        last = self.index
+        while last > first and self.tokens[last - 1].kind == "newline":
+            last -= 1
+        return start, (self.tokens[last - 1].end if last > first else start)
+
+    def closing(self) -> int | None:
+        """Return the index of the token that closes the bracket at hand, None where none does."""
+        open_: list[str] = []
+        for index in range(self.index, len(self.tokens)):
+            token = self.tokens[index]
+            if token.kind != "sign":
+                continue
+            if token.text in BRACKETS:
+                open_.append(BRACKETS[token.text])
+            elif open_ and token.text == open_[-1]:
+                open_.pop()
+                if not open_:
+                    return index
+        return None
+
+    def skip_statement(self) -> None:
+        """Go to the end of a statement that cannot be read, with the blocks it holds."""
+        self.expression()
+        while not self.is_end_of_statement():
+            self.take()
+            self.expression()
