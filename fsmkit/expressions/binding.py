@@ -5,20 +5,17 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
-from math import isinf
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.expressions.arithmetic import exact, representable
-from fsmkit.expressions.conversion import convert
+from fsmkit.expressions.arithmetic import exact
 from fsmkit.expressions.durations import duration_of
+from fsmkit.expressions.literals import bind_array, bind_number
 from fsmkit.expressions.names import Context, report_unknown, suggestion
 from fsmkit.expressions.operators import (
     BITS,
     EQUALITY,
     ORDER,
-    common_type,
     described,
     integers,
     type_binary,
@@ -66,7 +63,6 @@ from fsmkit.expressions.types import (
     Type,
 )
 
-OCTAL = re.compile(r"0\d+")
 FOREIGN_OPERATORS = {
     ">>>": "shift with `>>`; unsigned machine integers bring in zeros",
     "**": "multiply",
@@ -103,7 +99,7 @@ class Binder:
             case NameNode():
                 return self._name(node, hint)
             case NumberNode():
-                return self._number(node)
+                return bind_number(self.context, node, self.span(node))
             case TruthNode():
                 return Literal(node.value, BOOL, self.span(node))
             case DurationNode():
@@ -114,7 +110,7 @@ class Binder:
             case SuperNode():
                 return self._super(node)
             case ArrayNode():
-                return self._array(node, hint)
+                return bind_array(self, node, hint)
             case UnaryNode():
                 return self._unary(node)
             case BinaryNode():
@@ -167,32 +163,6 @@ class Binder:
             return self.context.report("outside-language", message, span, FOREIGN_NAMES[name])
         return report_unknown(self.context, name, span, hint)
 
-    def _number(self, node: NumberNode) -> Expr | None:
-        digits, span = node.digits.lower(), self.span(node)
-        if len(digits) > 400:
-            message = "the number has more than 400 digits"
-            return self.context.report("integer-too-wide", message, span)
-        if not digits.startswith(("0x", "0b", "0o")):
-            if any(c in digits for c in ".e"):
-                if isinf(float(digits)):
-                    message = f"`{digits}` is beyond the greatest floating-point number"
-                    return self.context.report("expression-syntax", message, span)
-                return Literal(float(digits), FLOAT64, span)
-            if OCTAL.fullmatch(digits) and digits.strip("0"):
-                return self.context.report(
-                    "expression-syntax",
-                    f"`{digits}` may be meant as octal",
-                    span,
-                    f"write `{digits.lstrip('0')}`, or `0o{digits.lstrip('0')}` for octal",
-                )
-        value = int(digits, 10 if digits.isdigit() else 0)
-        type_ = exact(value, value)
-        if not representable(type_):
-            advice = "write a float, such as `1e30`"
-            message = f"`{digits}` does not fit 64 bits"
-            return self.context.report("integer-too-wide", message, span, advice)
-        return Literal(value, type_, span)
-
     def _super(self, node: SuperNode) -> Expr | None:
         guard = self.context.scope.super_guard
         if guard is not None:
@@ -203,31 +173,6 @@ class Binder:
             self.span(node),
             "write `super` only in the guard of a transition that overrides an inherited one",
         )
-
-    def _array(self, node: ArrayNode, hint: Type | None) -> Expr | None:
-        wanted = hint.element if isinstance(hint, ArrayType) else None
-        items = [self.value(item, wanted) for item in node.items]
-        type_: Type | None = wanted if not items else None
-        values = []
-        for item in items:
-            if item is None:
-                return None
-            if not isinstance(item, Literal):
-                advice = "declare an array variable, and assign its elements"
-                message = "the elements of an array literal must be constants"
-                return self.context.report("not-known-when-compiling", message, item.span, advice)
-            values.append(item)
-            type_ = item.type if type_ is None else common_type(type_, item.type)
-            if type_ is None:
-                message = f"{described(item.type)} among elements of another type"
-                return self.context.report("type-mismatch", message, item.span)
-        if type_ is None:
-            message = "an array needs at least one element"
-            return self.context.report("type-mismatch", message, self.span(node))
-        if isinstance(type_, FloatType):
-            values = [v for v in (convert(v, type_) for v in values) if isinstance(v, Literal)]
-        array = ArrayType(type_, len(values))
-        return Literal(tuple(v.value for v in values), array, self.span(node))
 
     def _unary(self, node: UnaryNode) -> Expr | None:
         if node.op in FOREIGN_OPERATORS:

@@ -135,7 +135,9 @@ class SourcePrinter(ExprPrinter):
     def in_state(self, expr: InState) -> Fragment:
         """Print a state test."""
         is_plain = PLAIN_STATE.fullmatch(expr.id) and not WORDS & {*expr.id.split(".")}
-        return Fragment(f"In({expr.id})" if is_plain else f"In({json.dumps(expr.id, ensure_ascii=False)})")
+        return Fragment(
+            f"In({expr.id})" if is_plain else f"In({json.dumps(expr.id, ensure_ascii=False)})"
+        )
 
     def conditional(self, expr: Conditional) -> Fragment:
         """Print a choice as C does."""
