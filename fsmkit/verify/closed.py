@@ -15,21 +15,21 @@ machine that runs can, by the order of SEMANTICS:
 
 * take eventless transitions that its inputs enable (*eventless*; then nothing else of this list),
 * or take the next event of its queue (*take*),
-* or, its queue being empty, fire the first timer that is due (*fire*; untimed: any armed one, and that
-  counts as the passing of time), or take a spontaneous transition;
-* an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*): that
-  covers every place in the queue it could have waited at. This is possible while at most `PATIENCE`
-  events wait in all queues: nobody presses a button faster than machines exchange messages.
+* or, its queue being empty, fire the first timer that is due (*fire*; untimed: any armed one,
+  and that counts as the passing of time), or take a spontaneous transition;
+* an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*):
+  that covers every place in the queue it could have waited at. This is possible while at most
+  `PATIENCE` events wait in all queues: nobody presses a button faster than machines talk.
 
-Time passes by the greatest common divisor of all delays (*elapse*) when no machine has anything left
-to do and some timer is armed. Steps of one machine that lead to the same state and messages, with
-other choices, are one; what comes from outside and changes nothing is none.
+Time passes by the greatest common divisor of all delays (*elapse*) when no machine has anything
+left to do and some timer is armed. Steps of one machine that lead to the same state and messages,
+with other choices, are one; what comes from outside and changes nothing is none.
 
 **Choices.** The result of an operation, and in an open chart each input before each step, is chosen
 from `alphabet`: one step for each value.
 
-**Livelock** is a cycle of *take*, *fire* and *eventless* (that of an open chart, whose inputs anyone
-may change, does not count).
+**Livelock** is a cycle of *take*, *fire* and *eventless* (in an open chart, whose inputs anyone may
+change, *eventless* does not count).
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def unit_of(system: System) -> int:
 
 
 def without_spontaneous(chart: Chart) -> Chart:
-    """Return the chart with each ``sometimes`` transition on an event of its own, after all others."""
+    """Return the chart with each ``sometimes`` transition on an event of its own, after others."""
     found = [t for t in chart.transitions if t.trigger is Trigger.SOMETIMES]
     if not found:
         return chart

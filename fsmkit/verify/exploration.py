@@ -1,7 +1,7 @@
 """What an exploration found: the currency of both engines.
 
-Marks are facts of interest, numbered: 0 a deadlock, then the properties of the system, then those of
-each machine (see `marks_of`).
+Marks are facts of interest, numbered: 0 a deadlock, then the properties, then those of
+each machine (see `first_mark`).
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fsmkit.verify.closed import Closed
-from fsmkit.verify.steps import UNHANDLED, Step
+from fsmkit.verify.moves import UNHANDLED, Step
 
 DEADLOCK = 0
 
@@ -52,7 +52,7 @@ class Exploration:
     """The result of a search.
 
     A path is the ordinals of steps, that of the initial state first. ``livelock`` is a path and the
-    cycle it leads to; ``traps`` are the paths to them. ``livelock`` and ``traps`` say something only
+    cycle it leads to, ``traps`` the paths to them; both say something only
     if ``*_known``.
     """
 

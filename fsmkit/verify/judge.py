@@ -48,6 +48,7 @@ class _World:
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Tell that a property calls nothing."""
+        del arguments
         raise ContentError(f"a property cannot call `{operation}`")
 
     def range_error(self) -> None:

@@ -15,16 +15,8 @@ from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Figures, Mark, Trail, first_mark
 from fsmkit.verify.graph import find_cycle, find_traps
 from fsmkit.verify.judge import judge
-from fsmkit.verify.steps import (
-    FULL,
-    Action,
-    LocalSteps,
-    Message,
-    Outcome,
-    Step,
-    View,
-    Who,
-)
+from fsmkit.verify.moves import FULL, Action, Message, Outcome, Step, View, Who
+from fsmkit.verify.steps import LocalSteps
 
 State = tuple[int, ...]
 """A global state: a local state, by number, for each machine."""
@@ -99,7 +91,7 @@ class Oracle:
     def _elapsed(self, machine: int, number: int) -> int:
         local = self._locals[machine][number]
         if local.elapsed < 0:
-            after = self.local_steps.elapsed(machine, local.snapshot)
+            after = self.local_steps.elapsed(local.snapshot)
             local.elapsed = self._intern(machine, after)
         return local.elapsed
 

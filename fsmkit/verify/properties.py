@@ -1,4 +1,4 @@
-"""The notation of conditions over a system: ``feeder.In(pressing) and plant.door_at == Place.home``.
+"""The notation of conditions over a system: ``feeder.In(pressing) and not plant.door_closed``.
 
 A dotted name stands for a variable of a machine, ``machine.In(state)`` for whether a state of it is
 active. Both become variables of the expression that the data language reads.
@@ -123,7 +123,8 @@ def read_condition(
 
 def _rewrite(text: Text, reader: _Reader) -> Text:
     """Return the text with variables for dotted names; each keeps the place of what it replaces."""
-    value, offsets, at = "", [], 0
+    value, at = "", 0
+    offsets: list[int] = []
 
     def copy(start: int, end: int) -> str:
         offsets.extend(text.span_of(n, n + 1).start for n in range(start, end))

@@ -5,12 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import assert_never
 
-from fsmkit.expressions import Value
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Kind
 from fsmkit.runtime.interpreter.index import index_of
@@ -37,116 +34,18 @@ from fsmkit.runtime.interpreter.snapshot import (
     Unhandled,
 )
 from fsmkit.verify.closed import Closed
-
-FULL, FAULT, UNHANDLED = 0, 1, 2
-"""Notes of a step of a machine; from the last on, one for each event that was not answered."""
-
-
-class Action(Enum):
-    """What a step is; the names are those of ``core/main.c``."""
-
-    START = "start"
-    TAKE = "take"
-    FIRE = "fire"
-    EVENTLESS = "eventless"
-    OCCUR = "occur"
-    ELAPSE = "elapse"
-
-
-class Who(Enum):
-    """Who moves in a step: the machines, time, or what is around them."""
-
-    INTERNAL = "internal"
-    TIME = "time"
-    ENVIRONMENT = "environment"
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """A step, so that it can be taken again.
-
-    ``argument``: of OCCUR the number of what is possible, of FIRE (untimed) that of the timer.
-    """
-
-    action: Action
-    machine: int = 0
-    argument: int = 0
-    choices: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Message:
-    """An event for a queue, or a value for an input (``event`` None)."""
-
-    target: int
-    event: Occurrence | None = None
-    input: int = 0
-    value: Value = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What a local step led to."""
-
-    step: Step
-    who: Who
-    after: Snapshot
-    messages: tuple[Message, ...]
-    notes: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class View:
-    """What the search asks of a local state (``fsm_view`` in core/system.h)."""
-
-    waiting: int
-    awaited: int
-    due: bool
-    running: bool
-    faulted: bool
-    at_rest: bool
-
-
-class Chooser:
-    """Makes choices: each sequence in turn, like an odometer; and answers operations with them."""
-
-    def __init__(self, results: object = None, choices: Sequence[int] = ()) -> None:
-        """Answer by ``results``, operation -> values; begin with the given choices."""
-        self.results = results if isinstance(results, dict) else {}
-        self.chosen = list(choices)
-        self.limits = [0] * len(self.chosen)
-        self.at = 0
-
-    def begin(self) -> None:
-        """Begin a step; the choices stay."""
-        self.at = 0
-
-    def choose(self, n: int) -> int:
-        """Return a number below ``n``."""
-        if n < 2:
-            return 0
-        if self.at == len(self.chosen):
-            self.chosen.append(0)
-            self.limits.append(n)
-        self.limits[self.at] = n
-        self.at += 1
-        return self.chosen[self.at - 1]
-
-    def advance(self) -> bool:
-        """Go to the next sequence of choices; False after the last."""
-        while self.chosen:
-            self.chosen[-1] += 1
-            if self.chosen[-1] < self.limits[-1]:
-                return True
-            self.chosen.pop()
-            self.limits.pop()
-        return False
-
-    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Answer an operation (the `Host` of a step)."""
-        del arguments
-        values = self.results.get(operation)
-        return None if values is None else values[self.choose(len(values))]
+from fsmkit.verify.moves import (
+    FAULT,
+    FULL,
+    UNHANDLED,
+    Action,
+    Chooser,
+    Message,
+    Outcome,
+    Step,
+    View,
+    Who,
+)
 
 
 @dataclass(slots=True)
@@ -221,7 +120,7 @@ class LocalSteps:
             machine, timer.what.transition
         )
 
-    def elapsed(self, machine: int, snapshot: Snapshot) -> Snapshot:
+    def elapsed(self, snapshot: Snapshot) -> Snapshot:
         """Return a machine after a unit of time."""
         unit = self.closed.unit
         timers = tuple(Timer(t.deadline - unit, t.what) for t in snapshot.timers)
@@ -282,7 +181,7 @@ class LocalSteps:
 
     def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
         """Take a step with every sequence of choices; the same effect counts once."""
-        chooser = Chooser(dict(self.closed.results[machine]))
+        chooser = Chooser(self.closed.results[machine])
         found: dict[tuple[Snapshot, tuple[Message, ...], tuple[int, ...]], Outcome] = {}
         while True:
             done = self.perform(machine, snapshot, what, chooser)

@@ -1,0 +1,233 @@
+"""A path as people read it: who did what, when; replayed in the interpreter while it is written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fsmkit.expressions import Field, Value
+from fsmkit.model.chart import Chart
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Occurrence, Snapshot, Timeout
+from fsmkit.runtime.interpreter.trace import dump_lines, trace_lines
+from fsmkit.runtime.values import show
+from fsmkit.verify.closed import Closed
+from fsmkit.verify.exploration import Trail
+from fsmkit.verify.moves import Action, Chooser, Message, Step, Who
+from fsmkit.verify.steps import LocalSteps
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """Something that went from one machine to another: ``what`` as people write it."""
+
+    target: str
+    what: str
+    is_event: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TraceStep:
+    """One step of a counterexample.
+
+    ``at``: microseconds since the start; None in an untimed exploration. ``machine`` is empty while
+    time passes. ``before`` and ``after``: the active leaves of the machine. ``lines`` are those of
+    the trace, the same for every runtime; ``chosen`` tells inputs and results that were picked.
+    """
+
+    at: int | None
+    machine: str
+    action: Action
+    cause: str
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+    lines: tuple[str, ...]
+    dump: tuple[str, ...]
+    chosen: tuple[str, ...] = ()
+    deliveries: tuple[Delivery, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """A path; with ``loop``, its steps from that number on repeat for ever."""
+
+    steps: tuple[TraceStep, ...]
+    loop: int | None = None
+    replayed: tuple[str, ...] = ("interpreter",)
+    """The runtimes that performed it, line by line alike."""
+    differs: str = ""
+    """Where a runtime did something else: a bug of ours."""
+
+
+class ReplayError(Exception):
+    """A step of a path cannot be taken: the engines disagree."""
+
+
+class Replay:
+    """Performs steps of a closed system in the interpreter, one after another."""
+
+    def __init__(self, closed: Closed) -> None:
+        """Stand before the start."""
+        self._closed = closed
+        self._local = LocalSteps(closed)
+        self._machines = closed.system.machines
+        self._snapshots: list[Snapshot] = [
+            self._local.settled(m, self._local.initial(m)) for m in range(len(closed.charts))
+        ]
+        self._ticks = 0
+        self._tick = closed.charts[0].capacities.tick
+        self._pending: list[Message] = []
+
+    def write(self, trail: Trail) -> list[TraceStep]:
+        """Perform a path from the start."""
+        found = self._start(trail[0]) if trail else []
+        for (step,) in trail[1:]:
+            found.append(self._elapse() if step.action is Action.ELAPSE else self._perform(step))
+        return found
+
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """The machines as they are now."""
+        return tuple(self._snapshots)
+
+    def _start(self, steps: tuple[Step, ...]) -> list[TraceStep]:
+        for link in self._closed.system.input_links:
+            first = len(self._closed.charts[link.source].data)
+            value = self._snapshots[link.source].data[first + link.output]
+            self._deliver(Message(link.target, input=link.input, value=value))
+        found = [self._perform(step) for step in steps]
+        for message in self._pending:
+            self._deliver(message)
+        return found
+
+    def _elapse(self) -> TraceStep:
+        settle = self._local.settled
+        self._snapshots = [settle(m, self._local.elapsed(s)) for m, s in enumerate(self._snapshots)]
+        self._ticks += self._closed.unit
+        return TraceStep(self._at, "", Action.ELAPSE, "time passes", (), (), (), ())
+
+    @property
+    def _at(self) -> int | None:
+        return None if self._closed.untimed else self._ticks * self._tick
+
+    def _deliver(self, message: Message) -> None:
+        after, _ = self._local.delivered(self._snapshots[message.target], message)
+        self._snapshots[message.target] = self._local.settled(message.target, after)
+
+    def _perform(self, step: Step) -> TraceStep:
+        machine = step.machine
+        chart = self._closed.charts[machine]
+        before = self._snapshots[machine]
+        chooser = Chooser(self._closed.results[machine], step.choices)
+        done = self._local.perform(machine, before, step, chooser)
+        if done is None:
+            name = self._machines[machine].name
+            raise ReplayError(f"the interpreter has no step `{step.action.value}` of `{name}` here")
+        who = Who.INTERNAL if step.action is not Action.OCCUR else Who.ENVIRONMENT
+        outcome = self._local.outcome(machine, before, step, who, done)
+        self._snapshots[machine] = outcome.after
+        for message in outcome.messages:
+            if step.action is Action.START and message.event is not None:
+                self._pending.append(message)
+            else:
+                self._deliver(message)
+        return TraceStep(
+            self._at,
+            self._machines[machine].name,
+            step.action,
+            cause(chart, step, done, self._closed),
+            leaves(chart, before),
+            leaves(chart, outcome.after),
+            tuple(trace_lines(chart, [done])),
+            tuple(dump_lines(chart, outcome.after)),
+            self._chosen(chart, done),
+            tuple(self._delivery(message) for message in outcome.messages),
+        )
+
+    def _chosen(self, chart: Chart, done: Macrostep) -> tuple[str, ...]:
+        tick = chart.capacities.tick
+        found = []
+        for free in self._closed.free_inputs:
+            declared = chart.inputs[free.input]
+            value = show(done.before.inputs[free.input], declared.type, tick)
+            found.append(f"{declared.name} = {value}")
+        types = {o.name: o.result for o in chart.operations}
+        for effect in done.effects:
+            match effect:
+                case Called(operation, _, result) if result is not None:
+                    type_ = types[operation]
+                    shown = str(result) if type_ is None else show(result, type_, tick)
+                    found.append(f"{operation}() = {shown}")
+                case _:
+                    pass
+        return tuple(found)
+
+    def _delivery(self, message: Message) -> Delivery:
+        target = self._machines[message.target]
+        chart = target.chart
+        if message.event is not None:
+            return Delivery(target.name, occurrence_text(chart, message.event), is_event=True)
+        declared = chart.inputs[message.input]
+        shown = show(message.value, declared.type, chart.capacities.tick)
+        return Delivery(target.name, f"{declared.name} = {shown}", is_event=False)
+
+
+def cause(chart: Chart, step: Step, done: Macrostep, closed: Closed) -> str:
+    """Return what caused a step, in words."""
+    match done.event:
+        case Timeout(transition):
+            source = chart.states[chart.transitions[transition].source].id
+            return f"timeout in {source}"
+        case Occurrence() as occurrence:
+            if step.action is Action.OCCUR and closed.possible[step.argument].spontaneous:
+                number = int(chart.events[occurrence.event].name.rpartition(".")[2])
+                return f"spontaneously leaves {chart.states[chart.transitions[number].source].id}"
+            return occurrence_text(chart, occurrence)
+        case None:
+            return "inputs changed"
+        case _:
+            return "start" if step.action is Action.START else "delayed event"
+
+
+def occurrence_text(chart: Chart, occurrence: Occurrence) -> str:
+    """Return an event with its payload as people write it."""
+    event = chart.events[occurrence.event]
+    return f"{event.name}{_values(event.fields, occurrence.payload, chart.capacities.tick)}"
+
+
+def _values(fields: tuple[Field, ...], values: tuple[Value, ...], tick: int) -> str:
+    if not fields:
+        return ""
+    parts = zip(fields, values, strict=True)
+    return "(" + ", ".join(f"{f.name} = {show(v, f.type, tick)}" for f, v in parts) + ")"
+
+
+def leaves(chart: Chart, snapshot: Snapshot) -> tuple[str, ...]:
+    """Return the names of the active leaves, in document order."""
+    active = sorted(index_of(chart).leaves & snapshot.configuration)
+    return tuple(chart.states[state].id for state in active)
+
+
+def write(closed: Closed, trail: Trail, cycle: Trail = ()) -> Counterexample:
+    """Return a path, performed in the interpreter; ``cycle`` are the steps that then repeat."""
+    replay = Replay(closed)
+    steps = replay.write((*trail, *cycle))
+    return Counterexample(tuple(steps), len(steps) - len(cycle) if cycle else None)
+
+
+def as_json(found: Counterexample) -> list[Mapping[str, object]]:
+    """Return the steps as the command line's JSON tells them."""
+    return [
+        {
+            "at": step.at,
+            "machine": step.machine,
+            "action": step.action.value,
+            "event": step.cause,
+            "from": list(step.before),
+            "to": list(step.after),
+            "chosen": list(step.chosen),
+            "sent": [f"{d.what} -> {d.target}" for d in step.deliveries],
+            "lines": list(step.lines),
+        }
+        for step in found.steps
+    ]

@@ -1,0 +1,246 @@
+"""Reads system files: machines, connections, environment, properties, each with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from pathlib import Path
+
+from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
+from fsmkit.loading import load_with_findings, read_bytes
+from fsmkit.verify.connections import connect
+from fsmkit.verify.properties import read_condition
+from fsmkit.verify.surroundings import read_environment
+from fsmkit.verify.system import (
+    JUDGED_AT_STATES,
+    Machine,
+    Property,
+    PropertyKind,
+    System,
+    state_invariants,
+)
+from fsmkit.yaml.nodes import (
+    Mapping,
+    Node,
+    Scalar,
+    check_keys,
+    decode,
+    demand_mapping,
+    demand_text,
+    read_nodes,
+)
+
+KEYS = frozenset(
+    {"system", "doc", "machines", "shared", "connect", "environment", "schedule", "properties"}
+)
+KINDS = {kind.value: kind for kind in PropertyKind}
+NEEDS_NOTHING = {PropertyKind.DEADLOCK_FREE, PropertyKind.LIVELOCK_FREE}
+
+
+def is_system_file(path: Path) -> bool:
+    """Whether a file is a system: YAML whose outermost keys hold ``system``."""
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        return False
+    content = read_bytes(path)
+    return any(
+        line.startswith((b"system:", b"\xef\xbb\xbfsystem:")) for line in content.split(b"\n")
+    )
+
+
+def load_system(path: Path, findings: Findings) -> System:
+    """Return the system of a file; `FsmkitError` with every finding where it has an error."""
+    source = decode(read_bytes(path), str(path), findings)
+    findings.stop_on_errors()
+    system = read_system(source, path.parent, findings) if source is not None else None
+    findings.stop_on_errors()
+    if system is None:
+        raise FsmkitError(findings)
+    return system
+
+
+def read_system(source: Source, folder: Path, findings: Findings) -> System | None:
+    """Read a system; the paths of charts are relative to ``folder``. Mind the findings."""
+    root = read_nodes(source, findings)
+    top = None if root is None else demand_mapping(root, "a system", findings)
+    if top is None:
+        return None
+    check_keys(top, KEYS, "a system", findings)
+    parts = {key.value: node for key, node in top.entries}
+    name = demand_text(parts["system"], "the name of a system", findings)
+    _refuse_what_is_not_there_yet(parts, findings)
+    machines = _machines(parts.get("machines"), folder, findings)
+    if findings.has_errors or name is None:
+        return None
+    if not machines:
+        findings.add("empty-system", f"the system `{name}` has no machines", name)
+        return None
+    surroundings = read_environment(parts.get("environment"), machines, findings)
+    machines = tuple(
+        Machine(m.name, m.chart, index in surroundings.machines, m.span)
+        for index, m in enumerate(machines)
+    )
+    links = connect(parts.get("connect"), machines, surroundings.possible, findings)
+    properties = tuple(_properties(parts.get("properties"), machines, findings))
+    return System(
+        name.value,
+        machines,
+        links.events,
+        links.inputs,
+        surroundings.possible,
+        (*properties, *state_invariants(machines)),
+        source=source,
+    )
+
+
+def _refuse_what_is_not_there_yet(parts: dict[str, Node], findings: Findings) -> None:
+    shared = parts.get("shared")
+    if isinstance(shared, Mapping) and shared.entries:
+        findings.add(
+            "not-explored-yet",
+            "`shared` data are not explored yet",
+            shared.span,
+            help="let one machine own them, and connect its outputs",
+        )
+    schedule = parts.get("schedule")
+    if schedule is None or (isinstance(schedule, Scalar) and schedule.text.value == "interleaved"):
+        return
+    findings.add(
+        "not-explored-yet",
+        "only the schedule `interleaved` is explored yet",
+        schedule.span,
+        help="write `schedule: interleaved`, or leave it out",
+    )
+
+
+def _machines(node: Node | None, folder: Path, findings: Findings) -> tuple[Machine, ...]:
+    mapping = None if node is None else demand_mapping(node, "`machines`", findings)
+    found = []
+    for name, value in mapping.entries if mapping is not None else ():
+        if not name.value.isidentifier():
+            several = "[" in name.value
+            findings.add(
+                "not-explored-yet" if several else "unexpected-shape",
+                "arrays of machines are not explored yet"
+                if several
+                else f"`{name}` is no name for a machine",
+                name,
+                help="write each machine on a line of its own"
+                if several
+                else "use letters, digits and `_`",
+            )
+            continue
+        path = _chart_path(value, findings)
+        if path is None:
+            continue
+        file = folder / path.value
+        try:
+            read_bytes(file, path)
+            own = Findings()
+            chart = load_with_findings(file, own)
+            findings.extend(own)
+        except FsmkitError as error:
+            findings.extend(error.diagnostics)
+            continue
+        if chart.abstract:
+            findings.add(
+                "abstract-machine",
+                f"the chart `{chart.name}` of `{name}` is abstract",
+                path,
+                help="name a chart that extends it",
+            )
+        found.append(Machine(name.value, chart, span=name.span))
+    return tuple(found)
+
+
+def _chart_path(node: Node, findings: Findings) -> Text | None:
+    if not isinstance(node, Mapping):
+        return demand_text(node, "the chart of a machine", findings)
+    check_keys(node, frozenset({"chart", "with"}), "a machine", findings)
+    parts = {key.value: (key, value) for key, value in node.entries}
+    if "with" in parts:
+        findings.add(
+            "not-explored-yet",
+            "parameters of machines (`with`) are not explored yet",
+            parts["with"][0],
+            help="write a chart that extends this one and sets the constants",
+        )
+    if "chart" not in parts:
+        findings.add(
+            "unexpected-shape", "a machine needs `chart`, the path of its chart", node.span
+        )
+        return None
+    return demand_text(parts["chart"][1], "the chart of a machine", findings)
+
+
+def _properties(
+    node: Node | None, machines: tuple[Machine, ...], findings: Findings
+) -> Iterable[Property]:
+    mapping = None if node is None else demand_mapping(node, "`properties`", findings)
+    for name, value in mapping.entries if mapping is not None else ():
+        found = _property(name, value, machines, findings)
+        if found is not None:
+            yield found
+
+
+def _property(
+    name: Text, node: Node, machines: tuple[Machine, ...], findings: Findings
+) -> Property | None:
+    if isinstance(node, Scalar):
+        kind = _kind(node.text, findings)
+        if kind is not None and kind not in NEEDS_NOTHING:
+            findings.add(
+                "missing-condition",
+                f"`{kind.value}` needs a condition",
+                node.text,
+                help=f"write `{name}: {{{kind.value}: ...}}`",
+            )
+            return None
+        return None if kind is None else Property(name.value, kind, kind.value, span=name.span)
+    mapping = demand_mapping(node, f"the property `{name}`", findings)
+    if mapping is None:
+        return None
+    if len(mapping.entries) != 1:
+        findings.add(
+            "unexpected-shape",
+            f"the property `{name}` must be one kind with its condition",
+            node.span,
+            help="for instance `{never: feeder.In(pushing) and not plant.door_closed}`",
+        )
+        return None
+    key, value = mapping.entries[0]
+    kind = _kind(key, findings)
+    if kind is None:
+        return None
+    if kind not in JUDGED_AT_STATES:
+        text = _written(value)
+        reason = "" if kind in NEEDS_NOTHING else f"`{kind.value}` is not explored yet"
+        return Property(name.value, kind, text, span=name.span, unexplored=reason)
+    text_ = demand_text(value, f"the condition of `{name}`", findings)
+    if text_ is None:
+        return None
+    if "occurs(" in text_.value.replace(" ", ""):
+        reason = "`occurs` is not explored yet"
+        return Property(name.value, kind, text_.value, span=name.span, unexplored=reason)
+    condition = read_condition(text_, machines, findings)
+    if condition is None:
+        return None
+    return Property(
+        name.value, kind, text_.value, condition.expression, condition.atoms, span=name.span
+    )
+
+
+def _kind(text: Text, findings: Findings) -> PropertyKind | None:
+    kind = KINDS.get(text.value)
+    if kind is None:
+        close = get_close_matches(text.value, KINDS, 1)
+        findings.add(
+            "unknown-name",
+            f"there is no kind of property `{text}`",
+            text,
+            help=f"did you mean `{close[0]}`?" if close else f"use one of {', '.join(KINDS)}",
+        )
+    return kind
+
+
+def _written(node: Node) -> str:
+    return " ".join(node.span.source.text[node.span.start : node.span.end].split())

@@ -1,0 +1,289 @@
+"""From what an exploration found to verdicts and findings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+from fsmkit.diagnostics import Findings, Severity, Span
+from fsmkit.model.document import Trigger
+from fsmkit.verify.closed import PATIENCE, Closed
+from fsmkit.verify.counterexample import Counterexample
+from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Mark, first_mark
+from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
+from fsmkit.verify.system import JUDGED_AT_STATES, Property, PropertyKind
+
+Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample]
+"""Makes a counterexample of a path and a cycle."""
+
+
+class Verdict(Enum):
+    """What is known of a property."""
+
+    HOLDS = "holds"
+    VIOLATED = "violated"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A property, asked for or not, and its verdict.
+
+    ``trace``: a counterexample; of a reachable state, the way there.
+    """
+
+    name: str
+    kind: PropertyKind | None
+    text: str
+    verdict: Verdict
+    reason: str = ""
+    trace: Counterexample | None = None
+    span: Span | None = None
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a check tells."""
+
+    closed: Closed
+    exploration: Exploration
+    results: tuple[Result, ...]
+    findings: Findings
+    assumptions: tuple[str, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """The worst of all verdicts; a finding that is an error counts as violated."""
+        verdicts = {result.verdict for result in self.results}
+        errors = any(f.severity is Severity.ERROR for f in self.findings)
+        if Verdict.VIOLATED in verdicts or errors:
+            return Verdict.VIOLATED
+        if Verdict.UNDECIDED in verdicts or self.exploration.end is not End.COMPLETE:
+            return Verdict.UNDECIDED
+        return Verdict.HOLDS
+
+
+ENDS = {
+    End.MEMORY: "the memory limit was reached",
+    End.TIME: "the time limit was reached",
+    End.INTERRUPTED: "the exploration was interrupted",
+    End.FAILED: "the exploration was given up",
+}
+
+
+def conclude(
+    closed: Closed, found: Exploration, show: Show, names: frozenset[str], findings: Findings
+) -> Report:
+    """Return the verdicts; of the properties, those named (none named: all)."""
+    judge = _Judge(closed, found, show, findings)
+    results = list(judge.unasked())
+    for index, property_ in enumerate(closed.system.properties):
+        if not names or property_.name in names:
+            results.append(judge.property(index, property_))
+    judge.add_findings()
+    report = Report(closed, found, tuple(results), findings, tuple(_assumptions(closed)))
+    for result in results:
+        _tell(result, findings)
+    return report
+
+
+def _tell(result: Result, findings: Findings) -> None:
+    if result.trace is not None and result.trace.differs:
+        message = f"the path for `{result.name}` runs differently: {result.trace.differs}"
+        findings.add("replay-differs", message, None)
+    if result.verdict is Verdict.UNDECIDED:
+        message = f"`{result.name}` is undecided: {result.reason}"
+        findings.add("undecided", message, result.span)
+    elif result.verdict is Verdict.VIOLATED and result.kind is not None:
+        what = "cannot be reached" if result.kind is PropertyKind.REACHABLE else "does not hold"
+        findings.add("violated-property", f"`{result.name}` {what}: {result.text}", result.span)
+
+
+def _assumptions(closed: Closed) -> Iterator[str]:
+    if closed.is_open:
+        yield "its host posts one event at a time, and calls run after each"
+    else:
+        yield (
+            f"what may come from outside comes while at most {PATIENCE} event waits in all queues"
+        )
+    if closed.silent:
+        yield "transitions marked `watchdog` never fire"
+    if closed.untimed:
+        yield "an armed timer may fire at any time"
+    for sample in closed.samples:
+        yield f"{sample} takes sample values only"
+
+
+@dataclass(frozen=True)
+class _Judge:
+    closed: Closed
+    found: Exploration
+    show: Show
+    findings: Findings
+
+    @property
+    def _doubt(self) -> str:
+        """Why what was not seen may still be there; empty if it is not."""
+        if self.found.end is not End.COMPLETE:
+            why = f" ({self.found.why})" if self.found.why else ""
+            return f"{ENDS[self.found.end]}{why} after {self.found.expanded} states"
+        if self.closed.samples:
+            return f"samples only of {', '.join(self.closed.samples)}"
+        return ""
+
+    def _absent(self, name: str, kind: PropertyKind | None, text: str, span: Span | None) -> Result:
+        """Return the verdict on something bad that was not seen."""
+        verdict = Verdict.UNDECIDED if self._doubt else Verdict.HOLDS
+        return Result(name, kind, text, verdict, self._doubt, span=span)
+
+    def _seen(self, mark: Mark) -> Counterexample:
+        return self.show(mark.path, ())
+
+    # --- what is asked for ---------------------------------------------------------------------
+
+    def property(self, index: int, property_: Property) -> Result:
+        """Return the verdict on a property of the system file."""
+        name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
+        if property_.unexplored:
+            reason = property_.unexplored
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        if kind is PropertyKind.DEADLOCK_FREE:
+            return self._deadlock(name, kind, span)
+        if kind is PropertyKind.LIVELOCK_FREE:
+            return self._livelock(name, kind, span)
+        if kind not in JUDGED_AT_STATES:
+            reason = f"`{kind.value}` is not explored yet"
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        mark = self.found.mark(1 + index)
+        if kind is PropertyKind.REACHABLE:
+            if mark is not None:
+                trace = self._seen(mark)
+                return Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span)
+            absent = self._absent(name, kind, text, span)
+            if absent.verdict is Verdict.UNDECIDED:
+                return absent
+            return Result(name, kind, text, Verdict.VIOLATED, span=span)
+        if mark is None:
+            return self._absent(name, kind, text, span)
+        return Result(name, kind, text, Verdict.VIOLATED, trace=self._seen(mark), span=span)
+
+    def _deadlock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+        text = "no deadlock"
+        if self.closed.is_open:
+            return self._trap(name, kind, span)
+        mark = self.found.mark(DEADLOCK)
+        if mark is None:
+            return self._absent(name, kind, text, span)
+        return Result(name, kind, text, Verdict.VIOLATED, trace=self._seen(mark), span=span)
+
+    def _trap(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+        text = "no traps"
+        if self.found.traps:
+            trace = self.show(min(self.found.traps, key=len), ())
+            return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
+        result = self._absent(name, kind, text, span)
+        if not self.found.traps_known and result.verdict is Verdict.HOLDS:
+            return Result(name, kind, text, Verdict.UNDECIDED, "memory ran out", span=span)
+        return result
+
+    def _livelock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+        text = "no livelock"
+        if self.found.livelock is not None:
+            trace = self.show(*self.found.livelock)
+            return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
+        result = self._absent(name, kind, text, span)
+        if not self.found.livelock_known and result.verdict is Verdict.HOLDS:
+            return Result(name, kind, text, Verdict.UNDECIDED, "memory ran out", span=span)
+        return result
+
+    # --- what is said without being asked --------------------------------------------------------
+
+    def unasked(self) -> Iterator[Result]:
+        """Yield what is always judged, unless the system asks for it by name."""
+        asked = {p.kind for p in self.closed.system.properties}
+        if PropertyKind.DEADLOCK_FREE not in asked:
+            name = "trap" if self.closed.is_open else "deadlock"
+            yield self._unasked(self._deadlock(name, None, None), name)
+        if PropertyKind.LIVELOCK_FREE not in asked:
+            yield self._unasked(self._livelock("livelock", None, None), "livelock")
+        for machine, instance in enumerate(self.closed.system.machines):
+            first = first_mark(self.closed, machine)
+            yield from self._bad(
+                first + FAULT, "reachable-fault", f"`{instance.name}` can stop with a fault",
+                f"{instance.name}.fault", instance.span,
+            )  # fmt: skip
+            yield from self._bad(
+                first + FULL, "queue-overflow", f"a queue of `{instance.name}` can overflow",
+                f"{instance.name}.overflow", instance.span,
+            )  # fmt: skip
+
+    def _unasked(self, result: Result, rule: str) -> Result:
+        if result.verdict is Verdict.VIOLATED and result.trace is not None:
+            last = result.trace.steps[-1] if result.trace.steps else None
+            active = f" in {', '.join(last.after)}" if last is not None and last.after else ""
+            words = {
+                "deadlock": "nothing can ever happen again",
+                "trap": f"nothing leads out{active}",
+                "livelock": "the machines can be busy for ever without time passing",
+            }
+            self.findings.add(rule, words[rule], None)
+        return result
+
+    def _bad(
+        self, number: int, rule: str, message: str, name: str, span: Span | None
+    ) -> Iterator[Result]:
+        mark = self.found.mark(number)
+        if mark is None:
+            return
+        trace = self._seen(mark)
+        if rule == "reachable-fault" and trace.steps:
+            reasons = [line for line in trace.steps[-1].lines if line.startswith("fault ")]
+            message += f": {reasons[-1].removeprefix('fault ')}" if reasons else ""
+        self.findings.add(rule, message, span)
+        yield Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span)
+
+    def add_findings(self) -> None:
+        """Tell what is never reached, what is lost, and what was only sampled."""
+        for machine, instance in enumerate(self.closed.system.machines):
+            if self.found.end is End.COMPLETE and not self.closed.samples:
+                self._tell_unreached(machine)
+            first = first_mark(self.closed, machine) + UNHANDLED
+            lost = [
+                event.name
+                for event in instance.chart.events
+                if self.found.mark(first + event.index) is not None
+            ]
+            if lost and not self.closed.is_open:
+                names = ", ".join(f"`{name}`" for name in lost)
+                message = f"{names} can reach `{instance.name}` where nothing answers"
+                self.findings.add("unanswered-event", message, instance.span)
+        for sample in self.closed.samples:
+            self.findings.add("sampled-values", f"not every value of {sample} is tried", None)
+
+    def _tell_unreached(self, machine: int) -> None:
+        chart = self.closed.system.machines[machine].chart
+        figures = self.found.machines[machine]
+        missed = [
+            state
+            for state in chart.states[1:]
+            if not state.is_history and state.index not in figures.states
+        ]
+        for state in missed:
+            if state.parent in {other.index for other in missed}:
+                continue
+            message = f"the state `{state.id}` is never entered"
+            self.findings.add("never-entered", message, state.span)
+        unentered = {state.index for state in missed}
+        for transition in chart.transitions:
+            silent = self.closed.is_silent(machine, transition.index)
+            if (
+                transition.index in figures.transitions
+                or transition.source in unentered
+                or transition.trigger is Trigger.INITIAL
+                or silent
+            ):
+                continue
+            source = chart.states[transition.source].id or "the root"
+            message = f"this transition of `{source}` is never taken"
+            self.findings.add("never-taken", message, transition.span)
