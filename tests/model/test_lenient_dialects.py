@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fsmkit.expressions import BOOL, FLOAT64, INT32, SYMBOL, ArrayType, Field, Invalid
+from fsmkit.expressions import BOOL, FLOAT64, INT32, SYMBOL, ArrayType, Field, Invalid, Literal
 from fsmkit.model.document import Direction
 from fsmkit.model.statements import Destination, Fail, Raise, Send
 
@@ -99,7 +99,7 @@ def test_targets(scxml: Any) -> None:
     assert result.chart.events[nobody.event].name == "error.communication"
     assert isinstance(kind, Fail)
     assert isinstance(late, Send)
-    assert late.delay is not None
+    assert isinstance(late.delay, Literal)
     assert late.delay.value == 1000
 
 

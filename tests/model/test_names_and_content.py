@@ -24,7 +24,12 @@ CHART = """
     outputs: {{lamp: bool = true}}
     operations: [act(speed 0..100), query() -> bool]
     events:
-      in: [go, both, ask() -> 0..3, fault(code Fault, n 0..3), other(code Fault)]
+      in:
+        - go
+        - both
+        - ask() -> 0..3
+        - fault(code Fault, n 0..3)
+        - other(code Fault)
       out: [both, done(n 0..9)]
       internal: [tick]
     states:
@@ -38,7 +43,7 @@ CHART = """
         exit: |
           send done(n = level)
           lamp = n > 1 and query()
-          for x in some {{ m += x }}
+          for each in some {{ m += each }}
           act(list[0])
           send both to self
 """
@@ -111,7 +116,7 @@ def test_where_events_go(
     ((statement,),) = yaml(with_content(f"'{content}'")).chart.states[1].on_entry
     assert isinstance(statement, Send)
     assert (statement.destination, statement.peer) == (destination, peer)
-    assert (statement.delay.value if statement.delay else None) == delay
+    assert (statement.delay.value if isinstance(statement.delay, Literal) else None) == delay
 
 
 @pytest.mark.parametrize(
@@ -148,8 +153,8 @@ def test_entry_content_has_no_event(yaml: Any) -> None:
 @pytest.mark.parametrize(
     ("declarations", "rule"),
     [
-        ("data: {n: 0..3 = 4}", "start-value-out-of-range"),
-        ("data: {n: 'uint8[2] = [1, 2, 3]'}", "start-value-out-of-range"),
+        ("data: {n: 0..3 = 4}", "value-out-of-range"),
+        ("data: {n: 'uint8[2] = [1, 2, 3]'}", "wrong-array-length"),
         ("data: {n: 0..3 = 1}\ninputs: {n: bool}", "duplicate-name"),
         ("events: {in: [go, go]}", "duplicate-name"),
         ("events: {in: [error.execution]}", "reserved-event"),

@@ -104,7 +104,7 @@ def test_descriptors_match_by_tokens(yaml: Any) -> None:
             "history-default-outside",
         ),
         ("{a: {choice: [{if: 1 < 2, target: b}]}, b: {}}", "choice-without-default"),
-        ("{a: {on: {go: [b, c]}}, b: {}, c: {}}", "targets-exclude-each-other"),
+        ("{a: {on: {go: {target: [b, c]}}}, b: {}, c: {}}", "targets-exclude-each-other"),
         ("{a: {on: {went: a}}}", "unknown-name"),
         ("{a: {defer: went}}", "unknown-name"),
         ("{a: {every: {0ms: a}}}", "bad-delay"),
@@ -124,7 +124,7 @@ def test_regions_are_entered_together(yaml: Any) -> None:
         chart: M
         events: {in: [go]}
         states:
-          a: {on: {go: [l2, r2]}}
+          a: {on: {go: {target: [l2, r2]}}}
           p:
             regions:
               l: {states: {l1: {}, l2: {}}}

@@ -10,7 +10,6 @@ from fsmkit.expressions import (
     INT32,
     INT64,
     ArrayType,
-    Convert,
     Expr,
     FloatType,
     IntType,
@@ -37,20 +36,11 @@ def start_value(text: Text, type_: Type | None, scope: Scope, findings: Findings
     """
     if isinstance(type_, ArrayType) or (type_ is None and _is_list(text)):
         return _array_value(text, type_, scope, findings)
-    typed = type_expression(text, scope, findings, type_)
-    if typed is None:
+    attempt = Findings()
+    typed = type_expression(text, scope, attempt, type_)
+    findings.extend(attempt)
+    if typed is None or attempt.has_errors:
         return None
-    if isinstance(typed, Convert) and isinstance(typed.type, IntType):
-        inner = fold(typed.operand)
-        number = inner.value if isinstance(inner, Literal) else None
-        if isinstance(number, int) and number not in typed.type:
-            findings.add(
-                "start-value-out-of-range",
-                f"the start value {number} lies outside {typed.type}",
-                text,
-                help=f"choose a value within {typed.type}, or widen the range",
-            )
-            return None
     found = _literal(typed, text, findings)
     if found is None or type_ is not None:
         return found
@@ -93,7 +83,7 @@ def _array_value(
         type_ = ArrayType(joined, len(found))
     if len(found) != type_.length:
         findings.add(
-            "start-value-out-of-range",
+            "wrong-array-length",
             f"{len(found)} values for the {type_.length} elements of {type_}",
             text,
             help=f"list {type_.length} values, or one value without brackets to fill it",
