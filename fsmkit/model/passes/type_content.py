@@ -142,10 +142,7 @@ def _if(written: doc.DocIf, context: Context) -> If:
 
 def _for_each(written: doc.DocForEach, context: Context) -> tuple[Statement, ...]:
     array = type_expression(written.array, context.scope, context.findings)
-    item = _variable(written.item, context)
-    index = None if written.index is None else _variable(written.index, context)
-    body = type_block(written.body, context)
-    if array is None or item is None or (index is None and written.index is not None):
+    if array is None:
         return ()
     if not isinstance(array, Variable) or not isinstance(array.type, ArrayType):
         context.findings.add(
@@ -154,6 +151,11 @@ def _for_each(written: doc.DocForEach, context: Context) -> tuple[Statement, ...
             written.array,
             help="iterate over a variable of a type such as `uint8[4]`",
         )
+        return ()
+    item = _variable(written.item, context)
+    index = None if written.index is None else _variable(written.index, context)
+    body = type_block(written.body, context)
+    if item is None or (index is None and written.index is not None):
         return ()
     _check_loop(written, array.type, item, index, context)
     return (ForEach(array, item, index, body, written.span),)

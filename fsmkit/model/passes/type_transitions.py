@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fsmkit.diagnostics import Findings, Severity
-from fsmkit.expressions import BOOL, LONGEST_DURATION, Expr, Literal, read_duration
+from fsmkit.diagnostics import Findings
+from fsmkit.expressions import BOOL, Expr, Literal, read_duration
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import DocTransition, Trigger
 from fsmkit.model.passes.collect_events import Events
@@ -108,19 +108,11 @@ def _delay(written: DocTransition, context: Context) -> int:
     ticks = read_duration(written.delay, context.scope, context.findings)
     if ticks is None:
         return 0
-    if ticks > LONGEST_DURATION:
-        context.findings.add(
-            "bad-delay",
-            f"`{written.delay}` is longer than 2^31 - 1 ticks",
-            written.delay,
-            help="choose a longer `tick` under `capacity`, or count in a variable",
-        )
     if ticks <= 0 and written.trigger is Trigger.EVERY:
         context.findings.add(
             "bad-delay",
             "`every` with a delay of 0 would never let time pass",
             written.delay,
             help="write a delay of one tick at least",
-            severity=Severity.ERROR,
         )
     return ticks
