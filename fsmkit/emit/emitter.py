@@ -1,0 +1,58 @@
+"""Indented text, line by line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from textwrap import dedent
+
+
+class Emitter:
+    """Collects lines at the current depth."""
+
+    def __init__(self, unit: str = "    ") -> None:
+        """Start empty, indenting by ``unit``."""
+        self._unit = unit
+        self._depth = 0
+        self._lines: list[str] = []
+
+    def line(self, text: str = "") -> None:
+        """Add one line."""
+        self._lines.append(self._unit * self._depth + text if text else "")
+
+    def lines(self, texts: Iterable[str]) -> None:
+        """Add several lines."""
+        for text in texts:
+            self.line(text)
+
+    def text(self, block: str) -> None:
+        """Add a block written in place with triple quotes, keeping its relative indentation."""
+        self.lines(dedent(block).strip("\n").split("\n"))
+
+    @contextmanager
+    def block(self, opening: str, closing: str = "}") -> Iterator[None]:
+        """Indent what is added inside, between an opening and a closing line."""
+        self.line(opening)
+        self._depth += 1
+        yield
+        self._depth -= 1
+        self.line(closing)
+
+    @contextmanager
+    def indented(self) -> Iterator[None]:
+        """Indent what is added inside."""
+        self._depth += 1
+        yield
+        self._depth -= 1
+
+    def mark(self) -> int:
+        """Return a place to which `drop` can go back."""
+        return len(self._lines)
+
+    def has_grown(self, mark: int) -> bool:
+        """Whether anything was added since a mark."""
+        return len(self._lines) > mark
+
+    def finish(self) -> str:
+        """Return everything added, ending in one newline."""
+        return "\n".join(self._lines).rstrip("\n") + "\n"

@@ -1,0 +1,138 @@
+"""The Plan: what a machine executes. Numbers, intervals, and ordered lists of exits and entries.
+
+A *region* is a part of the chart in which one path of states is active: the root, and each child
+of a parallel state. Its states are numbered from 1 in document order; a machine keeps for each
+region the number of its deepest active state, 0 while nothing of it is active. So a state is
+active exactly if the number of its region lies between its own and that of its last descendant
+there, also in the midst of a step, when its children are left already or not entered yet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from fsmkit.model.chart import Chart
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """``states`` in document order; the number of a state is its place plus one.
+
+    ``top`` is the child of the parallel state ``owner``, or the root, which has no number.
+    """
+
+    index: int
+    top: int
+    owner: int | None
+    states: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Enter:
+    """Enter a state: its number, its timers, its handlers; then the content of defaults.
+
+    ``defaults``: the initial transition and the default of a history, where they have content.
+    """
+
+    state: int
+    defaults: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Restore:
+    """Enter what a history recorded, as far as it lies strictly below a state."""
+
+    history: int
+    below: int
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One list of operations if a history is recorded, another if not."""
+
+    history: int
+    recorded: tuple[Op, ...]
+    unrecorded: tuple[Op, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """The content of a default transition on its own."""
+
+    transition: int
+
+
+Op = Enter | Restore | Branch | Content
+
+
+@dataclass(frozen=True, slots=True)
+class Within:
+    """A condition: what a history recorded in a region has a number from ``first`` to ``last``."""
+
+    history: int
+    region: int
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """A domain and what is entered below it, if all conditions hold.
+
+    The domain is None for a transition without a target, which exits and enters nothing.
+    """
+
+    conditions: tuple[Within, ...]
+    domain: int | None
+    entry: tuple[Op, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """What taking a transition does: the first variant whose conditions hold. The last has none.
+
+    More than one only where a deep history of an ancestor of the source is a target: the domain of
+    Appendix D (getTransitionDomain) then depends on what was recorded.
+    """
+
+    transition: int
+    variants: tuple[Variant, ...]
+
+    @property
+    def is_static(self) -> bool:
+        """Whether the domain is known when compiling."""
+        return len(self.variants) == 1
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A chart lowered."""
+
+    chart: Chart
+    regions: tuple[Region, ...]
+    region_of: tuple[int, ...]
+    """By state; of a history that of its parent."""
+    number: tuple[int, ...]
+    """By state: its number in its region; 0 for the root and for histories."""
+    last_number: tuple[int, ...]
+    """By state: the greatest number of a descendant in its region, or its own."""
+    moves: tuple[Move, ...]
+    """By transition; of initial and default ones what they enter below their source's domain."""
+    start: tuple[Op, ...]
+    """What entering the machine enters, after the content of the root's initial transition."""
+    recorded_regions: tuple[tuple[int, ...], ...]
+    """By state: of a history the regions whose numbers it records, its parent's own first."""
+
+    @cached_property
+    def is_single(self) -> bool:
+        """Whether there is but one region, so that one transition is taken at a time."""
+        return len(self.regions) == 1
+
+    @cached_property
+    def chains(self) -> tuple[tuple[int, ...], ...]:
+        """By state: itself and its ancestors without the root, innermost first."""
+        return tuple(
+            () if state.index == 0 else (state.index, *self.chart.ancestors(state.index)[:-1])
+            for state in self.chart.states
+        )
