@@ -11,11 +11,11 @@ from fsmkit.expressions import Field
 from fsmkit.model.chart import Chart
 from fsmkit.runtime.clock import read_microseconds
 from fsmkit.runtime.interpreter import Macrostep, Snapshot
-from fsmkit.runtime.interpreter.trace import trace_lines
+from fsmkit.runtime.interpreter.trace import trace_lines, value_text
 from fsmkit.runtime.pretty import Printer, pretty
-from fsmkit.runtime.script import Player, script_texts, wrong_line
+from fsmkit.runtime.script import Player, read_event, read_input, script_texts, wrong_line
 from fsmkit.runtime.session import is_received
-from fsmkit.runtime.values import show, to_python
+from fsmkit.runtime.values import show, to_python, tokens
 
 HELP = """\
   EVENT a=1 b=2      post an event and run
@@ -54,7 +54,7 @@ class Stepper:
             if step.startswith("wait "):
                 self._now += int(step.removeprefix("wait "))
             else:
-                self._play(Text(step.format(now=self._now), line.span))
+                self._play(Text(step.replace("{now}", str(self._now)), line.span))
 
     def do_script(self, lines: Sequence[str]) -> None:
         """Play the lines of a script."""
@@ -175,7 +175,7 @@ def script_lines(chart: Chart, events: str | None, script: list[str] | None) -> 
             if step.startswith("wait "):
                 now += int(step.removeprefix("wait "))
             else:
-                lines.append(step.format(now=now))
+                lines.append(step.replace("{now}", str(now)))
     return lines
 
 
@@ -190,13 +190,18 @@ def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
         except ValueError as error:
             raise wrong_line(line, f"the time to wait {error}", "write `wait 500ms`") from error
         return (f"wait {microseconds // chart.capacities.tick}", "run {now}")
+    words = iter(tokens(line.value))
     if word == "set":
-        return (f"input {_braces(rest)}", "run {now}")
-    return (f"post {_braces(line.value)}", "run {now}")
-
-
-def _braces(text: str) -> str:
-    return text.replace("{", "{{").replace("}", "}}")
+        next(words)
+        place, value = read_input(chart, words, line)
+        step = f"input {chart.inputs[place].name} {value_text(value)}"
+    else:
+        occurrence = read_event(chart, words, line)
+        values = map(value_text, occurrence.payload)
+        step = " ".join(("post", chart.events[occurrence.event].name, *values))
+    if next(words, None) is not None:
+        raise wrong_line(line, "there are words left at the end of the line")
+    return (step, "run {now}")
 
 
 def _at(text: str) -> Text:

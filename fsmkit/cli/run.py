@@ -9,7 +9,7 @@ import click
 
 from fsmkit.cli._stepping import Stepper, script_lines
 from fsmkit.cli.console import out, print_json, report
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, Severity
 from fsmkit.loading import load_with_findings, read_bytes
 from fsmkit.testing.harness import harness
 
@@ -46,7 +46,7 @@ def command(
         raise click.UsageError("give --events or --script, not both")
     findings = Findings()
     chart = load_with_findings(file, findings)
-    report(findings)
+    report(finding for finding in findings if finding.severity is not Severity.NOTE)
     if target != "interpreter" or (script is not None and not as_json):
         if script is None and events is None:
             raise click.UsageError("only the interpreter runs interactively; give --events")

@@ -161,20 +161,9 @@ class Player:
         return int(word)
 
     def _set_input(self, words: Iterator[str], line: Text) -> None:
-        name = next(words, "")
-        names = [variable.name for variable in self.chart.inputs]
-        if name not in names:
-            raise unknown_name(line, "input", name, names)
-        place = names.index(name)
-        value = self._value(words, self.chart.inputs[place].type, line, name)
+        place, value = read_input(self.chart, words, line)
         inputs = (*self.snapshot.inputs[:place], value, *self.snapshot.inputs[place + 1 :])
         self.snapshot = replace(self.snapshot, inputs=inputs)
-
-    def _value(self, words: Iterator[str], type_: Type, line: Text, name: str) -> Value:
-        try:
-            return read_value(words, type_, self.chart.capacities.tick)
-        except ValueError as error:
-            raise wrong_line(line, f"`{name}` {error}") from error
 
 
 KNOWN = "use `start`, `run`, `post`, `dispatch`, `input`, `seed` or `dump`"
@@ -199,6 +188,19 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
     if left is not None:
         raise wrong_line(line, f"the event `{name}` does not take `{left}`")
     return Occurrence(index, tuple(payload))
+
+
+def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, Value]:
+    """Read the name of an input and a value; return its place in the snapshot and the value."""
+    name = next(words, "")
+    names = [variable.name for variable in chart.inputs]
+    if name not in names:
+        raise unknown_name(line, "input", name, names)
+    place = names.index(name)
+    try:
+        return place, read_value(words, chart.inputs[place].type, chart.capacities.tick)
+    except ValueError as error:
+        raise wrong_line(line, f"`{name}` {error}") from error
 
 
 def _in_order(words: list[str], names: list[str]) -> Iterator[str]:

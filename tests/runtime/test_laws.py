@@ -22,7 +22,7 @@ from fsmkit.testing.charts import random_document
 from fsmkit.testing.choices import SeededChoices
 from fsmkit.testing.scripts import random_script
 
-SEEDS = range(60)
+SEEDS = range(40)
 
 
 @cache

@@ -44,7 +44,7 @@ def test_events_print_what_happened(door: str, capsys: pytest.CaptureFixture[str
     out = capsys.readouterr().out
     assert "open why=hand" in out
     assert "closed -> opened on open" in out
-    assert "door.yaml:15" in out
+    assert "door.yaml:16" in out
     assert "sense() = " in out
     assert "500ms  shut" in out
     assert "nothing reacts to open" in out
