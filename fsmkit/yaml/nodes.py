@@ -1,20 +1,29 @@
 """YAML as small frozen nodes: every scalar is text with its place, nothing is resolved.
 
-``yaml.compose`` gives the structure and the marks; tags, anchors, aliases, ``<<`` and duplicate
-keys are errors, so that ``on``, ``off``, ``null`` and ``1:30`` are what they say.
+The parser of PyYAML gives the structure and the marks. Tags, anchors, aliases, ``<<`` and
+duplicate keys are errors, and ``on``, ``off``, ``null`` and ``1:30`` are what they say.
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from itertools import takewhile
 
 import yaml
 
-from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.yaml.places import offsets_of
+from fsmkit.yaml.quoting import quoted
 
 DEEPEST = 100
-"""Levels of nesting; the reader recurses, and no chart is deeper."""
+"""Levels of nesting; the readers recurse, and no chart is deeper."""
+MOST_PIECES = 20
+"""Where YAML split a text at its commas, so many pieces are put together again to report it."""
+COMMENT = re.compile(r"[ \t]+#.*")
+APOSTROPHE = re.compile(r"(?<=\w)'(?=\w)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +65,11 @@ def decode(content: bytes, name: str, findings: Findings) -> Source | None:
         return Source(name, content.decode(encoding).replace("\r\n", "\n"))
     except UnicodeDecodeError as error:
         before = content[: error.start].decode(encoding, errors="replace")
-        source = Source(name, before)
-        at = Span(source, max(0, len(before) - 1), len(before))
+        shown = Source(name, before + "\N{REPLACEMENT CHARACTER}")
         findings.add(
             "invalid-encoding",
-            f"`{name}` is not valid {encoding.removesuffix('-sig').upper()} after this place",
-            at,
+            f"`{name}` is not valid {encoding.removesuffix('-sig').upper()}",
+            Span(shown, len(before), len(before) + 1),
             help="save the file as UTF-8",
         )
         return None
@@ -70,52 +78,71 @@ def decode(content: bytes, name: str, findings: Findings) -> Source | None:
 def read_nodes(source: Source, findings: Findings) -> Node | None:
     """Return the root node of the only document of a text, or None after saying why not."""
     try:
-        events = list(yaml.parse(source.text, Loader=yaml.SafeLoader))
-        return _Composer(source, events, findings).document()
+        return _Composer(source, yaml.parse(source.text, Loader=yaml.SafeLoader), findings).root()
     except yaml.reader.ReaderError as error:
-        at = Span(source, error.position, error.position + 1)
         findings.add(
-            "broken-yaml", f"a character that YAML does not allow: {error.reason}", at,
-            help="remove it",
-        )  # fmt: skip
+            "broken-yaml",
+            f"the character U+{_code(error):04X} cannot stand in YAML",
+            Span(source, error.position, error.position + 1),
+            help="remove it; if the file is full of them, save it as UTF-8",
+        )
     except yaml.MarkedYAMLError as error:
         _broken(source, error, findings)
-    except RecursionError:
-        findings.add("too-deep", "the text is nested too deep", Span(source, 0, 1))
-    except _Stop:
-        pass
+    except ValueError as error:  # PyYAML passes on what int() and chr() think of an escape
+        findings.add(
+            "broken-yaml", f"an escape makes no character: {error}", Span(source, 0, 1),
+            help="correct the escapes `\\x`, `\\u` and `\\U`",
+        )  # fmt: skip
+    except _TooDeep as error:
+        findings.add(
+            "too-deep", f"nested deeper than {DEEPEST} levels", error.span, help="split the chart"
+        )
     return None
+
+
+def _code(error: yaml.reader.ReaderError) -> int:
+    character = error.character
+    return character if isinstance(character, int) else ord(str(character)[:1] or "\0")
 
 
 def _broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings) -> None:
     mark = error.problem_mark or error.context_mark
-    offset = mark.index if mark else 0
+    offset = min(mark.index if mark else 0, len(source.text))
+    line = source.line(source.position(offset)[0])
+    problem = error.problem or ""
     advice = "check indentation, quotes and brackets around this place"
-    line = source.line(source.position(min(offset, len(source.text)))[0])
-    if error.problem and "mapping values are not allowed" in error.problem and ": " in line:
+    if "mapping values are not allowed" in problem and ": " in line:
         key, _, rest = line.strip().partition(": ")
-        shown = rest.replace("\\", "\\\\").replace('"', '\\"')
-        advice = f'a text with `: ` must be quoted: `{key}: "{shown}"`'
-    elif "\t" in line:
+        advice = f"a text with `: ` must be quoted: `{key}: {quoted(rest)}`"
+    elif problem.startswith("expected ',' or"):
+        advice = "inside `{}` and `[]` a text with one of `, [ ] { }` must be quoted"
+    elif "cannot start any token" in problem and "\t" not in problem:
+        advice = "a text that begins with this character must be quoted"
+    elif "\t" in line or "\\t" in problem:
         advice = "YAML does not indent with tabs: use spaces"
-    what = ", ".join(part for part in (error.context, error.problem) if part)
+    what = ", ".join(part for part in (error.context, problem) if part)
     findings.add("broken-yaml", what, Span(source, offset, offset + 1), help=advice)
 
 
-class _Stop(Exception):  # noqa: N818  (control flow of this module)
-    """An error was reported after which nothing can follow."""
+class _TooDeep(Exception):  # noqa: N818  (it never leaves this module)
+    """Nested deeper than the readers recurse."""
+
+    def __init__(self, span: Span) -> None:
+        super().__init__(span)
+        self.span = span
 
 
 class _Composer:
     """Makes nodes of parser events, as ``yaml.compose`` does, but with nothing resolved."""
 
-    def __init__(self, source: Source, events: list[yaml.Event], findings: Findings) -> None:
+    def __init__(self, source: Source, events: Iterator[yaml.Event], findings: Findings) -> None:
         """Stand before the first event."""
         self._source = source
-        self._events = iter(events)
+        self._events = events
         self._findings = findings
 
-    def document(self) -> Node | None:
+    def root(self) -> Node | None:
+        """Return the root node of the only document."""
         next(self._events)  # the start of the stream
         if isinstance(next(self._events), yaml.StreamEndEvent):
             self._findings.add(
@@ -131,130 +158,197 @@ class _Composer:
         return root
 
     def _node(self, event: yaml.Event, depth: int) -> Node:
+        span = self._span(event)
         if depth > DEEPEST:
-            self._findings.add(
-                "too-deep", f"nested deeper than {DEEPEST} levels", self._span(event),
-                help="split the chart",
-            )  # fmt: skip
-            raise _Stop
+            raise _TooDeep(span)
         if isinstance(event, yaml.AliasEvent):
-            self._refuse(event, "an alias", "write the value out, or let a chart extend another")
+            advice = "write the value out; a text that begins with `*` must be quoted"
+            self._refuse(event, "an alias", advice)
+            return Scalar(Text("", span), quoted=True)
         if getattr(event, "anchor", None) is not None:
-            self._refuse(event, "an anchor", "write the value out where it is needed")
+            advice = "write the value out where it is needed; quote a text that begins with `&`"
+            self._refuse(event, "an anchor", advice)
         if getattr(event, "tag", None) is not None:
             self._refuse(event, "a tag", "remove it, or quote a text that begins with `!`")
         match event:
             case yaml.ScalarEvent():
-                return Scalar(self._text(event), event.style is not None)
+                return self._scalar(event, span)
             case yaml.SequenceStartEvent():
                 items = []
                 while not isinstance(item := next(self._events), yaml.SequenceEndEvent):
                     items.append(self._node(item, depth + 1))
-                return Sequence(tuple(items), self._between(event, item))
+                if event.flow_style:
+                    items = self._rejoined(items)
+                return Sequence(tuple(items), Span(self._source, span.start, self._span(item).end))
             case _:
                 return self._mapping(event, depth)
 
+    def _scalar(self, event: yaml.ScalarEvent, span: Span) -> Scalar:
+        offsets = offsets_of(span, event.value, event.style)
+        scalar = Scalar(Text(event.value, span, offsets), event.style is not None)
+        if event.style is None:
+            self._check_comment(scalar)
+        return scalar
+
+    def _check_comment(self, scalar: Scalar) -> None:
+        """Report a plain text that ends in a comment though its quotes or brackets are open."""
+        rest = COMMENT.match(self._source.text, scalar.span.end)
+        if rest is not None and _is_open(scalar.text.value):
+            self._findings.add(
+                "lost-text",
+                "YAML takes what follows ` #` for a comment",
+                Span(self._source, *rest.span()),
+                help=f"quote the text: {quoted(scalar.text.value + rest[0])}",
+                severity=Severity.WARNING,  # it may be one, after a text of prose
+            )
+
     def _mapping(self, event: yaml.Event, depth: int) -> Mapping:
-        entries: dict[str, tuple[Text, Node]] = {}
+        entries: list[tuple[Node, Node]] = []
         while not isinstance(item := next(self._events), yaml.MappingEndEvent):
             key = self._node(item, depth + 1)
-            value = self._node(next(self._events), depth + 1)
+            entries.append((key, self._node(next(self._events), depth + 1)))
+        if getattr(event, "flow_style", False):
+            entries = self._rejoined_entries(entries)
+        found: dict[str, tuple[Text, Node]] = {}
+        for key, value in entries:
             if not isinstance(key, Scalar):
                 self._findings.add(
                     "unexpected-shape", "a key must be a text", key.span,
                     help="quote it if it begins with `[` or `{`",
                 )  # fmt: skip
-                continue
-            name = key.text
-            if name.value == "<<":
-                self._refuse(item, "a merge key", "let a chart extend another instead")
-            if name.value in entries:
+            elif key.text.value == "<<" and not key.quoted:
+                advice = "let a chart extend another instead"
                 self._findings.add(
-                    "duplicate-key", f"`{name.value}` is given twice", name,
-                    secondary=[(entries[name.value][0], "first here")],
+                    "beyond-charts", "a merge key is not used here", key.span, help=advice
+                )
+            elif key.text.value in found:
+                self._findings.add(
+                    "duplicate-key", f"`{key.text}` is given twice", key.span,
+                    secondary=[(found[key.text.value][0], "first here")],
                     help="remove one of them, or make a list of both values",
                 )  # fmt: skip
-                continue
-            entries[name.value] = (name, value)
-        return Mapping(tuple(entries.values()), self._between(event, item))
+            else:
+                found[key.text.value] = (key.text, value)
+        span = Span(self._source, self._span(event).start, self._span(item).end)
+        return Mapping(tuple(found.values()), span)
 
-    def _text(self, event: yaml.ScalarEvent) -> Text:
-        span = self._span(event)
-        return Text(event.value, span, _offsets(span, event.value, event.style))
+    def _rejoined(self, items: list[Node]) -> list[Node]:
+        """Put together again what YAML split at a comma inside parentheses."""
+        found: list[Node] = []
+        at = 0
+        while at < len(items):
+            count = _pieces(items[at : at + MOST_PIECES])
+            found.append(self._joined(items[at], items[at + count]) if count else items[at])
+            at += 1 + count
+        return found
+
+    def _rejoined_entries(self, entries: list[tuple[Node, Node]]) -> list[tuple[Node, Node]]:
+        found: list[tuple[Node, Node]] = []
+        at = 0
+        while at < len(entries):
+            key, value = entries[at]
+            following = entries[at + 1 : at + MOST_PIECES]
+            lonely = takewhile(
+                lambda e: isinstance(e[1], Scalar) and not e[1].text.value, following
+            )
+            count = _pieces([value, *(name for name, _ in lonely)])
+            found.append((key, self._joined(value, entries[at + count][0]) if count else value))
+            at += 1 + count
+        return found
+
+    def _joined(self, first: Node, last: Node) -> Scalar:
+        span = Span(self._source, first.span.start, last.span.end)
+        whole = self._source.text[span.start : span.end]
+        self._findings.add(
+            "lost-text", "YAML split this text at a comma", span, help=f"quote it: {quoted(whole)}"
+        )
+        return Scalar(Text(whole, span))
 
     def _span(self, event: yaml.Event) -> Span:
-        return Span(self._source, event.start_mark.index, event.end_mark.index)
-
-    def _between(self, first: yaml.Event, last: yaml.Event) -> Span:
-        return Span(self._source, first.start_mark.index, last.end_mark.index)
+        start, end = event.start_mark, event.end_mark
+        return Span(self._source, start.index if start else 0, end.index if end else 0)
 
     def _refuse(self, event: yaml.Event, what: str, advice: str) -> None:
-        self._findings.add(
-            "yaml-beyond-charts", f"{what} is not used in charts", self._span(event), help=advice
-        )
-        raise _Stop
+        message = f"{what} is not used in charts"
+        self._findings.add("beyond-charts", message, self._span(event), help=advice)
 
 
-def _offsets(span: Span, value: str, style: str | None) -> tuple[int, ...] | None:
-    """Map each character of a scalar's value to its offset in the source; None where parallel."""
-    source = span.source.text
-    if style is None and source[span.start : span.start + len(value)] == value:
-        return None
-    if source[span.start + 1 : span.start + 1 + len(value)] == value and style in ("'", '"'):
-        return tuple(range(span.start + 1, span.start + 1 + len(value)))
-    position = span.start + (1 if style in ("'", '"') else 0)
-    if style in ("|", ">"):
-        position = source.find("\n", position) + 1
-    offsets = []
-    for char in value:
-        # Indentation, folding and escapes only ever insert: look ahead for the character.
-        found = source.find(char, position, span.end)
-        if char == " " and found < 0 or char == "\n":
-            found = source.find("\n", position, span.end)
-        if 0 <= found:
-            position = found
-        offsets.append(min(position, max(span.start, span.end - 1)))
-        position = position + 1 if 0 <= found else position
-    return tuple(offsets)
+def _pieces(nodes: list[Node]) -> int:
+    """Return how many texts after the first close the parentheses that it opens; 0 if none."""
+    text = ""
+    for count, node in enumerate(nodes):
+        if not isinstance(node, Scalar) or node.quoted:
+            return 0
+        text += node.text.value
+        if text.count("(") == text.count(")"):
+            return count
+    return 0
+
+
+def _is_open(text: str) -> bool:
+    """Whether quotes or parentheses are left open; an apostrophe within a word is none."""
+    text = APOSTROPHE.sub("", text)
+    return text.count("(") > text.count(")") or text.count('"') % 2 == 1 or text.count("'") % 2 == 1
+
+
+# --- what readers of nodes ask for ------------------------------------------------------------
 
 
 def demand_mapping(node: Node, what: str, findings: Findings) -> Mapping | None:
-    """Return a node that must be a mapping, or None after saying so."""
+    """Return a node that must be a mapping (or nothing at all), or None after saying so."""
     if isinstance(node, Mapping):
         return node
     if isinstance(node, Scalar) and not node.text.value:
         return Mapping((), node.span)
-    return _misshapen(node, what, "keys with values", findings)
+    findings.add(
+        "unexpected-shape", f"{what} must be keys with values", node.span,
+        help="write `key: value` lines, or `{key: value}`",
+    )  # fmt: skip
+    return None
 
 
 def demand_sequence(node: Node, what: str, findings: Findings) -> Sequence | None:
-    """Return a node that must be a list, or None after saying so."""
+    """Return a node that must be a list (or nothing at all), or None after saying so."""
     if isinstance(node, Sequence):
         return node
-    return _misshapen(node, what, "a list", findings)
+    if isinstance(node, Scalar) and not node.text.value:
+        return Sequence((), node.span)
+    findings.add(
+        "unexpected-shape", f"{what} must be a list", node.span,
+        help="begin each entry with `- `",
+    )  # fmt: skip
+    return None
 
 
 def demand_text(node: Node, what: str, findings: Findings) -> Text | None:
     """Return the text of a node that must be one, or None after saying so."""
     if isinstance(node, Scalar):
         return node.text
-    at = node.span
-    quoted = at.source.text[at.start : at.end].split("\n")[0].strip()
-    advice = f"quote it: `'{quoted}'`" if len(quoted) < 80 else "quote it"
-    findings.add("unexpected-shape", f"{what} must be a text", at, help=advice)
+    written = node.span.source.text[node.span.start : node.span.end].split("\n")[0].strip()
+    if isinstance(node, Mapping) and not written.startswith("{"):
+        findings.add(
+            "lost-text", f"{what} must be a text; YAML split it at `: `", node.span,
+            help=f"quote it: {quoted(written)}",
+        )  # fmt: skip
+    else:
+        kind = "keys with values" if isinstance(node, Mapping) else "a list"
+        findings.add(
+            "unexpected-shape", f"{what} must be a text, not {kind}", node.span,
+            help=f"quote it: {quoted(written)}" if len(written) < 80 else "quote it",
+        )  # fmt: skip
     return None
-
-
-def _misshapen(node: Node, what: str, wanted: str, findings: Findings) -> None:
-    findings.add("unexpected-shape", f"{what} must be {wanted}", node.span)
 
 
 def check_keys(mapping: Mapping, known: frozenset[str], what: str, findings: Findings) -> None:
     """Report each key that is not among those known, and which one may have been meant."""
     for key, _ in mapping.entries:
-        if key.value not in known:
-            close = get_close_matches(key.value, known, 1)
-            advice = (
-                f"did you mean `{close[0]}`?" if close else f"use one of {', '.join(sorted(known))}"
-            )
-            findings.add("unknown-key", f"{what} has no key `{key.value}`", key, help=advice)
+        if key.value in known:
+            continue
+        close = get_close_matches(key.value, sorted(known), 1)
+        advice = f"did you mean `{close[0]}`?" if close else f"use {_listed(known)}"
+        findings.add("unknown-key", f"{what} has no key `{key.value}`", key, help=advice)
+
+
+def _listed(known: frozenset[str]) -> str:
+    *first, last = sorted(known)
+    return f"{', '.join(first)} or {last}" if first else last

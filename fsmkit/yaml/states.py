@@ -253,9 +253,7 @@ class StateReader:
                     found.append(self._transition(item, trigger, ()))
         return tuple(found)
 
-    def _transition(
-        self, node: Node, trigger: Trigger, labels: tuple[Text, ...]
-    ) -> DocTransition:
+    def _transition(self, node: Node, trigger: Trigger, labels: tuple[Text, ...]) -> DocTransition:
         timed = trigger in (Trigger.AFTER, Trigger.EVERY)
         events = () if timed else labels
         delay = labels[0] if timed and labels else None
