@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from fsmkit.diagnostics import Findings
 from fsmkit.expressions import Literal
 from fsmkit.model.chart import Chart, Transition
@@ -11,14 +13,18 @@ from fsmkit.model.exclusion import implies
 
 def check(chart: Chart, findings: Findings) -> None:
     """Report transitions hidden by earlier ones whose guards are weaker."""
+    for transition, hiding in dead_transitions(chart):
+        _report(transition, hiding, findings)
+
+
+def dead_transitions(chart: Chart) -> Iterator[tuple[Transition, Transition]]:
+    """Return each transition that is never taken, with an earlier one that is taken instead."""
     for state in chart.states:
-        earlier: list[Transition] = []
-        for index in state.transitions:
-            transition = chart.transitions[index]
-            hiding = _hiding(chart, transition, earlier)
+        leaving = [chart.transitions[index] for index in state.transitions]
+        for place, transition in enumerate(leaving):
+            hiding = _hiding(chart, transition, leaving[:place])
             if hiding is not None:
-                _report(transition, hiding, findings)
-            earlier.append(transition)
+                yield transition, hiding
 
 
 def is_unguarded(transition: Transition) -> bool:
