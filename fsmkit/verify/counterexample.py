@@ -52,6 +52,7 @@ class Counterexample:
     """A path; with ``loop``, its steps from that number on repeat for ever."""
 
     steps: tuple[TraceStep, ...]
+    trail: Trail = ()
     loop: int | None = None
     replayed: tuple[str, ...] = ("interpreter",)
     """The runtimes that performed it, line by line alike."""
@@ -211,8 +212,9 @@ def leaves(chart: Chart, snapshot: Snapshot) -> tuple[str, ...]:
 def write(closed: Closed, trail: Trail, cycle: Trail = ()) -> Counterexample:
     """Return a path, performed in the interpreter; ``cycle`` are the steps that then repeat."""
     replay = Replay(closed)
-    steps = replay.write((*trail, *cycle))
-    return Counterexample(tuple(steps), len(steps) - len(cycle) if cycle else None)
+    whole = (*trail, *cycle)
+    steps = replay.write(whole)
+    return Counterexample(tuple(steps), whole, len(steps) - len(cycle) if cycle else None)
 
 
 def as_json(found: Counterexample) -> list[Mapping[str, object]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fsmkit.diagnostics import Findings, Severity, Span
+from fsmkit.model.chart import State, Transition
 from fsmkit.model.document import Trigger
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.counterexample import Counterexample
@@ -262,28 +263,51 @@ class _Judge:
             self.findings.add("sampled-values", f"not every value of {sample} is tried", None)
 
     def _tell_unreached(self, machine: int) -> None:
-        chart = self.closed.system.machines[machine].chart
-        figures = self.found.machines[machine]
-        missed = [
-            state
-            for state in chart.states[1:]
-            if not state.is_history and state.index not in figures.states
-        ]
-        for state in missed:
-            if state.parent in {other.index for other in missed}:
-                continue
-            message = f"the state `{state.id}` is never entered"
-            self.findings.add("never-entered", message, state.span)
-        unentered = {state.index for state in missed}
-        for transition in chart.transitions:
-            silent = self.closed.is_silent(machine, transition.index)
-            if (
-                transition.index in figures.transitions
-                or transition.source in unentered
-                or transition.trigger is Trigger.INITIAL
-                or silent
-            ):
-                continue
-            source = chart.states[transition.source].id or "the root"
-            message = f"this transition of `{source}` is never taken"
-            self.findings.add("never-taken", message, transition.span)
+        """Tell of dead parts: of one chart each where it stands, of a system's machines together."""
+        states = list(_never_entered(self.closed, self.found, machine))
+        transitions = list(_never_taken(self.closed, self.found, machine))
+        instance = self.closed.system.machines[machine]
+        chart = instance.chart
+        if self.closed.is_open:
+            for state in states:
+                message = f"the state `{state.id}` is never entered"
+                self.findings.add("never-entered", message, state.span)
+            for transition in transitions:
+                source = chart.states[transition.source].id or "the root"
+                message = f"this transition of `{source}` is never taken"
+                self.findings.add("never-taken", message, transition.span)
+            return
+        if states:
+            names = ", ".join(f"`{state.id}`" for state in states)
+            message = f"in this system `{instance.name}` never enters {names}"
+            self.findings.add("never-entered", message, instance.span, severity=Severity.NOTE)
+        if transitions:
+            sources = dict.fromkeys(chart.states[t.source].id or "the root" for t in transitions)
+            names = ", ".join(f"`{source}`" for source in sources)
+            message = (
+                f"in this system `{instance.name}` never takes {len(transitions)} "
+                f"of its transitions, which leave {names}"
+            )
+            self.findings.add("never-taken", message, instance.span, severity=Severity.NOTE)
+
+
+def _never_entered(closed: Closed, found: Exploration, machine: int) -> Iterator[State]:
+    """Yield the outermost states that are never entered."""
+    chart, entered = closed.system.machines[machine].chart, found.machines[machine].states
+    for state in chart.states[1:]:
+        if state.is_history or state.index in entered:
+            continue
+        if not state.parent or state.parent in entered:
+            yield state
+
+
+def _never_taken(closed: Closed, found: Exploration, machine: int) -> Iterator[Transition]:
+    """Yield the transitions that are never taken though their source is entered."""
+    chart, figures = closed.system.machines[machine].chart, found.machines[machine]
+    for transition in chart.transitions:
+        reachable = not transition.source or transition.source in figures.states
+        expected = transition.trigger is not Trigger.INITIAL and not closed.is_silent(
+            machine, transition.index
+        )
+        if reachable and expected and transition.index not in figures.transitions:
+            yield transition

@@ -1,0 +1,170 @@
+"""``fsmkit check``: explore a chart or a system, and tell what holds."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import click
+from rich.progress import Progress, SpinnerColumn, TextColumn
+
+from fsmkit.cli.console import err, out, print_json, report
+from fsmkit.diagnostics import Diagnostic, Findings
+from fsmkit.verify.counterexample import as_json
+from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.save import save
+from fsmkit.verify.show import summary
+from fsmkit.verify.verdict import Report, Result, Verdict
+
+EPILOG = """\b
+Examples:
+  fsmkit check feeder.yaml
+  fsmkit check cell.yaml --property P2 --save-trace traces
+  fsmkit check cell.yaml --time untimed --assume-watchdogs-silent
+"""
+SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([KMGT]?)B?", re.IGNORECASE)
+SPAN = re.compile(r"(\d+(?:\.\d+)?)\s*(ms|s|m|min|h)?")
+UNITS = {"": 0, "K": 10, "M": 20, "G": 30, "T": 40}
+SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, None: 1.0}
+
+
+def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
+    """Read ``4G``, ``512M`` as bytes."""
+    match = SIZE.fullmatch(value)
+    if match is None:
+        raise click.BadParameter(f"`{value}` is no size such as 4G or 512M", ctx, param)
+    return int(float(match[1]) * (1 << UNITS[match[2].upper()]))
+
+
+def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """Read ``10m``, ``30s`` as seconds."""
+    match = SPAN.fullmatch(value)
+    if match is None:
+        raise click.BadParameter(f"`{value}` is no duration such as 30s or 10m", ctx, param)
+    return float(match[1]) * SECONDS[match[2]]
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--property", "names", multiple=True, help="Judge this property; can be repeated.")
+@click.option(
+    "--time",
+    "time_mode",
+    type=click.Choice(["discrete", "untimed"]),
+    default="discrete",
+    show_default=True,
+    help="Untimed: an armed timer may fire at any time.",
+)
+@click.option(
+    "--assume-watchdogs-silent",
+    "silent",
+    is_flag=True,
+    help="Transitions marked `watchdog` never fire (untimed only).",
+)
+@click.option("--engine", type=click.Choice(["c", "python"]), help="What explores.  [default: c]")
+@click.option(
+    "--memory", callback=read_size, default="4G", show_default=True, help="The most to use."
+)
+@click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
+@click.option("--save-trace", type=click.Path(path_type=Path), help="A folder for the traces.")
+@click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+def command(
+    file: Path,
+    names: tuple[str, ...],
+    time_mode: str,
+    silent: bool,
+    engine: str | None,
+    memory: int,
+    timeout: float,
+    save_trace: Path | None,
+    as_json_document: bool,
+) -> int:
+    """Explore all that a chart or a system can do.
+
+    Tells deadlocks, traps, livelocks, faults, overflows, what is never reached, and whether the
+    properties hold. Exit code 0: all of them hold; 1: one is violated or undecided, or something
+    is wrong; 2: usage.
+    """
+    if silent and time_mode != "untimed":
+        raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
+    findings = Findings()
+    system = load_any(file, findings)
+    manner = Manner(engine or "", time_mode == "untimed", silent, Limits(memory, timeout))
+    with Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        console=err,
+        transient=True,
+        disable=not err.is_terminal or as_json_document,
+    ) as bar:
+        task = bar.add_task(f"exploring {system.name}")
+
+        def progress(states: int, transitions: int, depth: int) -> None:
+            told = f"{states:,} states, {transitions:,} transitions, depth {depth}"
+            bar.update(task, description=f"exploring {system.name}: {told}")
+
+        found = check(system, findings, manner=manner, names=frozenset(names), progress=progress)
+    saved = save(found, file, save_trace) if save_trace is not None else []
+    report(found.findings)
+    if as_json_document:
+        print_json(document(found))
+    else:
+        out.print(summary(found))
+        if saved:
+            out.print(f"saved {len(saved)} files in {save_trace}", style="dim")
+    return 0 if found.verdict is Verdict.HOLDS else 1
+
+
+def document(found: Report) -> Mapping[str, object]:
+    """Return a report as the JSON of the command line."""
+    explored = found.exploration
+    return {
+        "verdict": found.verdict.value,
+        "states": explored.states,
+        "transitions": explored.transitions,
+        "depth": explored.depth,
+        "seconds": round(explored.seconds, 3),
+        "engine": explored.engine,
+        "exact": True,
+        "complete": explored.end.value == "complete",
+        "properties": [_result(result) for result in found.results],
+        "findings": [_finding(diagnostic) for diagnostic in found.findings],
+        "bounds": {
+            machine.name: {
+                "queue": figures.queue,
+                "timers": figures.timers,
+                "microsteps": figures.microsteps,
+            }
+            for machine, figures in zip(
+                found.closed.system.machines, explored.machines, strict=True
+            )
+        },
+        "assumptions": list(found.assumptions),
+    }
+
+
+def _result(result: Result) -> Mapping[str, object]:
+    told: dict[str, object] = {
+        "name": result.name,
+        "kind": result.kind.value if result.kind is not None else result.name.rpartition(".")[2],
+        "verdict": result.verdict.value,
+    }
+    if result.reason:
+        told["reason"] = result.reason
+    if result.trace is not None:
+        told["trace"] = as_json(result.trace)
+        told["replayed"] = list(result.trace.replayed)
+    return told
+
+
+def _finding(diagnostic: Diagnostic) -> Mapping[str, object]:
+    place = str(diagnostic.primary.span) if diagnostic.primary is not None else None
+    return {
+        "rule": diagnostic.rule.code,
+        "name": diagnostic.rule.name,
+        "severity": diagnostic.severity.value,
+        "message": diagnostic.message,
+        "place": place,
+    }

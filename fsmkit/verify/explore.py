@@ -1,0 +1,111 @@
+"""Explore a closed system by one of the two engines, and judge what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.verify.closed import Closed, close
+from fsmkit.verify.counterexample import Counterexample, ReplayError, write
+from fsmkit.verify.engine import CEngine, compiler
+from fsmkit.verify.exploration import Exploration, Trail
+from fsmkit.verify.oracle import explore_in_python
+from fsmkit.verify.system import System
+from fsmkit.verify.verdict import Report, conclude
+
+Progress = Callable[[int, int, int], None]
+"""Called now and then with states, transitions and depth."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What an exploration may use: bytes of memory, seconds (0: no limit)."""
+
+    memory: int = 4 << 30
+    seconds: float = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How to explore. ``engine``: ``c``, ``python``, or empty for C where there is a compiler."""
+
+    engine: str = ""
+    untimed: bool = False
+    silent: bool = False
+    """Transitions marked ``watchdog`` never fire; needs ``untimed``."""
+    limits: Limits = Limits()
+
+
+def check(
+    system: System,
+    findings: Findings,
+    *,
+    manner: Manner | None = None,
+    names: frozenset[str] = frozenset(),
+    progress: Progress | None = None,
+) -> Report:
+    """Explore a system and return the verdicts; ``names`` limits the properties that are judged."""
+    manner = manner or Manner()
+    _demand_known(system, names)
+    closed = close(system, untimed=manner.untimed, silent=manner.silent)
+    engine = manner.engine or ("c" if compiler() is not None else "python")
+    if not manner.engine and engine == "python":
+        findings.add(
+            "no-compiler",
+            "there is no C compiler: exploring in Python, which is slow",
+            None,
+            help="install `cc`, or name a compiler in the environment variable CC",
+        )
+    if engine == "python":
+        found, trail_of = explore_in_python(
+            closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress
+        )
+        return conclude(closed, found, _shower(closed, trail_of), names, findings)
+    with CEngine(closed, findings) as built:
+        found = built.explore(manner.limits.memory, manner.limits.seconds, progress)
+        show = _shower(closed, built.trail, built.confirm)
+        return conclude(closed, found, show, names, findings)
+
+
+def _shower(
+    closed: Closed,
+    trail_of: Callable[[tuple[int, ...]], Trail],
+    confirm: Callable[[Counterexample, tuple[int, ...]], Counterexample] | None = None,
+) -> Callable[[tuple[int, ...], tuple[int, ...]], Counterexample]:
+    def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
+        whole = (*path, *cycle)
+        trail = trail_of(whole)
+        split = len(path)
+        try:
+            found = write(closed, trail[:split], trail[split:])
+        except ReplayError as error:
+            return Counterexample((), trail, None, (), str(error))
+        return found if confirm is None else confirm(found, whole)
+
+    return show
+
+
+def _demand_known(system: System, names: frozenset[str]) -> None:
+    known = {property_.name for property_ in system.properties}
+    for name in sorted(names - known):
+        raise fail(
+            "no-such-property",
+            f"`{system.name}` has no property `{name}`",
+            None,
+            help=f"use one of {', '.join(sorted(known))}" if known else "it has no properties",
+        )
+
+
+def explored(
+    system: System, findings: Findings, manner: Manner, progress: Progress | None = None
+) -> Exploration:
+    """Return what an exploration finds, without judging it."""
+    closed = close(system, untimed=manner.untimed, silent=manner.silent)
+    if manner.engine == "python":
+        found, _ = explore_in_python(
+            closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress
+        )
+        return found
+    with CEngine(closed, findings) as built:
+        return built.explore(manner.limits.memory, manner.limits.seconds, progress)

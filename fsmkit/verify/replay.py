@@ -1,0 +1,39 @@
+"""Performs a recorded trace again: what the saved pytests call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load_with_findings
+from fsmkit.verify.closed import close
+from fsmkit.verify.counterexample import Replay
+from fsmkit.verify.moves import Action, Step
+from fsmkit.verify.reader import is_system_file, load_system
+from fsmkit.verify.system import System, system_of
+
+
+def load_any(path: Path, findings: Findings) -> System:
+    """Return the system of a system file, or that of one chart alone."""
+    if is_system_file(path):
+        return load_system(path, findings)
+    return system_of(load_with_findings(path, findings))
+
+
+def perform(recorded: Mapping[str, Any]) -> list[list[str]]:
+    """Perform the steps of a saved trace in the interpreter; return the trace lines of each.
+
+    `ReplayError` if a step cannot be taken any more: the charts have changed.
+    """
+    system = load_any(Path(recorded["file"]), Findings())
+    closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])
+    trail = tuple(
+        tuple(
+            Step(Action(action), machine, argument, tuple(choices))
+            for action, machine, argument, choices in steps
+        )
+        for steps in recorded["trail"]
+    )
+    return [list(step.lines) for step in Replay(closed).write(trail)]

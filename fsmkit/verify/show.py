@@ -1,0 +1,126 @@
+"""Verdicts and counterexamples for people, as rich text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from fsmkit.runtime.clock import duration_text
+from fsmkit.verify.counterexample import Counterexample, TraceStep
+from fsmkit.verify.exploration import End
+from fsmkit.verify.moves import Action
+from fsmkit.verify.verdict import Report, Result, Verdict
+
+STYLES = {
+    Verdict.HOLDS: "bold green",
+    Verdict.VIOLATED: "bold red",
+    Verdict.UNDECIDED: "bold yellow",
+}
+MOST_STEPS = 400
+"""More steps than that are not printed; the saved trace holds them all."""
+
+
+def summary(report: Report) -> RenderableType:
+    """Return all that is to be said on the terminal."""
+    parts: list[RenderableType] = []
+    for result in report.results:
+        if result.trace is not None and result.verdict is Verdict.VIOLATED:
+            parts += [counterexample(result), Text()]
+    parts.append(verdicts(report))
+    parts += figures(report)
+    return Group(*parts)
+
+
+def verdicts(report: Report) -> Table:
+    """Return a line for each property."""
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    for result in report.results:
+        word = Text(result.verdict.value.upper(), STYLES[result.verdict])
+        told = result.text if result.text != result.name else ""
+        if result.verdict is Verdict.HOLDS and result.trace is not None:
+            told += f" (in {len(result.trace.steps)} steps)"
+        if result.reason:
+            told += f": {result.reason}" if told else result.reason
+        table.add_row(word, Text(result.name, "bold"), Text(told))
+    return table
+
+
+def figures(report: Report) -> Iterator[Text]:
+    """Yield the size of the space, the bounds really used, and what was assumed."""
+    found = report.exploration
+    rate = f"{found.states / found.seconds:,.0f} states/s" if found.seconds > 0.05 else "at once"
+    whole = "all" if found.end is End.COMPLETE else "the first"
+    engine = "generated C" if found.engine == "c" else "interpreter, in Python"
+    yield Text(
+        f"{whole} {found.states:,} states, {found.transitions:,} transitions, depth {found.depth}; "
+        f"{found.seconds:.1f} s, {rate} ({engine})"
+    )
+    for machine, bounds in zip(report.closed.system.machines, found.machines, strict=True):
+        capacities = machine.chart.capacities
+        yield Text(
+            f"{machine.name}: {bounds.locals:,} local states; at most {bounds.queue} of "
+            f"{capacities.queue} events queued, {bounds.timers} timers, "
+            f"{bounds.microsteps} of {capacities.microsteps} microsteps",
+            "dim",
+        )
+    for assumption in report.assumptions:
+        yield Text(f"assumed: {assumption}", "dim")
+
+
+def counterexample(result: Result) -> RenderableType:
+    """Return a counterexample as a table: who did what, when, and what it sent to whom."""
+    trace = result.trace
+    assert trace is not None  # noqa: S101  (asked for only where there is one)
+    count = len(trace.steps)
+    title = f"{result.name}: {result.text}" if result.text else result.name
+    table = Table(title=title, title_justify="left", title_style="bold red", box=None)
+    for heading in ("step", "time", "machine", "what happens", "goes to", "sends"):
+        table.add_column(heading, style="cyan" if heading == "time" else None)
+    for number, end, step in _grouped(trace):
+        if number > MOST_STEPS:
+            break
+        table.add_row(*_row(number, end, step))
+        if trace.loop is not None and end == trace.loop:
+            table.add_row("", "", "", Text("-- from here on, for ever --", "red"))
+    lines: list[RenderableType] = [table]
+    if count > MOST_STEPS:
+        lines.append(Text(f"... and {count - MOST_STEPS} steps more (see --save-trace)"))
+    if trace.replayed:
+        lines.append(Text(f"replayed in {' and in '.join(trace.replayed)}", "dim"))
+    return Group(*lines)
+
+
+def _grouped(trace: Counterexample) -> Iterator[tuple[int, int, TraceStep]]:
+    """Yield each step with its first and last number; passing time is told once."""
+    first = 0
+    for number, step in enumerate(trace.steps, 1):
+        following = trace.steps[number] if number < len(trace.steps) else None
+        goes_on = (
+            step.action is Action.ELAPSE
+            and following is not None
+            and following.action is Action.ELAPSE
+            and number != trace.loop
+        )
+        first = first or number
+        if not goes_on:
+            yield first, number, step
+            first = 0
+
+
+def _row(number: int, end: int, step: TraceStep) -> list[str | Text]:
+    span = str(number) if number == end else f"{number}-{end}"
+    at = "" if step.at is None else duration_text(step.at)
+    if step.action is Action.ELAPSE:
+        return [span, at, "", Text(f"time passes, until {at}", "dim"), "", ""]
+    left = [name for name in step.before if name not in step.after]
+    entered = [name for name in step.after if name not in step.before]
+    goes = ", ".join(entered) if entered or left else ""
+    sent = "\n".join(f"{d.what} -> {d.target}" for d in step.deliveries)
+    what = step.cause
+    if step.chosen:
+        what += f" [{', '.join(step.chosen)}]"
+    style = "yellow" if step.action is Action.OCCUR else ""
+    return [span, at, step.machine, Text(what, style), goes, sent]
