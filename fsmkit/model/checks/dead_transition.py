@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.diagnostics import Findings
-from fsmkit.expressions import Literal
+from fsmkit.expressions import Binary, BinaryOp, Call, Element, Expr, Invalid, Literal
 from fsmkit.model.chart import Chart, Transition
+from fsmkit.model.content import subexpressions
 from fsmkit.model.document import Origin, Trigger
 from fsmkit.model.exclusion import implies
 
@@ -52,7 +53,18 @@ def _is_weaker(chart: Chart, earlier: Transition, later: Transition) -> bool:
     """Whether the guard of the earlier holds whenever that of the later does."""
     if is_unguarded(earlier) or earlier.guard is None:
         return True
-    return later.guard is not None and implies(chart, later.guard, earlier.guard)
+    if later.guard is None or may_fail(earlier.guard):
+        return False
+    return implies(chart, later.guard, earlier.guard)
+
+
+def may_fail(guard: Expr) -> bool:
+    """Whether evaluating may be a content error, which makes a guard false, or asks the host."""
+    return any(
+        isinstance(part, Call | Element | Invalid)
+        or (isinstance(part, Binary) and part.op in (BinaryOp.DIV, BinaryOp.REM))
+        for part in subexpressions(guard)
+    )
 
 
 def _report(transition: Transition, hiding: Transition, findings: Findings) -> None:
