@@ -16,6 +16,7 @@ from fsmkit.expressions import Field
 from fsmkit.model.document import (
     Block,
     Direction,
+    DocAssign,
     DocCapacity,
     DocConstant,
     DocData,
@@ -30,7 +31,17 @@ from fsmkit.model.document import (
     Trigger,
 )
 from fsmkit.testing.choices import Choices, DrawnChoices
-from fsmkit.testing.content import DELAYS, PLACE, SENT, SOURCE, Content, Event, text
+from fsmkit.testing.content import (
+    DELAYS,
+    MOST_TURNS,
+    PLACE,
+    SENT,
+    SOURCE,
+    TURNS,
+    Content,
+    Event,
+    text,
+)
 from fsmkit.testing.declarations import Declared, declare
 from fsmkit.testing.terms import Names, Terms
 from fsmkit.testing.tree import HISTORIES, Grower, Node
@@ -40,12 +51,12 @@ if TYPE_CHECKING:
 
 
 @st.composite
-def documents(draw: DrawFn, states: int = 12) -> Document:
+def documents(draw: DrawFn, states: int = 16) -> Document:
     """Draw a random document of about that many states at most."""
     return random_document(DrawnChoices(draw), states)
 
 
-def random_document(choices: Choices, states: int = 12) -> Document:
+def random_document(choices: Choices, states: int = 16) -> Document:
     """Return a document of about that many states at most."""
     root = Grower(choices, choices.integer(1, states)).root()
     declared = declare(choices)
@@ -146,9 +157,9 @@ class _Maker:
             return self._branches(node)
         if not node.has_behaviour:
             return ()
-        found = [self._transition(node) for _ in range(self._choices.pick((1, 2, 0, 1, 2, 3)))]
+        found = [self._transition(node) for _ in range(self._choices.pick((1, 2, 0, 3, 2, 4)))]
         # an unhandled error stops the machine, which most charts should survive
-        if node.depth == 1 and self._choices.chance(75):
+        if node.depth == 1 and self._choices.chance(92):
             content = self._content.block(most=1) if self._choices.chance(20) else None
             found.append(self._taken(Trigger.EVENT, (), events=("error",), content=content))
         return tuple(found)
@@ -182,7 +193,17 @@ class _Maker:
             )
         if kind < 18:
             return self._on_platform_event(targets, guard, content)
-        guard = self._terms.boolean(2) if self._choices.chance(97) else None
+        return self._eventless(targets, content, internal=internal)
+
+    def _eventless(
+        self, targets: tuple[Node, ...], content: Block | None, *, internal: bool
+    ) -> DocTransition:
+        kind = self._choices.integer(0, 19)
+        guard = self._terms.boolean(2) if kind < 19 else None
+        if kind < 14:  # counted, so that most loops come to an end
+            guard = f"({guard}) and {TURNS} < {self._choices.integer(1, MOST_TURNS)}"
+            count = DocAssign(text(TURNS), text("1"), PLACE, "+")
+            content = (count, *(content or ()))
         return self._taken(
             Trigger.EVENTLESS, targets, guard=guard, content=content, internal=internal
         )
@@ -298,6 +319,7 @@ def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
         data=(
             *(_data(name, type_, init) for name, type_, init in declared.data),
             DocData(text(SENT), text("0..100"), text("0")),
+            DocData(text(TURNS), text("0..100"), text("0")),
         ),
         inputs=tuple(_data(name, type_, None) for name, type_, _ in declared.inputs),
         outputs=tuple(_data(name, type_, init) for name, type_, init in declared.outputs),
@@ -339,7 +361,7 @@ def _capacities(choices: Choices) -> tuple[DocCapacity, ...]:
 
     return (
         *maybe("queue", 40, 8, 4, 2, 1),
-        *maybe("internal", 30, 8, 6, 3),
+        *maybe("internal", 85, 24, 16, 16, 12, 3),
         *maybe("delayed", 40, 4, 3, 1),
         *maybe("microsteps", 30, 100, 40, 12),
     )

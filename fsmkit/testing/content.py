@@ -30,6 +30,9 @@ PLACE = Span(SOURCE, 0, 0)
 SENT = "sent"
 """The counter that bounds immediate sends to the own queue, so that `run` always ends."""
 SENDS = 12
+TURNS = "turns"
+"""The counter that ends most loops of eventless transitions."""
+MOST_TURNS = 20
 DELAYS = ("1ms", "2ms", "5ms", "10ms", "10ms", "20ms", "35ms")
 """Few different ones, so that several timers often fall due at once."""
 
@@ -84,11 +87,11 @@ class Content:
         """Return one statement, with up to ``depth`` levels of statements in it."""
         kind = self.choices.integer(0, 23)
         match kind:
-            case 0 | 1 | 2:
+            case 0 | 1 | 2 | 9:
                 return DocLog(text("at"), (text(self.terms.integer(1).text),), PLACE)
             case 3 | 4 | 5 | 6 | 7 | 8:
                 return self._assign()
-            case 9 | 10 | 11:
+            case 10 | 11:
                 return self._raise()
             case 12 | 13:
                 return self._send_out()
@@ -147,7 +150,15 @@ class Content:
         if not raised:
             return self._log()
         event = self.choices.pick(raised)
-        return DocRaise(text(event.name), self._arguments(event), PLACE)
+        statement = DocRaise(text(event.name), self._arguments(event), PLACE)
+        if self.choices.chance(15):
+            return statement
+        return self._counted(TURNS, MOST_TURNS, statement)
+
+    def _counted(self, counter: str, most: int, statement: DocStatement) -> DocStatement:
+        """Return a statement that is executed a number of times at most."""
+        count = DocAssign(text(counter), text("1"), PLACE, "+")
+        return DocIf((DocBranch(text(f"{counter} < {most}"), (count, statement)),), PLACE)
 
     def _send_out(self) -> DocStatement:
         sent = [e for e in self.events if Direction.OUT in e.directions]
@@ -164,9 +175,7 @@ class Content:
         sent = [e for e in self.events if e.directions == {Direction.IN}]
         if not sent:
             return self._log()
-        count = DocAssign(text(SENT), text("1"), PLACE, "+")
-        send = self._send(self.choices.pick(sent), None)
-        return DocIf((DocBranch(text(f"{SENT} < {SENDS}"), (count, send)),), PLACE)
+        return self._counted(SENT, SENDS, self._send(self.choices.pick(sent), None))
 
     def _send(self, event: Event, delay: str | None) -> DocSend:
         both_ways = Direction.OUT in event.directions and event.is_received

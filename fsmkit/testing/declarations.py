@@ -18,7 +18,7 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.document import Direction
 from fsmkit.testing.choices import Choices
-from fsmkit.testing.content import SENT, Event
+from fsmkit.testing.content import SENT, TURNS, Event
 from fsmkit.testing.terms import Named, Operation, literal, literal_array
 
 COLOR = EnumType("Color", ("red", "green", "blue"))
@@ -62,7 +62,8 @@ class Declared:
         """All variables, as expressions know them."""
         written = tuple(Named(name, type_) for name, type_, _ in (*self.data, *self.outputs))
         read = tuple(Named(name, type_, writable=False) for name, type_, _ in self.inputs)
-        return (*written, *read, Named(SENT, IntType(0, 100), writable=False))
+        counters = tuple(Named(name, IntType(0, 100), writable=False) for name in (SENT, TURNS))
+        return (*written, *read, *counters)
 
 
 def declare(choices: Choices) -> Declared:

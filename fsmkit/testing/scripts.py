@@ -34,12 +34,12 @@ JUMPS = (0, 1, 1, 2, 5, 5, 10, 10, 20, 50, 120)
 
 
 @st.composite
-def scripts(draw: DrawFn, chart: Chart, length: int = 25) -> tuple[str, ...]:
+def scripts(draw: DrawFn, chart: Chart, length: int = 90) -> tuple[str, ...]:
     """Draw a script of about that many lines at most."""
     return random_script(DrawnChoices(draw), chart, length)
 
 
-def random_script(choices: Choices, chart: Chart, length: int = 25) -> tuple[str, ...]:
+def random_script(choices: Choices, chart: Chart, length: int = 90) -> tuple[str, ...]:
     """Return a script of about that many lines at most."""
     now = choices.pick(STARTS)
     lines = []
@@ -49,16 +49,21 @@ def random_script(choices: Choices, chart: Chart, length: int = 25) -> tuple[str
     lines.append(f"start {now}")
     received = [e for e in chart.events if e.directions and e.directions != {Direction.OUT}]
     events = [e for e in received if Direction.IN in e.directions]
+    # twice as often those that some transition names
+    named = {index for t in chart.transitions if "*" not in t.descriptors for index in t.events}
+    events += [e for e in events if e.index in named]
     for _ in range(choices.integer(1, length)):
         kind = choices.integer(0, 9)
-        if kind < 4 and events:
+        if kind < 5 and events:
             lines.append(f"post {_event(choices, chart, choices.pick(events).index)}")
-        elif kind == 7 and events:
+        elif kind == 7 and events and choices.chance(60):
             lines.append(f"dispatch {_event(choices, chart, choices.pick(events).index)}")
         elif kind == 8:
             lines += _inputs(choices, chart)
-        elif kind == 9 and choices.chance(20):
+        elif kind == 9 and choices.chance(25):
             lines.append("dump")
+        elif kind == 9 and choices.chance(15):
+            lines.append(f"start {now}")
         else:
             now = (now + choices.pick(JUMPS)) % CLOCK
             lines.append(f"run {now}")
