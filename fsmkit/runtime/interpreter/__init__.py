@@ -19,15 +19,14 @@ Where the standard or SEMANTICS leaves a choice, these hold on every runtime:
   and has no enabled transition for it ends the search there. The event is kept if no region found
   a transition and one search ended so. Deferred events count as events of the external queue: both
   together hold at most ``capacities.queue``. An event that is dispatched is never deferred.
-* *Entry.* A state that is active is not entered again. (Appendix D's addDescendantStatesToEnter adds
-  all that lies between a deep history's parent and what it recorded, even what was not left.)
+* *Entry.* A state that is active is not entered again. (addDescendantStatesToEnter of Appendix D
+  adds all that lies between a deep history's parent and what it recorded, even what was not left.)
 * *Order.* Content of the transitions of one microstep runs in document order.
 * *Delayed sends*, also with a delay of 0, are timers; when due they go to the end of their queue.
 * *Faults* (``internal``: the internal queue is full; ``microsteps``: the rounds of a macrostep are
-  used up; ``range``; an unhandled
-  platform error unless the chart is lenient) are reported where they occur, the first only. An
-  expression that faults ends its block; the microstep is completed; then the machine stops. Its
-  configuration stays.
+  used up; ``range``; the name of a platform error that is unhandled, unless the chart is lenient)
+  are reported where they occur, the first only. An expression that faults ends its block; the
+  microstep is completed; then the machine stops. Its configuration stays.
 * *Rounds.* The first entry, or the reaction to the event or timeout (even to no effect), is
   the first of at most ``capacities.microsteps`` rounds; each further set of eventless transitions
   taken, and each internal event, is another. The fault comes when one more would be needed.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 from fsmkit.expressions import ContentError, RangeFault, default_value, evaluate
 from fsmkit.model.chart import State, Transition
@@ -11,6 +10,7 @@ from fsmkit.model.document import Kind
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.content import execute_block, execute_content
 from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.index import EntrySet
 from fsmkit.runtime.interpreter.snapshot import Entered, Exited, Occurrence
 from fsmkit.runtime.interpreter.structure import (
     compute_exit_set,
@@ -20,21 +20,6 @@ from fsmkit.runtime.interpreter.structure import (
     get_transition_domain,
     is_in_final_state,
 )
-
-
-@dataclass(slots=True)
-class EntrySet:
-    """What computeEntrySet collects."""
-
-    to_enter: set[int] = field(default_factory=set)
-    for_default_entry: set[int] = field(default_factory=set)
-    default_history_content: dict[int, Transition] = field(default_factory=dict)
-    """By the parent of the history."""
-
-    def reaches_below(self, g: Globals, state: int) -> bool:
-        """Whether a state strictly below is to be entered."""
-        last = g.chart.states[state].last_descendant
-        return any(state < other <= last for other in self.to_enter)
 
 
 def exit_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
@@ -52,7 +37,8 @@ def exit_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
 def leave(g: Globals, state: int) -> None:
     """Cancel the timers of a state and run its exit handlers in document order (SCXML 3.9)."""
     g.effects.append(Exited(state))
-    timers.disarm(g, state)
+    if g.index.timed[state]:
+        timers.disarm(g, state)
     for block in g.chart.states[state].on_exit:
         execute_block(g, block)
 
@@ -75,7 +61,8 @@ def enter_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
         state = g.chart.states[index]
         g.configuration.add(index)
         g.effects.append(Entered(index))
-        timers.arm(g, index)
+        if g.index.timed[index]:
+            timers.arm(g, index)
         for block in state.on_entry:
             execute_block(g, block)
         if index in entry_set.for_default_entry:
@@ -129,7 +116,21 @@ def _raise_done(g: Globals, state: int, final: State | None) -> None:
 
 
 def compute_entry_set(g: Globals, enabled: Iterable[Transition]) -> EntrySet:
-    """Return what is to be entered (Appendix D, computeEntrySet)."""
+    """Return what is to be entered (Appendix D, computeEntrySet).
+
+    Without histories it depends on the transitions alone, and is computed once for each set.
+    """
+    if g.index.has_history:
+        return _compute_entry_set(g, enabled)
+    known = g.index.entry_sets
+    key = tuple([transition.index for transition in enabled])
+    found = known.get(key)
+    if found is None:
+        found = known[key] = _compute_entry_set(g, enabled)
+    return found
+
+
+def _compute_entry_set(g: Globals, enabled: Iterable[Transition]) -> EntrySet:
     found = EntrySet()
     for transition in enabled:
         for target in transition.targets:
@@ -194,5 +195,5 @@ def add_ancestor_states_to_enter(
 
 def _add_regions(g: Globals, parallel: int, found: EntrySet) -> None:
     for child in g.index.children[parallel]:
-        if not found.reaches_below(g, child):
+        if not found.reaches_below(g.chart, child):
             add_descendant_states_to_enter(g, child, found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 
 from fsmkit.diagnostics import Span
 from fsmkit.expressions import Storage, Variable
@@ -13,6 +13,21 @@ from fsmkit.model.structure import is_internal, lcca
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 
 MEMO = "_interpreter_index"
+
+
+@dataclass(slots=True)
+class EntrySet:
+    """What computeEntrySet collects."""
+
+    to_enter: set[int] = field(default_factory=set)
+    for_default_entry: set[int] = field(default_factory=set)
+    default_history_content: dict[int, Transition] = field(default_factory=dict)
+    """By the parent of the history."""
+
+    def reaches_below(self, chart: Chart, state: int) -> bool:
+        """Whether a state strictly below is to be entered."""
+        last = chart.states[state].last_descendant
+        return any(state < other <= last for other in self.to_enter)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +54,9 @@ class Index:
     samples_inputs: bool
     """Whether the guard of an eventless transition reads an input."""
     initial: Snapshot
+    has_history: bool
+    entry_sets: dict[tuple[int, ...], EntrySet] = field(default_factory=dict)
+    """Known results of computeEntrySet, by transitions."""
 
 
 def index_of(chart: Chart) -> Index:
@@ -76,8 +94,7 @@ def _build(chart: Chart) -> Index:
         has_history_target=has_history_target,
         slots=slots,
         field_slots=tuple(
-            {field.name: place for place, field in enumerate(event.fields)}
-            for event in chart.events
+            {part.name: place for place, part in enumerate(event.fields)} for event in chart.events
         ),
         samples_inputs=any(
             _reads_input(transition.guard) for found in eventless for transition in found
@@ -87,6 +104,7 @@ def _build(chart: Chart) -> Index:
             tuple(variable.init.value for variable in values),
             tuple(variable.init.value for variable in chart.inputs),
         ),
+        has_history=any(state.is_history for state in states),
     )
 
 

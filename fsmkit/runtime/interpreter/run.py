@@ -32,7 +32,7 @@ def post(chart: Chart, snapshot: Snapshot, occurrence: Occurrence) -> Snapshot |
     """Append an event to the external queue; None if it is full or the machine does not run."""
     if not snapshot.running or not has_room(chart, snapshot):
         return None
-    return replace(snapshot, queue=(*snapshot.queue, occurrence))
+    return _with_queue(snapshot, (*snapshot.queue, occurrence))
 
 
 def has_room(chart: Chart, snapshot: Snapshot) -> bool:
@@ -65,7 +65,7 @@ def run(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> tuple[Macrost
             break
         done.append(following)
         current = following.after
-    if done:
+    if done and current.now != now:
         done[-1] = replace(done[-1], after=at_time(current, now))
     return tuple(done)
 
@@ -83,11 +83,11 @@ def step_event(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None
     for place, occurrence in enumerate(snapshot.deferred):
         if not is_deferred(chart, snapshot, occurrence.event):
             rest = snapshot.deferred[:place] + snapshot.deferred[place + 1 :]
-            return step(chart, replace(snapshot, deferred=rest), occurrence, host)
+            before = snapshot.waiting(snapshot.now, snapshot.queue, rest, snapshot.timers)
+            return step(chart, before, occurrence, host)
     if not snapshot.queue:
         return None
-    head, *tail = snapshot.queue
-    return step(chart, replace(snapshot, queue=tuple(tail)), head, host)
+    return step(chart, _with_queue(snapshot, snapshot.queue[1:]), snapshot.queue[0], host)
 
 
 def step_timer(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None:
@@ -97,8 +97,8 @@ def step_timer(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None
     """
     if not snapshot.running or not snapshot.timers:
         return None
-    timer, *later = snapshot.timers
-    before = replace(snapshot, timers=tuple(later), now=timer.deadline)
+    timer, later = snapshot.timers[0], snapshot.timers[1:]
+    before = snapshot.waiting(timer.deadline, snapshot.queue, snapshot.deferred, later)
     match timer.what:
         case Timeout():
             return step(chart, before, timer.what, host)
@@ -109,7 +109,7 @@ def step_timer(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None
         case Delayed(occurrence):
             if not has_room(chart, before):
                 return _passed_on(before, timer.what, before, Overflowed("queue"))
-            after = replace(before, queue=(*before.queue, occurrence))
+            after = _with_queue(before, (*before.queue, occurrence))
             return _passed_on(before, timer.what, after)
         case _:
             assert_never(timer.what)
@@ -144,7 +144,13 @@ def next_deadline(snapshot: Snapshot) -> int | None:
 
 def at_time(snapshot: Snapshot, now: int) -> Snapshot:
     """Return the machine at another time."""
-    return snapshot if snapshot.now == now else replace(snapshot, now=now)
+    if snapshot.now == now:
+        return snapshot
+    return snapshot.waiting(now, snapshot.queue, snapshot.deferred, snapshot.timers)
+
+
+def _with_queue(snapshot: Snapshot, queue: tuple[Occurrence, ...]) -> Snapshot:
+    return snapshot.waiting(snapshot.now, queue, snapshot.deferred, snapshot.timers)
 
 
 def _passed_on(before: Snapshot, what: Delayed, after: Snapshot, *effects: Effect) -> Macrostep:
