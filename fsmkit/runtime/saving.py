@@ -16,11 +16,15 @@ from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, T
 from fsmkit.runtime.values import from_python, to_python
 
 FORMAT = 1
+MEMO = "_fingerprint"
+"""Where a chart keeps its hash, like a cached property."""
 
 
 def fingerprint(chart: Chart) -> str:
     """Return a hash of what a chart means; places and comments do not count."""
-    return sha256(_canonical(chart).encode()).hexdigest()
+    if MEMO not in chart.__dict__:
+        chart.__dict__[MEMO] = sha256(_canonical(chart).encode()).hexdigest()
+    return str(chart.__dict__[MEMO])
 
 
 def _canonical(node: object) -> str:
