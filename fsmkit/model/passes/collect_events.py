@@ -66,7 +66,8 @@ def collect_events(document: Document, tree: Tree, scope: Scope, findings: Findi
         implied = _implied(document, tree)
         known = [*names, *platform]
         for name in list(implied):
-            if any(k == name or k.startswith(name + ".") for k in known):
+            is_prefix = any(k.startswith(name + ".") for k in known)
+            if name in known or (is_prefix and not implied[name].is_exact):
                 del implied[name]
         found += [
             Event(0, name, (), frozenset(use.directions), span=use.span)
@@ -131,21 +132,25 @@ def _check_name(name: Text, findings: Findings) -> None:
 class _Use:
     span: Span
     directions: set[Direction] = field(default_factory=set)
+    is_exact: bool = False
+    """Whether it is raised or sent: a descriptor may be only the beginning of a name."""
 
 
 def _implied(document: Document, tree: Tree) -> dict[str, _Use]:
     """Return every event that is matched, raised or sent by its name, in document order."""
     found: dict[str, _Use] = {}
 
-    def use(name: Text, direction: Direction) -> None:
-        plain = name.value.removesuffix(".*").removesuffix(".")
+    def use(name: Text, direction: Direction, *, is_exact: bool = True) -> None:
+        plain = name.value if is_exact else name.value.removesuffix(".*").removesuffix(".")
         if plain and plain != "*":
-            found.setdefault(plain, _Use(name.span)).directions.add(direction)
+            known = found.setdefault(plain, _Use(name.span))
+            known.directions.add(direction)
+            known.is_exact |= is_exact
 
     for place in places(document, tree):
         if place.transition is not None and place.transition.trigger is Trigger.EVENT:
             for descriptor in place.transition.events:
-                use(descriptor, Direction.IN)
+                use(descriptor, Direction.IN, is_exact=False)
         for statement in statements(place.block):
             match statement:
                 case DocRaise(event):
