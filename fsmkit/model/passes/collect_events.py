@@ -64,7 +64,7 @@ def collect_events(document: Document, tree: Tree, scope: Scope, findings: Findi
     implied: dict[str, _Use] = {}
     if document.datamodel != "fsmkit":
         implied = _implied(document, tree)
-        known = [*names, *platform]
+        known = [*names, *platform, "done.state."]
         for name in list(implied):
             is_prefix = any(k.startswith(name + ".") for k in known)
             if name in known or (is_prefix and not implied[name].is_exact):

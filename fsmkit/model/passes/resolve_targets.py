@@ -155,16 +155,17 @@ def _history_default(
                     f"the default `{name}` of history `{node.id}` {where} `{parent.id}`",
                     name,
                     help=f"name a state of `{parent.id}`, or make the history deep",
+                    severity=_tolerated(document),
                 )
         return written, targets
-    lenient = document.datamodel != "fsmkit"
+    lenient = _tolerated(document) is not None
     findings.add(
         "history-without-default",
         f"history `{node.id}` does not say what is entered the first time"
         + (f": the default entry of `{parent.id}` is taken" if lenient else ""),
         node.state.span,
         help="give its default a target",
-        severity=Severity.WARNING if lenient else None,
+        severity=_tolerated(document),
     )
     if not lenient:
         return None
@@ -180,3 +181,8 @@ def _may_default(tree: Tree, history: Node, target: int) -> bool:
     if history.kind is Kind.DEEP_HISTORY:
         return tree.is_descendant(target, tree.parent(history).index)
     return tree.nodes[target].parent == history.parent and not tree.nodes[target].is_history
+
+
+def _tolerated(document: Document) -> Severity | None:
+    """Return how much a fault matters that real SCXML files have and that has one meaning."""
+    return Severity.WARNING if document.datamodel != "fsmkit" else None
