@@ -1,9 +1,10 @@
 /* The dining philosophers as a raw fsm_model: checks store, search, livelock and traps.
  *
- *   explorer_toy COUNT left|mixed
+ *   explorer_toy COUNT left|mixed|busy [BYTES]
  *
  * Each philosopher takes one fork, then the other, eats, and puts both down. With `left` all take the
- * left one first, which deadlocks; with `mixed` the last takes the right one first. Prints states,
+ * left one first, which deadlocks; with `mixed` the last takes the right one first; `busy` is `left`
+ * with every step internal, which is a livelock. Prints how the search ended, states,
  * transitions, depth, the length of the shortest path to a deadlock (0: none), whether there is a
  * cycle of internal steps, and the number of traps. */
 #include "cycles.h"
@@ -17,7 +18,7 @@ enum { MOST = 12 };
 enum { THINKING, HOLDING, EATING };
 
 static uint32_t count;
-static bool mixed;
+static bool mixed, busy;
 
 static uint32_t first_fork(uint32_t i)
 {
@@ -54,7 +55,7 @@ static bool successors(void *self, const void *bytes, fsm_emit *emit, void *cont
         uint32_t wanted = state[i] == THINKING ? first_fork(i) : second_fork(i);
         if (state[i] != EATING && !is_free(state, wanted))
             continue;
-        fsm_kind kind = state[i] == THINKING ? FSM_ENVIRONMENT : FSM_INTERNAL;
+        fsm_kind kind = state[i] == THINKING && !busy ? FSM_ENVIRONMENT : FSM_INTERNAL;
         state[i] = (unsigned char)((state[i] + 1) % 3);
         uint32_t mark = 1;
         fsm_step step = {state, &mark, state[i] == EATING, kind};
@@ -123,6 +124,7 @@ int main(int argc, char **argv)
         return 2;
     count = (uint32_t)strtoul(argv[1], NULL, 10);
     mixed = strcmp(argv[2], "mixed") == 0;
+    busy = strcmp(argv[2], "busy") == 0;
     size_t limit = argc > 3 ? (size_t)strtoull(argv[3], NULL, 10) : (size_t)1 << 30;
     fsm_model model = {FSM_MODEL_ABI, MOST, 2, NULL, initial, successors, marks, configuration, at_rest,
                        memory, failure};

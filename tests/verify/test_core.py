@@ -1,0 +1,94 @@
+"""The search in C alone, on the dining philosophers, under sanitizers."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections import deque
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CORE = ROOT / "fsmkit/verify/core"
+STRICT = [
+    *("-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic"),
+    *("-Wconversion", "-Wshadow", "-Werror"),
+]
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+
+pytestmark = pytest.mark.skipif(not COMPILERS, reason="there is no C compiler")
+
+
+@pytest.fixture(scope="module")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    program = tmp_path_factory.mktemp("core") / "toy"
+    sources = [CORE / f"{name}.c" for name in ("store", "search", "cycles")]
+    toy_source = ROOT / "tests/c/explorer_toy.c"
+    subprocess.run(
+        [COMPILERS[0], *STRICT, "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
+         "-I", CORE, toy_source, *sources, "-o", program],
+        check=True,
+    )  # fmt: skip
+    return program
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("source", sorted(CORE.glob("*.c")), ids=lambda path: path.name)
+def test_compiles_without_a_warning(compiler: str, source: Path, tmp_path: Path) -> None:
+    command = [compiler, *STRICT, "-c", str(source), "-o", str(tmp_path / "x.o")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def philosophers(count: int, mixed: bool) -> tuple[int, int, int]:
+    """Return states, transitions and the length of the shortest path to a deadlock."""
+
+    def forks(i: int) -> tuple[int, int]:
+        order = i, (i + 1) % count
+        return order[::-1] if mixed and i == count - 1 else order  # type: ignore[return-value]
+
+    def successors(state: tuple[int, ...]) -> list[tuple[int, ...]]:
+        held = {forks(i)[k] for i, s in enumerate(state) for k in range(s)}
+        return [
+            (*state[:i], (s + 1) % 3, *state[i + 1 :])
+            for i, s in enumerate(state)
+            if s == 2 or forks(i)[s] not in held
+        ]
+
+    first = (0,) * count
+    depth = {first: 0}
+    waiting, edges, deadlock = deque([first]), 0, 0
+    while waiting:
+        state = waiting.popleft()
+        following = successors(state)
+        edges += len(following)
+        if not following and not deadlock:
+            deadlock = depth[state] + 1
+        for other in following:
+            if other not in depth:
+                depth[other] = depth[state] + 1
+                waiting.append(other)
+    return len(depth), edges, deadlock
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 8])
+@pytest.mark.parametrize("kind", ["left", "mixed"])
+def test_counts_states_and_finds_the_nearest_deadlock(toy: Path, count: int, kind: str) -> None:
+    told = subprocess.run([toy, str(count), kind], capture_output=True, text=True, check=True)
+    end, states, edges, _, deadlock, livelock, traps, _ = map(int, told.stdout.split())
+    assert (end, states, edges, deadlock) == (0, *philosophers(count, kind == "mixed"))
+    assert livelock == 0
+    assert traps == (kind == "left")
+
+
+def test_a_cycle_of_internal_steps_is_a_livelock(toy: Path) -> None:
+    told = subprocess.run([toy, "3", "busy"], capture_output=True, text=True, check=True)
+    assert told.stdout.split()[5] == "1"
+
+
+def test_obeys_its_memory_limit(toy: Path) -> None:
+    told = subprocess.run([toy, "9", "left", "20000"], capture_output=True, text=True, check=True)
+    end, states, *_ = map(int, told.stdout.split())
+    assert end == 1
+    assert 0 < states < 2786
