@@ -1,4 +1,7 @@
-"""The keys of charts, states and transitions: what the reader accepts and the schema offers."""
+"""The keys of charts, states and transitions: what the reader accepts and the schema offers.
+
+Each table says for people what a key holds; `fsmkit.yaml.schema` makes the JSON Schema of them.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,6 @@ CHART = {
     "script": "statements executed once, before the initial states are entered",
     "initial": "the initial state or states",
     "states": "the top-level states",
-    "regions": "not for the root: use one state with regions",
     "refine": "changes of inherited states, by name, at any depth",
 }
 STATE = {
@@ -43,6 +45,7 @@ STATE = {
     "after": "delay: transition, once",
     "every": "delay: transition, again and again",
     "sometimes": "transitions at any time, for charts of an environment",
+    "transitions": "transitions of any kind in one list, where their order matters",
     "defer": "events kept for later",
     "invoke": "invoked charts",
     "invariant": "what holds while it is active",
@@ -59,6 +62,16 @@ TRANSITION = {
     "first": "true: before the inherited transitions",
     "override": "true, or the id of the inherited transition that it changes",
 }
+LABEL = {
+    "on": "the event or events",
+    "after": "the delay, once",
+    "every": "the delay, again and again",
+    "always": "true: eventless",
+    "sometimes": "true: at any time",
+}
+LABELLED = {**LABEL, **TRANSITION}
+"""An entry of `transitions`: one of the first, and what any transition has."""
+INITIAL = {"target": "the state or states to enter", "do": "what is done on the way"}
 EVENTS = {"in": "received", "out": "sent out", "internal": "raised and taken by the chart itself"}
 CAPACITY = {
     "queue": "events in the external queue",
@@ -78,6 +91,7 @@ INVOKE = {
     "with": "start values: name: expression",
     "names": "variables passed by name",
     "finalize": "statements executed before an event of the invoked chart is handled",
+    "content": "the chart itself",
     "content_expr": "an expression that gives the chart",
 }
 DONE = {"with": "name: expression", "content": "an expression"}

@@ -6,6 +6,7 @@ from fsmkit.diagnostics import Findings, Source
 from fsmkit.model.document import Document
 from fsmkit.yaml.nodes import decode
 from fsmkit.yaml.reader import read_document
+from fsmkit.yaml.writer import write_document
 
 
 class Yaml:
@@ -24,8 +25,6 @@ class Yaml:
 
     def write(self, document: Document) -> str:
         """Return a document as YAML."""
-        from fsmkit.yaml.writer import write_document
-
         return write_document(document)
 
 

@@ -1,0 +1,157 @@
+"""The keys of one mapping, read as what they should be: texts, flags, names, statements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as Table
+from typing import TypeVar
+
+from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.model.declaration_text import read_typed
+from fsmkit.model.document import Block, DocArgument, DocData
+from fsmkit.model.statement_text import read_statements
+from fsmkit.yaml.nodes import (
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    check_keys,
+    demand_mapping,
+    demand_sequence,
+    demand_text,
+)
+
+Choice = TypeVar("Choice")
+
+
+class Fields:
+    """A mapping of which every key is known; what is absent or wrong reads as absent."""
+
+    def __init__(self, mapping: Mapping, known: Table[str, str], what: str, findings: Findings):
+        """Report the keys that are not known."""
+        check_keys(mapping, frozenset(known), what, findings)
+        self.span: Span = mapping.span
+        self.order = tuple(key.value for key, _ in mapping.entries)
+        self.keys = {key.value: key for key, _ in mapping.entries}
+        self._nodes = {key.value: node for key, node in mapping.entries}
+        self._findings = findings
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._nodes
+
+    def node(self, key: str) -> Node | None:
+        """Return what stands under a key."""
+        return self._nodes.get(key)
+
+    def text(self, key: str) -> Text | None:
+        """Return the text under a key."""
+        node = self.node(key)
+        return None if node is None else demand_text(node, f"`{key}`", self._findings)
+
+    def doc(self) -> str:
+        """Return the description under ``doc``."""
+        text = self.text("doc")
+        return "" if text is None else text.value.strip()
+
+    def flag(self, key: str) -> bool:
+        """Return whether ``true`` stands under a key; absent is false."""
+        return self.one_of(key, {"false": False, "true": True})
+
+    def one_of(self, key: str, choices: Table[str, Choice]) -> Choice:
+        """Return what the word under a key stands for; the first choice where it is absent."""
+        default = next(iter(choices.values()))
+        text = self.text(key)
+        if text is None:
+            return default
+        if text.value not in choices:
+            *some, last = choices
+            self._findings.add(
+                "unexpected-value",
+                f"`{key}` cannot be `{text.value}`",
+                text,
+                help=f"write {', '.join(some)} or {last}",
+            )
+        return choices.get(text.value, default)
+
+    def entries(self, key: str) -> tuple[tuple[Text, Node], ...]:
+        """Return the entries of the mapping under a key."""
+        node = self.node(key)
+        mapping = None if node is None else demand_mapping(node, f"`{key}`", self._findings)
+        return () if mapping is None else mapping.entries
+
+    def text_entries(self, key: str) -> tuple[tuple[Text, Text], ...]:
+        """Return the entries of the mapping under a key, all of which are texts."""
+        pairs = (
+            (name, demand_text(node, f"`{name.value}`", self._findings))
+            for name, node in self.entries(key)
+        )
+        return tuple((name, text) for name, text in pairs if text is not None)
+
+    def texts(self, key: str) -> tuple[Text, ...]:
+        """Return the texts of the list under a key."""
+        node = self.node(key)
+        sequence = None if node is None else demand_sequence(node, f"`{key}`", self._findings)
+        items = () if sequence is None else sequence.items
+        texts = (demand_text(item, f"an entry of `{key}`", self._findings) for item in items)
+        return tuple(text for text in texts if text is not None)
+
+    def names(self, key: str) -> tuple[Text, ...]:
+        """Return the names under a key: a list, or one text of words."""
+        return names(self.node(key), f"`{key}`", self._findings)
+
+    def arguments(self, key: str) -> tuple[DocArgument, ...]:
+        """Return the ``name: expression`` pairs under a key."""
+        return tuple(DocArgument(name, text) for name, text in self.text_entries(key))
+
+    def data(self, key: str) -> tuple[DocData, ...]:
+        """Return the variables declared under a key."""
+        pairs = self.text_entries(key)
+        return tuple(DocData(name, *read_typed(text, self._findings)) for name, text in pairs)
+
+    def blocks(self, key: str) -> tuple[Block, ...]:
+        """Return the handlers under a key: one text is one, a list has one for each text."""
+        match self.node(key):
+            case None:
+                return ()
+            case Sequence(items):
+                return tuple(self._statements(item, key) for item in items)
+            case node:
+                block = self._statements(node, key)
+                return (block,) if block else ()
+
+    def block(self, key: str) -> Block | None:
+        """Return the statements under a key; a list of texts is one block all the same."""
+        if key not in self:
+            return None
+        return tuple(statement for block in self.blocks(key) for statement in block)
+
+    def _statements(self, node: Node, key: str) -> Block:
+        text = demand_text(node, f"`{key}`", self._findings)
+        return () if text is None else read_statements(text, self._findings)
+
+
+def names(node: Node | None, what: str, findings: Findings) -> tuple[Text, ...]:
+    """Return the names in a node: of a list its items, of a text its words."""
+    match node:
+        case None:
+            return ()
+        case Sequence(items):
+            texts = (demand_text(item, what, findings) for item in items)
+            return tuple(text.stripped() for text in texts if text is not None)
+        case Scalar(text):
+            return words(text)
+        case _:
+            demand_text(node, what, findings)
+            return ()
+
+
+def words(text: Text) -> tuple[Text, ...]:
+    """Split a text at white space and commas, keeping the place of each word."""
+    found, start = [], None
+    for index, char in enumerate(text.value + " "):
+        if char.isspace() or char == ",":
+            if start is not None:
+                found.append(text.part(start, index))
+            start = None
+        elif start is None:
+            start = index
+    return tuple(found)

@@ -1,0 +1,143 @@
+"""From YAML nodes to the transitions of a state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.model.document import DocTransition, Trigger
+from fsmkit.yaml import keys
+from fsmkit.yaml.fields import Fields, names, words
+from fsmkit.yaml.nodes import Mapping, Node, Sequence, demand_mapping
+
+BY_NAME = {"on": Trigger.EVENT, "after": Trigger.AFTER, "every": Trigger.EVERY}
+"""Keys that hold `event or delay: transition`."""
+PLAIN = {
+    "always": Trigger.EVENTLESS,
+    "choice": Trigger.EVENTLESS,
+    "sometimes": Trigger.SOMETIMES,
+}
+"""Keys that hold transitions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """What makes a transition be looked at, and where that is written."""
+
+    trigger: Trigger
+    key: Text | None = None
+    events: tuple[Text, ...] = ()
+    delay: Text | None = None
+
+
+def read_initial(fields: Fields, key: str, findings: Findings) -> DocTransition | None:
+    """Read ``initial`` or ``default``: targets, or an object with ``target`` and ``do``."""
+    node = fields.node(key)
+    if node is None:
+        return None
+    if not isinstance(node, Mapping):
+        targets = names(node, f"`{key}`", findings)
+        return DocTransition(Trigger.INITIAL, node.span, targets=targets)
+    inner = Fields(node, keys.INITIAL, f"`{key}`", findings)
+    return DocTransition(
+        Trigger.INITIAL, node.span, targets=inner.names("target"), content=inner.block("do")
+    )
+
+
+def read_transitions(fields: Fields, findings: Findings) -> tuple[DocTransition, ...]:
+    """Read the transitions of a state, in the order written."""
+    return tuple(t for key in fields.order for t in _under(key, fields, findings))
+
+
+def _under(key: str, fields: Fields, findings: Findings) -> Iterator[DocTransition]:
+    node = fields.node(key)
+    if key in BY_NAME:
+        for name, value in fields.entries(key):
+            yield from _listed(value, label_of(BY_NAME[key], name, findings), findings)
+    elif key in PLAIN and node is not None:
+        yield from _listed(node, Label(PLAIN[key]), findings)
+    elif key == "transitions" and node is not None:
+        for item in _items(node):
+            mapping = demand_mapping(item, "an entry of `transitions`", findings)
+            if mapping is not None:
+                yield _labelled(mapping, findings)
+
+
+def label_of(trigger: Trigger, name: Text, findings: Findings) -> Label:
+    """Return the label for a key under ``on``, ``after`` or ``every``."""
+    if trigger is not Trigger.EVENT:
+        return Label(trigger, name, delay=name.stripped())
+    events = words(name)
+    if not events:
+        findings.add(
+            "unexpected-shape", "an event is missing", name, help="name it before the colon"
+        )
+    return Label(trigger, name, events)
+
+
+def _items(node: Node) -> tuple[Node, ...]:
+    return node.items if isinstance(node, Sequence) else (node,)
+
+
+def _listed(node: Node, label: Label, findings: Findings) -> Iterator[DocTransition]:
+    for item in _items(node):
+        place = _place(item, label.key)
+        if isinstance(item, Mapping):
+            fields = Fields(item, keys.TRANSITION, "a transition", findings)
+            yield _transition(fields, label, place)
+        else:
+            targets = names(item, "a target", findings)
+            yield DocTransition(label.trigger, place, label.events, label.delay, targets=targets)
+
+
+def _labelled(mapping: Mapping, findings: Findings) -> DocTransition:
+    """Read an entry of ``transitions``, which says itself what it waits for."""
+    fields = Fields(mapping, keys.LABELLED, "a transition", findings)
+    given = [key for key in fields.order if key in keys.LABEL]
+    if len(given) != 1:
+        findings.add(
+            "missing-key" if not given else "unexpected-shape",
+            "a transition waits for one thing",
+            fields.keys[given[1]] if given else mapping.span,
+            help="give it one of `on`, `after`, `every`, `always` and `sometimes`",
+        )
+    label = Label(Trigger.EVENTLESS)
+    for key in given[:1]:
+        if key == "on":
+            label = Label(Trigger.EVENT, events=fields.names("on"))
+        elif key in BY_NAME:
+            label = Label(BY_NAME[key], delay=fields.text(key))
+        else:
+            fields.flag(key)
+            label = Label(PLAIN[key])
+    return _transition(fields, label, _place(mapping, None))
+
+
+def _transition(fields: Fields, label: Label, place: Span) -> DocTransition:
+    return DocTransition(
+        trigger=label.trigger,
+        span=place,
+        events=label.events,
+        delay=label.delay,
+        guard=fields.text("if"),
+        targets=fields.names("target"),
+        internal=fields.one_of("type", {"external": False, "internal": True}),
+        content=fields.block("do"),
+        id=fields.text("id"),
+        watchdog=fields.flag("watchdog"),
+        ordered=fields.flag("ordered"),
+        first=fields.flag("first"),
+        override=fields.text("override"),
+    )
+
+
+def _place(node: Node, key: Text | None) -> Span:
+    """Return the first line of a transition, from its event or delay on if that stands there."""
+    start = node.span.start
+    text = node.span.source.text
+    if key is not None and "\n" not in text[key.span.start : start]:
+        start = key.span.start
+    line_end = text.find("\n", start)
+    end = node.span.end if line_end < 0 else min(node.span.end, line_end)
+    return Span(node.span.source, start, len(text[:end].rstrip()) if end > start else end)

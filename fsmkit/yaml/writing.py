@@ -1,0 +1,88 @@
+"""The small parts of a Document as texts and mappings: declarations, statements, arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from fsmkit.diagnostics import Text, fail
+from fsmkit.model.document import (
+    Block,
+    DocArgument,
+    DocData,
+    DocField,
+    DocForEach,
+    DocIf,
+)
+from fsmkit.model.statement_text import write_statements
+from fsmkit.yaml.layout import Tree
+
+JOINED = 72
+"""Simple statements stand on one line if it is not longer."""
+
+
+def mapping(pairs: Iterable[tuple[Text, Tree]]) -> dict[str, Tree]:
+    """Return keys and values as a mapping; one name twice cannot be said in YAML."""
+    tree: dict[str, Tree] = {}
+    for name, value in pairs:
+        if name.value in tree:
+            raise fail(
+                "not-expressible",
+                f"`{name}` is there twice, which YAML cannot say",
+                name,
+                help="rename or remove one of them",
+            )
+        tree[name.value] = value
+    return tree
+
+
+def data(variables: tuple[DocData, ...]) -> dict[str, Tree]:
+    """Return declarations of variables: ``name: type = start value``."""
+    return mapping((one.name, _typed(one)) for one in variables)
+
+
+def _typed(variable: DocData) -> str:
+    type_ = "" if variable.type is None else variable.type.value
+    if variable.init is None:
+        return type_
+    return f"{type_} = {variable.init.value}".lstrip()
+
+
+def type_of(one: DocField) -> str:
+    """Return the type of a field."""
+    if one.type is None:
+        raise fail(
+            "not-expressible",
+            f"the type of `{one.name}` is not given",
+            one.name,
+            help="give it one, such as `0..100`",
+        )
+    return one.type.value
+
+
+def signature(name: Text, fields: tuple[DocField, ...], result: Text | None) -> str:
+    """Return the declaration of an event or operation."""
+    inside = ", ".join(f"{one.name} {type_of(one)}" for one in fields)
+    arguments = f"({inside})" if fields else "()" if result is not None else ""
+    return f"{name}{arguments}{'' if result is None else f' -> {result}'}"
+
+
+def arguments(given: tuple[DocArgument, ...]) -> dict[str, Tree]:
+    """Return ``name: expression`` pairs."""
+    return mapping((one.name, one.value.value) for one in given)
+
+
+def statements(block: Block) -> str:
+    """Return statements as text: a few simple ones on one line, others one a line."""
+    text = write_statements(block)
+    lines = text.split("\n")
+    is_simple = not any(isinstance(one, DocIf | DocForEach) for one in block)
+    if is_simple and len(lines) == len(block) and len(text) + len(lines) <= JOINED:
+        return "; ".join(lines)
+    return text if len(lines) == 1 else text + "\n"
+
+
+def handlers(blocks: tuple[Block, ...]) -> Tree:
+    """Return handlers: one as its text, several as a list."""
+    if len(blocks) == 1 and blocks[0]:
+        return statements(blocks[0])
+    return [statements(block) for block in blocks]
