@@ -1,0 +1,1 @@
+"""The SCXML notation: reader and writer."""

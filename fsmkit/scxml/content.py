@@ -1,0 +1,250 @@
+"""From executable content to statements (SCXML 4, 5.4, 5.8, 6.2, 6.3).
+
+Content that is not as the standard wants it is kept as `DocUnreadable`: executing it is an
+``error.execution``, and elaboration says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.model.document import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCall,
+    DocCancel,
+    DocForEach,
+    DocIf,
+    DocLog,
+    DocRaise,
+    DocReply,
+    DocSend,
+    DocStatement,
+    DocSuper,
+    DocUnreadable,
+)
+from fsmkit.model.statement_text import read_statements
+from fsmkit.scxml.context import Context, words
+from fsmkit.scxml.names import CONTENT, EXTENSION_CONTENT, PREFIX, XML
+from fsmkit.scxml.nodes import Element
+
+KNOWN = (*CONTENT, *(f"{PREFIX}:{name}" for name in EXTENSION_CONTENT))
+
+
+def read_block(element: Element, context: Context) -> Block:
+    """Return the statements in an element."""
+    return _statements(element.children, element, context)
+
+
+def _statements(elements: Iterable[Element], parent: Element, context: Context) -> Block:
+    found: list[DocStatement] = []
+    for element in elements:
+        word = context.word(element)
+        if word in KNOWN:
+            context.check(element, word)
+            found += _statement(word, element, context)
+        elif word:
+            context.unknown_element(element, word, parent, KNOWN)
+            reason = f"`<{word}>` is no executable content"
+            found.append(DocUnreadable(reason, element.span))
+        else:
+            context.findings.add(
+                "foreign-content",
+                f"`<{element.name}>` of the namespace `{element.namespace}` is not executed",
+                element.span,
+                help="declare an operation, and call it here",
+            )
+    return tuple(found)
+
+
+def _statement(word: str, element: Element, context: Context) -> Block:
+    span = element.span
+    match word:
+        case "assign":
+            return (_assign(element, context),)
+        case "raise":
+            event = context.given(element, "event")
+            if event is None:
+                return _lacks(element, "event", context)
+            arguments = read_params(element, context)
+            if isinstance(arguments, DocUnreadable):
+                return (arguments,)
+            return (DocRaise(event, arguments, span),)
+        case "if":
+            return (_if(element, context),)
+        case "foreach":
+            return _for_each(element, context)
+        case "log":
+            value = context.given(element, "expr")
+            return (DocLog(element.get("label"), () if value is None else (value,), span),)
+        case "script":
+            return read_script(element, context)
+        case "send":
+            return (_send(element, context),)
+        case "cancel":
+            id_, id_expr = context.either(element, "sendid", "sendidexpr")
+            if id_ is None and id_expr is None:
+                return _lacks(element, "sendid", context)
+            return (DocCancel(id_, id_expr, span),)
+        case "fk:super":
+            return (DocSuper(span),)
+        case "fk:unreadable":
+            reason = element.get("reason")
+            return (DocUnreadable("" if reason is None else reason.value, span),)
+        case _:
+            value = context.given(element, "expr")
+            if value is None:
+                return _lacks(element, "expr", context)
+            return (DocReply(value, span) if word == "fk:reply" else DocCall(value, span),)
+
+
+def _lacks(element: Element, name: str, context: Context) -> Block:
+    return (DocUnreadable(f"`<{context.word(element)}>` has no `{name}`", element.span),)
+
+
+def _assign(element: Element, context: Context) -> DocStatement:
+    location = context.given(element, "location")
+    value = context.given(element, "expr")
+    inline = context.inline(element)
+    if value is not None and inline is not None:
+        context.conflict(inline, "`expr` and content are both given; `expr` counts")
+    value = value or inline
+    if location is None:
+        return DocUnreadable("`<assign>` has no `location`", element.span)
+    if value is None:
+        return DocUnreadable("`<assign>` has no `expr`", element.span)
+    return DocAssign(location, value, element.span)
+
+
+def _if(element: Element, context: Context) -> DocStatement:
+    condition = context.given(element, "cond")
+    if condition is None:
+        return DocUnreadable("`<if>` has no `cond`", element.span)
+    branches: list[DocBranch] = []
+    part: list[Element] = []
+    current: Text | None = condition
+    for child in element.children:
+        word = context.word(child)
+        if word not in ("elseif", "else"):
+            part.append(child)
+            continue
+        context.check(child, word)
+        if current is None:
+            return DocUnreadable(f"`<{word}>` follows `<else>`", child.span)
+        branches.append(DocBranch(current, _statements(part, element, context)))
+        part = []
+        current = context.given(child, "cond") if word == "elseif" else None
+        if current is None and word == "elseif":
+            return DocUnreadable("`<elseif>` has no `cond`", child.span)
+    branches.append(DocBranch(current, _statements(part, element, context)))
+    return DocIf(tuple(branches), element.span)
+
+
+def _for_each(element: Element, context: Context) -> Block:
+    array, item = context.given(element, "array"), context.given(element, "item")
+    if array is None or item is None:
+        return _lacks(element, "array" if array is None else "item", context)
+    index = context.given(element, "index")
+    return (DocForEach(array, item, index, read_block(element, context), element.span),)
+
+
+def read_script(element: Element, context: Context) -> Block:
+    """Return the statements of a script (SCXML 5.8); one that cannot be read is unreadable.
+
+    A script whose file cannot be read makes the whole chart invalid.
+    """
+    text, src = element.text, context.given(element, "src")
+    if src is not None:
+        loaded = context.load(src)
+        if loaded is None:
+            context.unloaded(src)
+            return ()
+        text = loaded
+    if context.is_strict:
+        return read_statements(text, context.findings)
+    attempt = Findings()
+    block = read_statements(text, attempt)
+    error = next((d for d in attempt if d.severity is Severity.ERROR), None)
+    if error is None:
+        context.findings.extend(attempt)
+        return block
+    span = element.span if error.primary is None else error.primary.span
+    return (DocUnreadable(error.message, span),)
+
+
+def _send(element: Element, context: Context) -> DocStatement:
+    event, event_expr = context.either(element, "event", "eventexpr")
+    target, target_expr = context.either(element, "target", "targetexpr")
+    delay, delay_expr = context.either(element, "delay", "delayexpr")
+    id_, id_location = context.either(element, "id", "idlocation")
+    type_, type_expr = context.either(element, "type", "typeexpr")
+    arguments = read_params(element, context)
+    if isinstance(arguments, DocUnreadable):
+        return arguments
+    content, content_expr = read_content(element, context)
+    return DocSend(
+        element.span,
+        event,
+        event_expr,
+        target,
+        target_expr,
+        delay,
+        delay_expr,
+        id_,
+        id_location,
+        type_,
+        type_expr,
+        arguments,
+        words(element.get("namelist")),
+        content,
+        content_expr,
+    )
+
+
+def read_params(
+    element: Element, context: Context, others: tuple[str, ...] = ()
+) -> tuple[DocArgument, ...] | DocUnreadable:
+    """Return the params of an element (SCXML 5.7), or why one of them is none.
+
+    ``others`` names the children that somebody else reads.
+    """
+    own = {"send": ("param", "content"), "raise": ("fk:param", "param")}
+    found = []
+    for word, child in context.children(element, own.get(element.name, ("param", *others))):
+        if word not in ("param", "fk:param"):
+            continue
+        name = context.given(child, "name")
+        value, location = context.either(child, "expr", "location")
+        value = value or location
+        if name is None or value is None:
+            lack = "name" if name is None else "expr"
+            return DocUnreadable(f"`<param>` has no `{lack}`", child.span)
+        found.append(DocArgument(name, value))
+    return tuple(found)
+
+
+def read_content(element: Element, context: Context) -> tuple[Text | None, Text | None]:
+    """Return what ``content`` holds and its expression (SCXML 5.6)."""
+    literal = expression = None
+    for child in element.children:
+        if context.word(child) != "content":
+            continue
+        value = context.given(child, "expr")
+        if value is not None:
+            expression = expression or value
+        elif literal is None:
+            literal = _literal(child)
+    return literal, expression
+
+
+def _literal(element: Element) -> Text:
+    """Return content as it stands, elements included."""
+    if element.children:
+        inner = element.inner
+        return Text(inner.source.text[inner.start : inner.end], inner).stripped()
+    keeps = element.get("space", XML)
+    is_kept = keeps is not None and keeps.value == "preserve"
+    return element.text if is_kept else element.text.stripped()

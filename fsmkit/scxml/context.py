@@ -1,0 +1,246 @@
+"""What every part of the reader needs: whose element it is, what it lacks, where to say so."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.scxml.names import (
+    ATTRIBUTES,
+    EXTENSION,
+    EXTENSION_ATTRIBUTES,
+    EXTENSION_ELEMENTS,
+    PREFIX,
+    SCXML,
+)
+from fsmkit.scxml.nodes import Attribute, Element
+
+WITH_TEXT = ("script", "content", "data", "assign", "fk:doc")
+LARGEST_PART = 1024 * 1024
+"""Bytes of a file that a chart includes by ``src``."""
+WORD = re.compile(r"\S+")
+FLAGS = {"true": True, "1": True, "false": False, "0": False}
+
+
+@dataclass(frozen=True)
+class Context:
+    """Reads small parts of elements; what is wrong goes to the findings.
+
+    A chart written for fsmkit is read strictly; any other as leniently as real files are written,
+    with a warning for each thing that is left aside.
+    """
+
+    source: Source
+    findings: Findings
+    namespace: str
+    """Where SCXML's elements stand in this file: other tools leave the namespace out."""
+    datamodel: str = "ecmascript"
+
+    @property
+    def is_strict(self) -> bool:
+        """Whether the chart is written for fsmkit."""
+        return self.datamodel == "fsmkit"
+
+    # --- elements -------------------------------------------------------------------------
+
+    def word(self, element: Element) -> str:
+        """Return the name of an element: ``fk:name`` of the extension, empty if foreign."""
+        if element.namespace in (SCXML, self.namespace):
+            return element.name
+        return f"{PREFIX}:{element.name}" if element.namespace == EXTENSION else ""
+
+    def children(self, element: Element, known: Iterable[str]) -> Iterator[tuple[str, Element]]:
+        """Yield the known children with their names; any other of ours is a finding.
+
+        Elements of foreign namespaces are left aside, as SCXML 1.0 wants it (4.10, C).
+        """
+        names = tuple(known)
+        for child in element.children:
+            word = self.word(child)
+            if word in names:
+                self.check(child, word)
+                yield word, child
+            elif word:
+                self.unknown_element(child, word, element, names)
+
+    def unknown_element(
+        self, child: Element, word: str, parent: Element, known: Iterable[str]
+    ) -> None:
+        """Say that an element has no meaning where it stands."""
+        is_known = word in ATTRIBUTES or word.removeprefix(f"{PREFIX}:") in EXTENSION_ELEMENTS
+        self.complain(
+            "unknown-element",
+            f"`<{word}>` has no meaning in `<{parent.name}>`",
+            child.span,
+            f"move `<{word}>` to where it belongs, or remove it"
+            if is_known
+            else _suggest(word, known, "remove it"),
+            is_ours=child.namespace == EXTENSION,
+        )
+
+    def check(self, element: Element, word: str) -> None:
+        """Report attributes that mean nothing on an element, and text that nothing reads."""
+        local = word.removeprefix(f"{PREFIX}:")
+        is_ours = word != local
+        plain = EXTENSION_ELEMENTS[local] if is_ours else ATTRIBUTES[local]
+        own = frozenset() if is_ours else EXTENSION_ATTRIBUTES.get(local, frozenset())
+        for attribute in element.attributes:
+            known = {"": plain, EXTENSION: own}.get(attribute.namespace)
+            if known is not None and attribute.name not in known:
+                self.complain(
+                    "unknown-attribute",
+                    f"`<{word}>` has no attribute `{_written(attribute)}`",
+                    attribute.span,
+                    _suggest(attribute.name, known, "remove it"),
+                    is_ours=is_ours or attribute.namespace == EXTENSION,
+                )
+        if word not in WITH_TEXT and element.text.value.strip():
+            self.complain(
+                "stray-text",
+                f"text in `<{word}>` has no meaning",
+                element.text.stripped(),
+                "put it into a comment, or into an element that reads it",
+            )
+
+    def complain(
+        self, rule: str, message: str, at: Span | Text, advice: str, *, is_ours: bool = False
+    ) -> None:
+        """Add a finding: a warning by itself, an error in a chart written for fsmkit."""
+        severity = Severity.ERROR if is_ours or self.is_strict else None
+        self.findings.add(rule, message, at, help=advice, severity=severity)
+
+    # --- attributes -----------------------------------------------------------------------
+
+    def fk(self, element: Element, name: str) -> Text | None:
+        """Return an attribute of the extension, which on our own elements has no prefix."""
+        return element.get(name, "" if element.namespace == EXTENSION else EXTENSION)
+
+    def required(self, element: Element, name: str) -> Text | None:
+        """Return an attribute that must be there; a finding where it is not."""
+        value = element.get(name)
+        if value is None or not value.value.strip():
+            self.incomplete(element, f"has no `{name}`", f'add `{name}="..."`')
+            return None
+        return value.stripped()
+
+    def incomplete(self, element: Element, what: str, advice: str) -> None:
+        """Say what an element lacks."""
+        self.complain(
+            "incomplete-element",
+            f"`<{self.word(element)}>` {what}, and is left aside",
+            element.span,
+            advice,
+            is_ours=element.namespace == EXTENSION,
+        )
+
+    def given(self, element: Element, name: str) -> Text | None:
+        """Return an attribute without white space around it; None where it is empty."""
+        value = element.get(name)
+        return None if value is None or not value.value.strip() else value.stripped()
+
+    def either(self, element: Element, name: str, other: str) -> tuple[Text | None, Text | None]:
+        """Return two attributes of which SCXML allows one; the first counts."""
+        first, second = self.given(element, name), self.given(element, other)
+        if first is not None and second is not None:
+            self.conflict(second, f"`{name}` and `{other}` are both given; `{name}` counts")
+            return first, None
+        return first, second
+
+    def conflict(self, at: Span | Text, message: str) -> None:
+        """Say that two things are given that exclude each other."""
+        self.complain("conflicting-attributes", message, at, "remove one of the two")
+
+    def flag(self, value: Text | None, what: str) -> bool:
+        """Read ``true`` or ``false``; absent is false."""
+        if value is None:
+            return False
+        if value.value.strip() not in FLAGS:
+            self.misread(value, f"`{what}` is `true` or `false`, not `{value}`", "write `true`")
+        return FLAGS.get(value.value.strip(), False)
+
+    def misread(self, value: Text, message: str, advice: str) -> None:
+        """Say that an attribute has a value that means nothing."""
+        self.complain("unexpected-attribute-value", message, value, advice)
+
+    # --- texts ----------------------------------------------------------------------------
+
+    def inline(self, element: Element) -> Text | None:
+        """Return the value that stands in an element (SCXML B.2.1): JSON, or a string.
+
+        Elements in it are a value too, one that no expression can have: the text shows them.
+        """
+        if element.children:
+            inner = element.inner
+            return Text(inner.source.text[inner.start : inner.end], inner).stripped()
+        text = element.text.stripped()
+        if not text.value:
+            return None
+        return text if self.is_strict else self._json_or_string(text)
+
+    def _json_or_string(self, text: Text) -> Text:
+        try:
+            json.loads(text.value)
+        except (ValueError, RecursionError):
+            return quoted(" ".join(text.value.split()), text.span)
+        return text
+
+    def load(self, src: Text) -> Text | None:
+        """Return the content of a local file beside or below this one, None if there is none.
+
+        The text keeps the place of the name: what is wrong in the file is said there.
+        """
+        try:
+            folder = Path(self.source.name).resolve().parent
+            path = (folder / src.value.strip().removeprefix("file:")).resolve()
+            if not path.is_relative_to(folder) or path.stat().st_size > LARGEST_PART:
+                return None
+            content = path.read_text(encoding="utf-8-sig")
+        except (OSError, ValueError):
+            return None
+        return Text(content, src.span, ())
+
+    def loaded_value(self, src: Text) -> Text | None:
+        """Return the value that a file holds; a finding where it cannot be read."""
+        text = self.load(src)
+        if text is None:
+            self.unloaded(src, severity=None if self.is_strict else Severity.WARNING)
+            return None
+        value = Text(text.value.strip(), text.span, ())
+        return value if self.is_strict else self._json_or_string(value)
+
+    def unloaded(self, src: Text, severity: Severity | None = None) -> None:
+        """Say that a file cannot be read."""
+        self.findings.add(
+            "unloaded-source",
+            f"`{src}` cannot be read",
+            src,
+            help="name a file in the folder of the chart, or write its content here",
+            severity=severity,
+        )
+
+
+def words(text: Text | None) -> tuple[Text, ...]:
+    """Split a text at white space, keeping the place of each word."""
+    if text is None:
+        return ()
+    return tuple(text.part(m.start(), m.end()) for m in WORD.finditer(text.value))
+
+
+def quoted(value: str, span: Span) -> Text:
+    """Return a text as the literal of a string."""
+    return Text(json.dumps(value, ensure_ascii=False), span, ())
+
+
+def _written(attribute: Attribute) -> str:
+    text = attribute.span.source.text
+    return text[attribute.span.start : attribute.span.end]
+
+
+def _suggest(name: str, known: Iterable[str], otherwise: str) -> str:
+    close = get_close_matches(name, list(known), 1)
+    return f"did you mean `{close[0]}`?" if close else otherwise

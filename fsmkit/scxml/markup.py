@@ -1,0 +1,43 @@
+"""Elements and attributes of lxml, named as the writer names them."""
+
+from __future__ import annotations
+
+import re
+
+from lxml import etree
+
+from fsmkit.diagnostics import Text
+from fsmkit.scxml.names import EXTENSION, SCXML
+
+NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that no XML text can hold (XML 1.0, 2.2)."""
+
+
+def extension(name: str) -> str:
+    """Return a name of the extension namespace."""
+    return f"{{{EXTENSION}}}{name}"
+
+
+def ours(element: etree._Element, name: str) -> str:
+    """Return the name of an attribute of ours: without a prefix on elements of ours."""
+    is_ours = etree.QName(element).namespace == EXTENSION
+    return name if is_ours else extension(name)
+
+
+def add(parent: etree._Element, name: str, text: str | None = None) -> etree._Element:
+    """Append an element, of SCXML unless its name says otherwise."""
+    qualified = name if name.startswith("{") else f"{{{SCXML}}}{name}"
+    element = etree.SubElement(parent, qualified)
+    if text is not None:
+        element.text = _allowed(text)
+    return element
+
+
+def put(element: etree._Element, name: str, value: Text | str | None) -> None:
+    """Set an attribute, unless there is no value."""
+    if value is not None:
+        element.set(name, _allowed(str(value)))
+
+
+def _allowed(text: str) -> str:
+    return NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)

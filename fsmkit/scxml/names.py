@@ -1,0 +1,131 @@
+"""The vocabulary: namespaces, and which attributes and children each element takes.
+
+SCXML 1.0 has the elements and attributes of its recommendation. What it has no word for stands in
+one extension namespace, by convention with the prefix ``fk``, so that any other tool that reads
+SCXML can leave it aside.
+"""
+
+from __future__ import annotations
+
+SCXML = "http://www.w3.org/2005/07/scxml"
+EXTENSION = "urn:fsmkit:scxml"
+PREFIX = "fk"
+XINCLUDE = "http://www.w3.org/2001/XInclude"
+XML = "http://www.w3.org/XML/1998/namespace"
+
+STATES = ("state", "parallel", "final", "history")
+
+_STATE = "id"
+ATTRIBUTES = {
+    name: frozenset(attributes.split())
+    for name, attributes in {
+        "scxml": "name initial datamodel binding version",
+        "state": f"{_STATE} initial",
+        "parallel": _STATE,
+        "final": _STATE,
+        "history": f"{_STATE} type",
+        "initial": "",
+        "transition": "event cond target type",
+        "onentry": "",
+        "onexit": "",
+        "datamodel": "",
+        "data": "id expr src type",
+        "donedata": "",
+        "assign": "location expr",
+        "raise": "event",
+        "if": "cond",
+        "elseif": "cond",
+        "else": "",
+        "foreach": "array item index",
+        "log": "label expr",
+        "script": "src",
+        "send": "event eventexpr target targetexpr delay delayexpr id idlocation type typeexpr "
+        "namelist",
+        "cancel": "sendid sendidexpr",
+        "invoke": "type typeexpr src srcexpr id idlocation namelist autoforward",
+        "finalize": "",
+        "param": "name expr location",
+        "content": "expr",
+    }.items()
+}
+"""The attributes of each element of SCXML, and ``data@type``, which real files have."""
+
+_OF_STATE = "doc rest abstract defer invariant override kind"
+EXTENSION_ATTRIBUTES = {
+    name: frozenset(attributes.split())
+    for name, attributes in {
+        "scxml": "extends abstract doc",
+        "state": _OF_STATE,
+        "parallel": _OF_STATE,
+        "final": _OF_STATE,
+        "history": _OF_STATE,
+        "transition": "after every sometimes id override first watchdog ordered",
+        "data": "type",
+    }.items()
+}
+"""The attributes of the extension namespace on elements of SCXML."""
+
+EXTENSION_ELEMENTS = {
+    name: frozenset(attributes.split())
+    for name, attributes in {
+        "doc": "",
+        "type": "name members",
+        "field": "name type",
+        "constant": "name expr",
+        "input": "id type expr",
+        "output": "id type expr",
+        "operation": "signature",
+        "event": "direction signature",
+        "capacity": "queue internal delayed microsteps tick",
+        "refine": f"state initial {_OF_STATE}",
+        "param": "name expr",
+        "super": "",
+        "reply": "expr",
+        "call": "expr",
+        "unreadable": "reason",
+    }.items()
+}
+"""The elements of the extension namespace, with their attributes, which have no prefix."""
+
+CONTENT = ("assign", "raise", "if", "foreach", "log", "script", "send", "cancel")
+"""Executable content (SCXML 4)."""
+EXTENSION_CONTENT = ("super", "reply", "call", "unreadable")
+
+_PARTS = {"transition", "onentry", "onexit", "datamodel", "invoke", "initial", *STATES}
+CHILDREN = {
+    "scxml": {"datamodel", "script", "initial", *STATES},
+    "state": _PARTS,
+    "parallel": _PARTS - {"initial"},
+    "final": {"onentry", "onexit", "donedata"},
+    "history": {"transition"},
+    "refine": {*_PARTS, "donedata"},
+    "datamodel": {"data"},
+}
+EXTENSION_CHILDREN = {
+    "scxml": {"doc", "type", "constant", "input", "output", "operation", "event", "capacity"}
+    | {"refine"},
+    "datamodel": {"type", "constant", "input", "output"},
+    **{name: {"doc"} for name in (*STATES, "refine")},
+}
+
+DATAMODELS = ("fsmkit", "ecmascript", "null")
+
+PLAIN_TYPES = {
+    "int": "int32",
+    "integer": "int32",
+    "uint": "uint32",
+    "long": "int64",
+    "short": "int16",
+    "byte": "uint8",
+    "char": "int8",
+    "boolean": "bool",
+    "float": "float64",
+    "double": "float64",
+    "number": "float64",
+    "real": "float64",
+    "string": "symbol",
+    "str": "symbol",
+    **{name: name for name in ("bool", "float32", "float64")},
+    **{f"{sign}int{bits}": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)},
+}
+"""What the types in ``data@type`` of real files mean."""

@@ -1,0 +1,32 @@
+"""The SCXML notation as a plug-in."""
+
+from __future__ import annotations
+
+from fsmkit.diagnostics import Findings, Source
+from fsmkit.model.document import Document
+from fsmkit.scxml.nodes import decode
+from fsmkit.scxml.reader import read_document
+
+
+class Scxml:
+    """Reads and writes SCXML."""
+
+    name = "scxml"
+    suffixes = (".scxml", ".xml")
+
+    def decode(self, content: bytes, name: str, findings: Findings) -> Source | None:
+        """Return the text of a file."""
+        return decode(content, name, findings)
+
+    def read(self, source: Source, findings: Findings) -> Document | None:
+        """Return the document of a text."""
+        return read_document(source, findings)
+
+    def write(self, document: Document) -> str:
+        """Return a document as SCXML."""
+        from fsmkit.scxml.writer import write_document
+
+        return write_document(document)
+
+
+PLUGIN = Scxml()

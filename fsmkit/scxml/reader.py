@@ -1,0 +1,224 @@
+"""From the root element to a Document: the chart and its declarations (SCXML 3.2, 5.2)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import PurePath
+
+from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.model.declaration_text import DocSignature, read_signature
+from fsmkit.model.document import (
+    Block,
+    Direction,
+    DocCapacity,
+    DocConstant,
+    DocData,
+    DocEvent,
+    DocField,
+    DocOperation,
+    DocState,
+    DocType,
+    Document,
+    Kind,
+)
+from fsmkit.scxml.content import read_script
+from fsmkit.scxml.context import Context, words
+from fsmkit.scxml.names import DATAMODELS, EXTENSION, SCXML, STATES
+from fsmkit.scxml.nodes import Element, read_nodes
+from fsmkit.scxml.states import StateReader, known_children, read_doc
+
+DIRECTIONS = {direction.value: direction for direction in Direction}
+
+
+def read_document(source: Source, findings: Findings) -> Document | None:
+    """Return the document of an SCXML text, or None where an error was found."""
+    root = read_nodes(source, findings)
+    if root is None:
+        return None
+    if root.name != "scxml" or root.namespace == EXTENSION:
+        findings.add(
+            "not-scxml",
+            f"`<{root.name}>` is no chart",
+            root.span,
+            help="the outermost element of a chart is `<scxml>`",
+        )
+        return None
+    context = Context(source, findings, root.namespace)
+    if root.namespace != SCXML:
+        what = f"`{root.namespace}` is not" if root.namespace else "there is no namespace:"
+        findings.add(
+            "missing-namespace",
+            f"{what} the namespace of SCXML",
+            root.span,
+            help=f'write `xmlns="{SCXML}"`',
+        )
+    document = _read_chart(root, context)
+    return None if findings.has_errors else document
+
+
+def _read_chart(root: Element, context: Context) -> Document:
+    """Return the chart of an ``scxml`` element, the outermost or one inside an ``invoke``."""
+    return _ChartReader(root, replace(context, datamodel=_datamodel(root, context))).document()
+
+
+def _datamodel(root: Element, context: Context) -> str:
+    """Return the data model; an absent or foreign one is read as the subset of ECMAScript."""
+    given = root.get("datamodel")
+    name = "ecmascript" if given is None else given.value.strip().lower()
+    if given is None or name in DATAMODELS:
+        return name
+    context.findings.add(
+        "unknown-datamodel",
+        f"the data model `{given}` is not known; expressions are read as ECMAScript's",
+        given,
+        help=f"use one of {', '.join(DATAMODELS)}",
+    )
+    return "ecmascript"
+
+
+class _ChartReader:
+    """Reads the ``scxml`` element and the declarations in it."""
+
+    def __init__(self, root: Element, context: Context) -> None:
+        """Sort the children; what belongs to no chart is a finding."""
+        self._root = root
+        self._context = context
+        self._states = StateReader(context, _read_chart)
+        self._parts: dict[str, list[Element]] = {}
+        context.check(root, "scxml")
+        for word, child in context.children(root, known_children("scxml")):
+            self._parts.setdefault("state" if word in STATES else word, []).append(child)
+        for datamodel in self._parts.get("datamodel", ()):
+            for word, child in context.children(datamodel, known_children("datamodel")):
+                if word != "data":
+                    self._parts.setdefault(word, []).append(child)
+
+    def document(self) -> Document:
+        """Return the document as far as it can be read."""
+        root, context, states = self._root, self._context, self._states
+        self._check_version()
+        return Document(
+            source=context.source,
+            name=context.given(root, "name") or self._stem(),
+            root=DocState(
+                id=None,
+                kind=Kind.COMPOUND,
+                span=root.span,
+                initial=states.initial(root, self._parts.get("initial", [])),
+                children=tuple(
+                    states.state(context.word(e), e) for e in self._parts.get("state", ())
+                ),
+            ),
+            extends=context.fk(root, "extends"),
+            abstract=context.flag(context.fk(root, "abstract"), "abstract"),
+            datamodel=context.datamodel,
+            late_binding=self._is_late(),
+            doc=read_doc(root, self._parts.get("fk:doc", []), context),
+            types=tuple(self._type(e) for e in self._parts.get("fk:type", ())),
+            constants=self._constants(),
+            data=tuple(
+                variable
+                for element in self._parts.get("datamodel", ())
+                for variable in states.data(element, known_children("datamodel"))
+            ),
+            inputs=self._variables("fk:input"),
+            outputs=self._variables("fk:output"),
+            operations=tuple(
+                DocOperation(s.name, s.fields, s.result)
+                for _, s in self._signatures("fk:operation")
+            ),
+            events=tuple(
+                DocEvent(s.name, s.fields, self._direction(e), s.result)
+                for e, s in self._signatures("fk:event")
+            ),
+            capacities=self._capacities(),
+            script=self._script(),
+            refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
+        )
+
+    def _stem(self) -> Text:
+        stem = PurePath(self._context.source.name).stem
+        return Text(stem, Span(self._context.source, 0, 0))
+
+    def _check_version(self) -> None:
+        version = self._root.get("version")
+        if version is None:
+            self._context.findings.add(
+                "missing-version",
+                "the version of SCXML is missing",
+                self._root.span,
+                help='write `version="1.0"`',
+            )
+        elif version.value.strip() != "1.0":
+            self._context.misread(version, f"there is no version `{version}`", "write `1.0`")
+
+    def _is_late(self) -> bool:
+        binding = self._context.given(self._root, "binding")
+        if binding is not None and binding.value not in ("early", "late"):
+            self._context.misread(
+                binding, f"a binding is not `{binding}`; it is read as early", "use early or late"
+            )
+        return binding is not None and binding.value == "late"
+
+    def _script(self) -> Block:
+        scripts = self._parts.get("script", ())
+        return tuple(s for script in scripts for s in read_script(script, self._context))
+
+    # --- declarations of the extension ----------------------------------------------------
+
+    def _type(self, element: Element) -> DocType:
+        context = self._context
+        name = context.required(element, "name") or Text("", element.span, ())
+        fields = []
+        for _, child in context.children(element, ("fk:field",)):
+            field = context.required(child, "name")
+            if field is not None:
+                fields.append(DocField(field, context.required(child, "type")))
+        return DocType(name, words(element.get("members")), tuple(fields))
+
+    def _constants(self) -> tuple[DocConstant, ...]:
+        found = []
+        for element in self._parts.get("fk:constant", ()):
+            name = self._context.required(element, "name")
+            value = self._context.required(element, "expr")
+            if name is not None and value is not None:
+                found.append(DocConstant(name, value))
+        return tuple(found)
+
+    def _variables(self, word: str) -> tuple[DocData, ...]:
+        found = []
+        for element in self._parts.get(word, ()):
+            name = self._context.required(element, "id")
+            if name is not None:
+                type_ = self._context.given(element, "type")
+                found.append(DocData(name, type_, self._context.given(element, "expr")))
+        return tuple(found)
+
+    def _signatures(self, word: str) -> list[tuple[Element, DocSignature]]:
+        found = []
+        for element in self._parts.get(word, ()):
+            text = self._context.required(element, "signature")
+            signature = None if text is None else read_signature(text, self._context.findings)
+            if signature is not None:
+                found.append((element, signature))
+        return found
+
+    def _direction(self, element: Element) -> Direction:
+        given = self._context.required(element, "direction")
+        if given is not None and given.value not in DIRECTIONS:
+            self._context.findings.add(
+                "unexpected-attribute-value",
+                f"an event does not go `{given}`",
+                given,
+                help=f"use {', '.join(DIRECTIONS)}",
+                severity=Severity.ERROR,
+            )
+        return DIRECTIONS.get("" if given is None else given.value, Direction.IN)
+
+    def _capacities(self) -> tuple[DocCapacity, ...]:
+        return tuple(
+            DocCapacity(Text(attribute.name, attribute.span), attribute.value.stripped())
+            for element in self._parts.get("fk:capacity", ())
+            for attribute in element.attributes
+            if not attribute.namespace
+        )

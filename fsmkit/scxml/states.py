@@ -1,0 +1,293 @@
+"""From elements to states and transitions (SCXML 3.3 to 3.11, 5.5, 6.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from fsmkit.diagnostics import Text
+from fsmkit.model.document import (
+    Block,
+    DocArgument,
+    DocData,
+    DocInvoke,
+    DocState,
+    DocTransition,
+    Document,
+    DocUnreadable,
+    Kind,
+    Trigger,
+)
+from fsmkit.scxml.content import read_block, read_content, read_params
+from fsmkit.scxml.context import Context, quoted, words
+from fsmkit.scxml.names import CHILDREN, EXTENSION_CHILDREN, PLAIN_TYPES, PREFIX, STATES
+from fsmkit.scxml.nodes import Element
+
+KINDS = {kind.value: kind for kind in Kind}
+TIMED = {"after": Trigger.AFTER, "every": Trigger.EVERY}
+ReadChart = Callable[[Element, Context], Document]
+
+
+def known_children(name: str) -> tuple[str, ...]:
+    """Return the children an element takes, by their words."""
+    ours = (f"{PREFIX}:{child}" for child in EXTENSION_CHILDREN.get(name, ()))
+    return (*CHILDREN[name], *ours)
+
+
+class StateReader:
+    """Reads states; what is wrong goes to the findings, and the rest is still read."""
+
+    def __init__(self, context: Context, read_chart: ReadChart) -> None:
+        """Read in a context; ``read_chart`` reads charts that stand inside of an ``invoke``."""
+        self._context = context
+        self._read_chart = read_chart
+
+    def state(self, word: str, element: Element) -> DocState:
+        """Read a state of any kind, or under ``fk:refine`` a change of one."""
+        context = self._context
+        name = word.removeprefix(f"{PREFIX}:")
+        id_ = context.given(element, "state" if name == "refine" else "id")
+        parts: dict[str, list[Element]] = {}
+        children: list[DocState] = []
+        for child_word, child in context.children(element, known_children(name)):
+            if child_word in STATES:
+                children.append(self.state(child_word, child))
+            else:
+                parts.setdefault(child_word, []).append(child)
+        kind = self._kind(name, element, has_children=bool(children))
+        is_history = name == "history"
+        transitions = tuple(self._transition(e) for e in parts.get("transition", ()))
+        if is_history:
+            default, transitions = self._default(parts.get("transition", [])), ()
+        else:
+            default = self.initial(element, parts.get("initial", []))
+        done, done_content = self._done(parts.get("donedata", []))
+        return DocState(
+            id=id_,
+            kind=kind,
+            span=element.span if id_ is None else id_.span,
+            initial=default,
+            children=tuple(children),
+            transitions=transitions,
+            entry=self._blocks(parts.get("onentry", [])),
+            exit=self._blocks(parts.get("onexit", [])),
+            data=tuple(d for e in parts.get("datamodel", ()) for d in self.data(e, ("data",))),
+            defer=words(context.fk(element, "defer")),
+            invokes=tuple(self._invoke(e) for e in parts.get("invoke", ())),
+            done_data=done,
+            done_content=done_content,
+            invariant=context.fk(element, "invariant"),
+            rest=context.flag(context.fk(element, "rest"), "rest"),
+            abstract=context.flag(context.fk(element, "abstract"), "abstract"),
+            overrides=frozenset(w.value for w in words(context.fk(element, "override"))),
+            doc=read_doc(element, parts.get("fk:doc", []), context),
+        )
+
+    def _kind(self, name: str, element: Element, *, has_children: bool) -> Kind:
+        context = self._context
+        given = context.fk(element, "kind")
+        if given is not None:
+            if given.value in KINDS:
+                return KINDS[given.value]
+            known = ", ".join(KINDS)
+            context.misread(given, f"there is no kind of state `{given}`", f"use one of {known}")
+        match name:
+            case "parallel":
+                return Kind.PARALLEL
+            case "final":
+                return Kind.FINAL
+            case "history":
+                type_ = context.given(element, "type")
+                is_deep = type_ is not None and type_.value.lower() == "deep"
+                if type_ is not None and type_.value not in ("shallow", "deep"):
+                    context.misread(
+                        type_,
+                        f"a history is not `{type_}`; it is read as "
+                        + ("deep" if is_deep else "shallow"),
+                        "use shallow or deep",
+                    )
+                return Kind.DEEP_HISTORY if is_deep else Kind.SHALLOW_HISTORY
+            case _:
+                return Kind.COMPOUND if has_children else Kind.ATOMIC
+
+    def _blocks(self, elements: list[Element]) -> tuple[Block, ...]:
+        blocks = (read_block(element, self._context) for element in elements)
+        return tuple(block for block in blocks if block)
+
+    # --- transitions ----------------------------------------------------------------------
+
+    def initial(self, element: Element, elements: list[Element]) -> DocTransition | None:
+        """Read the ``initial`` attribute, or the ``initial`` element (SCXML 3.6)."""
+        context = self._context
+        attribute = context.given(element, "initial")
+        if attribute is not None:
+            if elements:
+                at = elements[0].span
+                context.conflict(at, "`initial` is given twice; the attribute counts")
+            return DocTransition(Trigger.INITIAL, attribute.span, targets=words(attribute))
+        if not elements:
+            return None
+        inner = [e for _, e in context.children(elements[0], ("transition",))]
+        if not inner:
+            context.incomplete(elements[0], "has no `<transition>`", "add one with a `target`")
+            return None
+        return self._default(inner)
+
+    def _default(self, elements: list[Element]) -> DocTransition | None:
+        """Read the transition of an ``initial`` or ``history``, with neither event nor guard."""
+        if not elements:
+            return None
+        element, *more = elements
+        for other in more:
+            self._context.conflict(other.span, "only the first `<transition>` counts here")
+        for name in ("event", "cond", "type"):
+            if (value := element.get(name)) is not None:
+                self._context.misread(value, f"`{name}` has no meaning here", "remove it")
+        return DocTransition(
+            Trigger.INITIAL,
+            element.span,
+            targets=words(element.get("target")),
+            content=read_block(element, self._context) if element.children else None,
+        )
+
+    def _transition(self, element: Element) -> DocTransition:
+        context = self._context
+        trigger, delay = self._trigger(element)
+        type_ = context.given(element, "type")
+        if type_ is not None and type_.value not in ("internal", "external"):
+            context.misread(
+                type_, f"a transition is not `{type_}`; it is read as external",
+                "use internal or external",
+            )  # fmt: skip
+        return DocTransition(
+            trigger=trigger,
+            span=element.span,
+            events=words(element.get("event")),
+            delay=delay,
+            guard=context.given(element, "cond"),
+            targets=words(element.get("target")),
+            internal=type_ is not None and type_.value == "internal",
+            content=read_block(element, context) if element.children else None,
+            id=context.fk(element, "id"),
+            watchdog=context.flag(context.fk(element, "watchdog"), "watchdog"),
+            ordered=context.flag(context.fk(element, "ordered"), "ordered"),
+            first=context.flag(context.fk(element, "first"), "first"),
+            override=context.fk(element, "override"),
+        )
+
+    def _trigger(self, element: Element) -> tuple[Trigger, Text | None]:
+        context = self._context
+        found: list[tuple[Trigger, Text | None, Text]] = []
+        if words(event := element.get("event")) and event is not None:
+            found.append((Trigger.EVENT, None, event))
+        for name, trigger in TIMED.items():
+            if (delay := context.fk(element, name)) is not None:
+                found.append((trigger, delay.stripped(), delay))
+        sometimes = context.fk(element, "sometimes")
+        if sometimes is not None and context.flag(sometimes, "sometimes"):
+            found.append((Trigger.SOMETIMES, None, sometimes))
+        for _, _, at in found[1:]:
+            context.findings.add(
+                "conflicting-triggers",
+                "a transition has one trigger: an event, `after`, `every` or `sometimes`",
+                at,
+                help="write a transition for each",
+            )
+        return found[0][:2] if found else (Trigger.EVENTLESS, None)
+
+    # --- data, done data, invoked charts --------------------------------------------------
+
+    def data(self, datamodel: Element, known: tuple[str, ...]) -> tuple[DocData, ...]:
+        """Read the ``data`` of a ``datamodel`` (SCXML 5.3) among children of known names."""
+        found = []
+        for word, element in self._context.children(datamodel, known):
+            if word == "data":
+                name = self._context.required(element, "id")
+                if name is not None:
+                    found.append(DocData(name, self._type(element), self._init(element)))
+        return tuple(found)
+
+    def _init(self, element: Element) -> Text | None:
+        context = self._context
+        value, src = context.either(element, "expr", "src")
+        inline = context.inline(element)
+        if inline is not None and (value or src) is not None:
+            context.conflict(inline, "an attribute and content are both given; the first counts")
+        if value is None and src is not None:
+            return context.loaded_value(src)
+        return value or inline
+
+    def _type(self, element: Element) -> Text | None:
+        """Return ``fk:type``, or what ``type`` of other tools means."""
+        context = self._context
+        own = context.fk(element, "type")
+        plain = context.given(element, "type")
+        if own is not None or plain is None or context.is_strict:
+            return own or plain
+        meant = PLAIN_TYPES.get(plain.value.lower())
+        if meant is None:
+            context.complain(
+                "unusable-type",
+                f"`{plain}` is no type of fsmkit; the type is read off the start value",
+                plain,
+                f'write `{PREFIX}:type="..."` with a type such as `0..100` or `uint8[4]`',
+            )
+            return None
+        return plain if meant == plain.value else Text(meant, plain.span, ())
+
+    def _done(self, elements: list[Element]) -> tuple[tuple[DocArgument, ...], Text | None]:
+        context = self._context
+        if not elements:
+            return (), None
+        for other in elements[1:]:
+            context.conflict(other.span, "only the first `<donedata>` counts")
+        params = self._params(elements[0], ("content",))
+        literal, expression = read_content(elements[0], context)
+        if expression is None and literal is not None:
+            expression = quoted(literal.value, literal.span)
+        return params, expression
+
+    def _params(self, element: Element, others: tuple[str, ...]) -> tuple[DocArgument, ...]:
+        params = read_params(element, self._context, others)
+        if isinstance(params, DocUnreadable):
+            self._context.complain("incomplete-element", params.reason, params.span, "add it")
+            return ()
+        return params
+
+    def _invoke(self, element: Element) -> DocInvoke:
+        context = self._context
+        type_, type_expr = context.either(element, "type", "typeexpr")
+        src, src_expr = context.either(element, "src", "srcexpr")
+        id_, id_location = context.either(element, "id", "idlocation")
+        finalize: Block | None = None
+        chart: Document | None = None
+        for child in element.children:
+            match context.word(child):
+                case "finalize":
+                    finalize = read_block(child, context)
+                case "content":
+                    inner = [c for c in child.children if context.word(c) == "scxml"]
+                    chart = self._read_chart(inner[0], context) if inner else chart
+                case _:
+                    pass
+        return DocInvoke(
+            span=element.span,
+            id=id_,
+            id_location=id_location,
+            type=type_,
+            type_expr=type_expr,
+            src=src,
+            src_expr=src_expr,
+            autoforward=context.flag(element.get("autoforward"), "autoforward"),
+            arguments=self._params(element, ("content", "finalize")),
+            name_list=words(element.get("namelist")),
+            content=chart,
+            content_expr=read_content(element, context)[1],
+            finalize=finalize,
+        )
+
+
+def read_doc(element: Element, elements: list[Element], context: Context) -> str:
+    """Return what an element is for: the attribute ``fk:doc`` or elements of that name."""
+    attribute = context.fk(element, "doc")
+    texts = [] if attribute is None else [attribute.value]
+    return "\n".join(text.strip() for text in (*texts, *(e.text.value for e in elements)))

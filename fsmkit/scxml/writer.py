@@ -1,0 +1,233 @@
+"""From a Document to SCXML that reads back to an equal Document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from lxml import etree
+
+from fsmkit.diagnostics import Text
+from fsmkit.model.document import (
+    DocData,
+    DocField,
+    DocInvoke,
+    DocState,
+    DocTransition,
+    Document,
+    Kind,
+    Trigger,
+)
+from fsmkit.scxml.markup import add, extension, ours, put
+from fsmkit.scxml.names import EXTENSION, PREFIX, SCXML
+from fsmkit.scxml.writing_content import add_content, add_params, add_script, add_statements
+
+TAGS = {
+    Kind.PARALLEL: "parallel",
+    Kind.FINAL: "final",
+    Kind.SHALLOW_HISTORY: "history",
+    Kind.DEEP_HISTORY: "history",
+}
+
+
+def write_document(document: Document) -> str:
+    """Return the text of a document; comments and the layout of the source are not kept."""
+    root = etree.Element(f"{{{SCXML}}}scxml", nsmap={None: SCXML, PREFIX: EXTENSION})
+    _add_chart(root, document)
+    etree.indent(root, "  ")
+    etree.cleanup_namespaces(root)
+    text = etree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+
+
+def _add_chart(root: etree._Element, document: Document) -> None:
+    put(root, "version", "1.0")
+    put(root, "name", document.name)
+    put(root, "datamodel", document.datamodel)
+    put(root, "binding", "late" if document.late_binding else None)
+    put(root, extension("extends"), document.extends)
+    _flag(root, "abstract", document.abstract)
+    _add_doc(root, document.doc)
+    _add_declarations(root, document)
+    if document.script:
+        add_script(root, document.script)
+    _add_initial(root, document.root.initial)
+    for state in document.root.children:
+        _add_state(root, state)
+    for state in document.refine:
+        element = add(root, extension("refine"))
+        put(element, "state", state.id)
+        _fill_state(element, state, Kind.COMPOUND if state.children else Kind.ATOMIC)
+
+
+def _add_doc(parent: etree._Element, doc: str) -> None:
+    if doc:
+        add(parent, extension("doc"), doc)
+
+
+def _flag(element: etree._Element, name: str, is_set: bool) -> None:
+    if is_set:
+        put(element, ours(element, name), "true")
+
+
+# --- declarations -----------------------------------------------------------------------------
+
+
+def _add_declarations(root: etree._Element, document: Document) -> None:
+    for type_ in document.types:
+        element = add(root, extension("type"))
+        put(element, "name", type_.name)
+        put(element, "members", _joined(type_.members))
+        for field in type_.fields:
+            part = add(element, extension("field"))
+            put(part, "name", field.name)
+            put(part, "type", field.type)
+    for constant in document.constants:
+        element = add(root, extension("constant"))
+        put(element, "name", constant.name)
+        put(element, "expr", constant.value)
+    _add_variables(root, "input", document.inputs)
+    _add_variables(root, "output", document.outputs)
+    for operation in document.operations:
+        parts = _parameters(operation.parameters, "()")
+        signature = operation.name.value + parts + _result(operation.result)
+        put(add(root, extension("operation")), "signature", signature)
+    for event in document.events:
+        element = add(root, extension("event"))
+        put(element, "direction", event.direction.value)
+        signature = event.name.value + _parameters(event.fields, "") + _result(event.reply)
+        put(element, "signature", signature)
+    for capacity in document.capacities:
+        put(add(root, extension("capacity")), capacity.name.value, capacity.value)
+    _add_data(root, document.data)
+
+
+def _parameters(fields: Iterable[DocField], otherwise: str) -> str:
+    parts = (f"{f.name}" if f.type is None else f"{f.name} {f.type}" for f in fields)
+    inside = ", ".join(parts)
+    return f"({inside})" if inside else otherwise
+
+
+def _result(type_: Text | None) -> str:
+    return "" if type_ is None else f" -> {type_}"
+
+
+def _joined(names: Iterable[Text]) -> str | None:
+    return " ".join(name.value for name in names) or None
+
+
+def _add_variables(root: etree._Element, name: str, variables: Iterable[DocData]) -> None:
+    for variable in variables:
+        element = add(root, extension(name))
+        put(element, "id", variable.name)
+        put(element, "type", variable.type)
+        put(element, "expr", variable.init)
+
+
+def _add_data(parent: etree._Element, data: tuple[DocData, ...]) -> None:
+    if not data:
+        return
+    datamodel = add(parent, "datamodel")
+    for variable in data:
+        element = add(datamodel, "data")
+        put(element, "id", variable.name)
+        put(element, extension("type"), variable.type)
+        put(element, "expr", variable.init)
+
+
+# --- states -----------------------------------------------------------------------------------
+
+
+def _add_state(parent: etree._Element, state: DocState) -> None:
+    name = TAGS.get(state.kind, "state")
+    element = add(parent, name)
+    put(element, "id", state.id)
+    usual = state.kind
+    if name == "state":
+        usual = Kind.COMPOUND if state.children else Kind.ATOMIC
+    if name == "history":
+        put(element, "type", "deep" if state.kind is Kind.DEEP_HISTORY else "shallow")
+    _fill_state(element, state, usual)
+
+
+def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
+    """Write all of a state but its name; its kind only where the element does not say it."""
+    if state.kind is not usual:
+        put(element, ours(element, "kind"), state.kind.value)
+    put(element, ours(element, "override"), " ".join(sorted(state.overrides)) or None)
+    put(element, ours(element, "defer"), _joined(state.defer))
+    put(element, ours(element, "invariant"), state.invariant)
+    _flag(element, "rest", state.rest)
+    _flag(element, "abstract", state.abstract)
+    _add_doc(element, state.doc)
+    _add_data(element, state.data)
+    if etree.QName(element).localname == "history":
+        if state.initial is not None:
+            _add_transition(element, state.initial)
+    else:
+        _add_initial(element, state.initial)
+    for block in state.entry:
+        add_statements(add(element, "onentry"), block)
+    for block in state.exit:
+        add_statements(add(element, "onexit"), block)
+    for transition in state.transitions:
+        _add_transition(element, transition)
+    for invoke in state.invokes:
+        _add_invoke(element, invoke)
+    for child in state.children:
+        _add_state(element, child)
+    if state.done_data or state.done_content is not None:
+        done = add(element, "donedata")
+        add_params(done, state.done_data)
+        add_content(done, None, state.done_content)
+
+
+def _add_initial(element: etree._Element, initial: DocTransition | None) -> None:
+    """Write an attribute where it says all, else an element (SCXML 3.6)."""
+    if initial is None:
+        return
+    if initial.targets and initial.content is None:
+        put(element, "initial", _joined(initial.targets))
+    else:
+        _add_transition(add(element, "initial"), initial)
+
+
+def _add_transition(parent: etree._Element, transition: DocTransition) -> None:
+    element = add(parent, "transition")
+    put(element, "event", _joined(transition.events))
+    marks: Mapping[str, str | Text | None] = {
+        "after": transition.delay if transition.trigger is Trigger.AFTER else None,
+        "every": transition.delay if transition.trigger is Trigger.EVERY else None,
+        "sometimes": "true" if transition.trigger is Trigger.SOMETIMES else None,
+    }
+    for name, value in marks.items():
+        put(element, extension(name), value)
+    put(element, "cond", transition.guard)
+    put(element, "target", _joined(transition.targets))
+    put(element, "type", "internal" if transition.internal else None)
+    put(element, extension("id"), transition.id)
+    put(element, extension("override"), transition.override)
+    _flag(element, "watchdog", transition.watchdog)
+    _flag(element, "ordered", transition.ordered)
+    _flag(element, "first", transition.first)
+    if transition.content:
+        add_statements(element, transition.content)
+    elif transition.content is not None:
+        add(element, "script")
+
+
+def _add_invoke(parent: etree._Element, invoke: DocInvoke) -> None:
+    element = add(parent, "invoke")
+    put(element, "id", invoke.id)
+    put(element, "idlocation", invoke.id_location)
+    put(element, "type", invoke.type)
+    put(element, "typeexpr", invoke.type_expr)
+    put(element, "src", invoke.src)
+    put(element, "srcexpr", invoke.src_expr)
+    put(element, "namelist", _joined(invoke.name_list))
+    put(element, "autoforward", "true" if invoke.autoforward else None)
+    add_params(element, invoke.arguments)
+    add_content(element, None, invoke.content_expr)
+    if invoke.content is not None:
+        _add_chart(add(add(element, "content"), "scxml"), invoke.content)
+    if invoke.finalize is not None:
+        add_statements(add(element, "finalize"), invoke.finalize)

@@ -1,0 +1,134 @@
+"""From statements to executable content (SCXML 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import assert_never
+
+from lxml import etree
+
+from fsmkit.diagnostics import Text
+from fsmkit.model.document import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocCall,
+    DocCancel,
+    DocForEach,
+    DocIf,
+    DocLog,
+    DocRaise,
+    DocReply,
+    DocSend,
+    DocStatement,
+    DocSuper,
+    DocUnreadable,
+)
+from fsmkit.model.statement_text import write_statements
+from fsmkit.scxml.markup import add, extension, put
+from fsmkit.scxml.names import XML
+
+
+def add_statements(parent: etree._Element, block: Block) -> None:
+    """Write statements into a handler."""
+    for statement in block:
+        _add_statement(parent, statement)
+
+
+def add_script(parent: etree._Element, block: Block) -> None:
+    """Write statements as the text of one ``script``."""
+    add(parent, "script", write_statements(block))
+
+
+def _add_statement(parent: etree._Element, statement: DocStatement) -> None:
+    match statement:
+        case DocAssign(location, value, operator=""):
+            element = add(parent, "assign")
+            put(element, "location", location)
+            put(element, "expr", value)
+        case DocRaise(event, arguments):
+            element = add(parent, "raise")
+            put(element, "event", event)
+            add_params(element, arguments, extension("param"))
+        case DocSend():
+            _add_send(parent, statement)
+        case DocCancel(id_, id_expr):
+            element = add(parent, "cancel")
+            put(element, "sendid", id_)
+            put(element, "sendidexpr", id_expr)
+        case DocLog(label, values) if len(values) < 2:
+            element = add(parent, "log")
+            put(element, "label", label)
+            put(element, "expr", values[0] if values else None)
+        case DocIf():
+            _add_if(parent, statement)
+        case DocForEach(array, item, index, body):
+            element = add(parent, "foreach")
+            put(element, "array", array)
+            put(element, "item", item)
+            put(element, "index", index)
+            add_statements(element, body)
+        case DocReply(value):
+            put(add(parent, extension("reply")), "expr", value)
+        case DocSuper():
+            add(parent, extension("super"))
+        case DocUnreadable(reason):
+            put(add(parent, extension("unreadable")), "reason", reason)
+        case DocAssign() | DocCall() | DocLog():
+            # other tools take these for what they are in ECMAScript too
+            add_script(parent, (statement,))
+        case _:
+            assert_never(statement)
+
+
+def _add_if(parent: etree._Element, statement: DocIf) -> None:
+    element = add(parent, "if")
+    for number, branch in enumerate(statement.branches):
+        if number == 0:
+            put(element, "cond", branch.condition)
+        elif branch.condition is not None:
+            put(add(element, "elseif"), "cond", branch.condition)
+        else:
+            add(element, "else")
+        add_statements(element, branch.body)
+
+
+def _add_send(parent: etree._Element, send: DocSend) -> None:
+    element = add(parent, "send")
+    attributes = {
+        "event": send.event,
+        "eventexpr": send.event_expr,
+        "target": send.target,
+        "targetexpr": send.target_expr,
+        "delay": send.delay,
+        "delayexpr": send.delay_expr,
+        "id": send.id,
+        "idlocation": send.id_location,
+        "type": send.type,
+        "typeexpr": send.type_expr,
+    }
+    for name, value in attributes.items():
+        put(element, name, value)
+    put(element, "namelist", " ".join(n.value for n in send.name_list) or None)
+    add_params(element, send.arguments)
+    add_content(element, send.content, send.content_expr)
+
+
+def add_params(
+    element: etree._Element, arguments: Iterable[DocArgument], name: str = "param"
+) -> None:
+    """Write named values (SCXML 5.7)."""
+    for argument in arguments:
+        param = add(element, name)
+        put(param, "name", argument.name)
+        put(param, "expr", argument.value)
+
+
+def add_content(element: etree._Element, literal: Text | None, expression: Text | None) -> None:
+    """Write a payload without names (SCXML 5.6)."""
+    if expression is not None:
+        put(add(element, "content"), "expr", expression)
+    if literal is not None:
+        content = add(element, "content", literal.value)
+        if literal.value != literal.value.strip():
+            content.set(f"{{{XML}}}space", "preserve")
