@@ -11,15 +11,17 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from fsmkit.diagnostics import FsmkitError, Severity
-from fsmkit.loading import load
+from fsmkit.diagnostics import Findings, FsmkitError, Severity, Text
+from fsmkit.loading import load, read_documents
 from fsmkit.model.chart import Chart
+from fsmkit.model.document import Direction, DocEvent
+from fsmkit.model.elaborate import elaborate
 from fsmkit.testing.conformance_traces import configurations, ends_in, faults
 from fsmkit.testing.harness import Harness
 
@@ -51,13 +53,34 @@ class Unmet(Exception):  # noqa: N818  (an expectation, not an error)
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One test. ``skip`` is a reason not to count a failure: a person must judge it."""
+    """One test.
+
+    ``skip`` is a reason not to count a failure: a person must judge it. ``events`` are those that
+    come from outside: a chart need not mention each.
+    """
 
     name: str
     path: Path
     judge: Callable[[Chart, Harness], None]
     skip: str = ""
     must_be_rejected: bool = False
+    events: tuple[str, ...] = ()
+
+    def load(self) -> Chart:
+        """Return the chart; its undeclared events are declared, for prefixes and `*` to match."""
+        chart = load(self.path)
+        if all(name in chart.event_index for name in self.events):
+            return chart
+        findings = Findings()
+        document, *bases = read_documents(self.path, findings)
+        declared = tuple(
+            DocEvent(Text(name, document.name.span), (), Direction.IN)
+            for name in dict.fromkeys(self.events)
+        )
+        document = replace(document, events=(*document.events, *declared))
+        chart_with = elaborate((document, *bases), findings)
+        findings.stop_on_errors()
+        return chart if chart_with is None else chart_with
 
 
 def judge(case: Case, harnesses: Sequence[Harness], limit: float) -> Iterator[Verdict]:
@@ -66,7 +89,7 @@ def judge(case: Case, harnesses: Sequence[Harness], limit: float) -> Iterator[Ve
     failure: tuple[Result, str] | None = None
     try:
         with time_limit(limit):
-            chart = load(case.path)
+            chart = case.load()
     except Exception as error:  # noqa: BLE001  (a bug fails one test, not the run)
         failure = _of_load(case, error)
     for harness in harnesses:
@@ -168,7 +191,6 @@ def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
             times.append(now)
             lines += [f"run {now}", f"post {entry['event']['name']}", f"run {now}"]
         names = [entry["event"]["name"] for entry in script["events"]]
-        _require_events(chart, names)
         trace = configurations(harness.run(chart, lines))
         wanted = [script["initialConfiguration"]]
         wanted += [entry["nextConfiguration"] for entry in script["events"]]
@@ -180,12 +202,6 @@ def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
                 raise Unmet(f"{after}: {_listed(found)} instead of {_listed(expected)}")
 
     return judge_script
-
-
-def _require_events(chart: Chart, names: Sequence[str]) -> None:
-    for name in names:
-        if name not in chart.event_index:
-            raise Unmet(f"the chart does not know the event `{name}`")
 
 
 def _listed(states: Sequence[str]) -> str:

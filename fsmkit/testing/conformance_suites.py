@@ -32,7 +32,7 @@ def find_cases(folder: Path) -> tuple[Case, ...]:
 def w3c_cases(suite: Path) -> Iterator[Case]:
     """Yield the tests of a folder that holds ``ecma`` and, as a rule, ``classification.tsv``."""
     known = _classification(suite / "classification.tsv")
-    for path in sorted((suite / "ecma").glob("test*.scxml")):
+    for path in sorted((suite / "ecma").glob("test[0-9]*.scxml")):
         if "sub" in path.stem:
             continue
         row = known.get(path.stem, {})
@@ -66,4 +66,5 @@ def scripted_cases(folder: Path) -> Iterator[Case]:
         script = read_script(path.with_suffix(".json"))
         if script is not None:
             name = path.relative_to(folder).with_suffix("").as_posix()
-            yield Case(name, path, follows(script))
+            names = tuple(entry["event"]["name"] for entry in script["events"])
+            yield Case(name, path, follows(script), events=names)
