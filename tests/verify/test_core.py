@@ -46,7 +46,7 @@ def philosophers(count: int, mixed: bool) -> tuple[int, int, int]:
 
     def forks(i: int) -> tuple[int, int]:
         order = i, (i + 1) % count
-        return order[::-1] if mixed and i == count - 1 else order  # type: ignore[return-value]
+        return order[::-1] if mixed and i == count - 1 else order
 
     def successors(state: tuple[int, ...]) -> list[tuple[int, ...]]:
         held = {forks(i)[k] for i, s in enumerate(state) for k in range(s)}

@@ -38,7 +38,7 @@ typedef struct {
     uint32_t target, number;
     uint32_t is_input;
     uint32_t count;
-    fsm_value values[FSM_VALUES];
+    fsm_value values[FSM_MOST_VALUES];
 } fsm_message;
 
 struct fsm_composition {
@@ -46,12 +46,12 @@ struct fsm_composition {
     fsm_model model;
     size_t memory_limit;
     const char *failure;
-    fsm_store locals[FSM_MACHINES];
-    fsm_local_info *infos[FSM_MACHINES];
-    uint32_t info_room[FSM_MACHINES];
-    fsm_store configurations[FSM_MACHINES];
-    fsm_bounds bounds[FSM_MACHINES];
-    unsigned char *states_seen[FSM_MACHINES], *transitions_seen[FSM_MACHINES];
+    fsm_store locals[FSM_MOST_MACHINES];
+    fsm_local_info *infos[FSM_MOST_MACHINES];
+    uint32_t info_room[FSM_MOST_MACHINES];
+    fsm_store configurations[FSM_MOST_MACHINES];
+    fsm_bounds bounds[FSM_MOST_MACHINES];
+    unsigned char *states_seen[FSM_MOST_MACHINES], *transitions_seen[FSM_MOST_MACHINES];
     fsm_local_step *steps;
     size_t step_count, step_room;
     fsm_numbers numbers;          /* messages, notes and choices of steps */
@@ -59,8 +59,8 @@ struct fsm_composition {
     fsm_memo deliveries;          /* (local state, message) -> (local state, full) */
     unsigned char *before, *after; /* room for the largest struct */
     size_t store_bytes;
-    uint32_t marks[FSM_NOTES + FSM_MACHINES];
-    fsm_description last[FSM_MACHINES];
+    uint32_t marks[FSM_MOST_NOTES + FSM_MOST_MACHINES];
+    fsm_description last[FSM_MOST_MACHINES];
 };
 
 bool fsm_fail(fsm_composition *self, const char *why);

@@ -48,7 +48,7 @@ static bool push_edge(void *context, const fsm_step *step)
 {
     walk *self = context;
     uint32_t ordinal = self->step++;
-    if (self->internal_only && step->kind != FSM_INTERNAL)
+    if (self->internal_only && step->kind != FSM_STEP_INTERNAL)
         return true;
     uint32_t number = fsm_store_find(&self->search->passed, step->state);
     if (number == FSM_NONE)

@@ -135,21 +135,21 @@ static bool perform(const fsm_composition *self, uint32_t machine, void *state, 
     if (m->choose_inputs != NULL)
         m->choose_inputs(state);
     switch (action) {
-    case FSM_START:
+    case FSM_DO_START:
         m->start(state);
         return true;
-    case FSM_TAKE:
+    case FSM_DO_TAKE:
         m->take(state);
         return true;
-    case FSM_FIRE:
+    case FSM_DO_FIRE:
         return m->fire(state, argument);
-    case FSM_EVENTLESS:
+    case FSM_DO_EVENTLESS:
         m->eventless(state);
         return true;
-    case FSM_OCCUR:
+    case FSM_DO_OCCUR:
         m->occur(state, possible->event, possible->values);
         return !possible->spontaneous || fsm_recording.took;
-    case FSM_ELAPSE:
+    case FSM_DO_ELAPSE:
         break;
     }
     m->elapse(state, self->system->unit);
@@ -179,7 +179,7 @@ static bool push_messages(fsm_composition *self, uint32_t machine)
             return false;
     }
     for (uint32_t s = 0; s < fsm_recording.sent_count; s++) {
-        const fsm_sent *sent = &fsm_recording.sent[s];
+        const fsm_sent_message *sent = &fsm_recording.sent[s];
         for (uint32_t i = 0; i < system->event_link_count; i++) {
             const fsm_event_link *link = &system->event_links[i];
             if (link->source != machine || link->port != sent->port)
@@ -237,7 +237,7 @@ static bool push_recorded(fsm_composition *self, uint32_t machine, fsm_local_ste
     step->message_count = (uint32_t)self->numbers.count - step->messages;
     step->notes = (uint32_t)self->numbers.count;
     for (uint32_t i = 0; fine && i < r->note_count; i++)
-        if (step->action != FSM_OCCUR
+        if (step->action != FSM_DO_OCCUR
             || r->notes[i] != FSM_NOTE_UNHANDLED + self->system->possible[step->argument].event)
             fine = fsm_push_number(self, &self->numbers, r->notes[i]);
     step->note_count = (uint32_t)self->numbers.count - step->notes;
@@ -262,9 +262,9 @@ static bool settle_step(fsm_composition *self, uint32_t machine, uint32_t local,
     size_t numbers = self->numbers.count;
     if (!push_recorded(self, machine, step))
         return false;
-    bool idle = step->kind == FSM_ENVIRONMENT && step->next == local && step->message_count == 0
+    bool idle = step->kind == FSM_STEP_ENVIRONMENT && step->next == local && step->message_count == 0
         && step->note_count == 0;
-    bool still = step->action == FSM_EVENTLESS && step->next == local && !fsm_recording.took;
+    bool still = step->action == FSM_DO_EVENTLESS && step->next == local && !fsm_recording.took;
     if (!idle && !still && !is_repeated(self, first, step))
         return push_step(self, step);
     self->numbers.count = numbers;
@@ -321,7 +321,7 @@ static bool explore_spontaneous(fsm_composition *self, uint32_t machine, uint32_
     const fsm_system *system = self->system;
     for (uint32_t p = 0; p < system->possible_count; p++)
         if (system->possible[p].machine == machine && system->possible[p].spontaneous
-            && !fsm_explore(self, machine, local, FSM_OCCUR, p, FSM_ENVIRONMENT))
+            && !fsm_explore(self, machine, local, FSM_DO_OCCUR, p, FSM_STEP_ENVIRONMENT))
             return false;
     return true;
 }
@@ -329,9 +329,9 @@ static bool explore_spontaneous(fsm_composition *self, uint32_t machine, uint32_
 static bool explore_timers(fsm_composition *self, uint32_t machine, uint32_t local, fsm_view view)
 {
     if (!self->system->untimed)
-        return !view.due || fsm_explore(self, machine, local, FSM_FIRE, 0, FSM_INTERNAL);
+        return !view.due || fsm_explore(self, machine, local, FSM_DO_FIRE, 0, FSM_STEP_INTERNAL);
     for (uint32_t timer = 0; timer < view.armed; timer++)
-        if (!fsm_explore(self, machine, local, FSM_FIRE, timer, FSM_TIME))
+        if (!fsm_explore(self, machine, local, FSM_DO_FIRE, timer, FSM_STEP_TIME))
             return false;
     return true;
 }
@@ -342,12 +342,12 @@ static bool explore_own(fsm_composition *self, uint32_t machine, uint32_t local,
     bool arbitrary = m->choose_inputs != NULL;
     size_t first = self->step_count;
     if (m->eventless != NULL
-        && !fsm_explore(self, machine, local, FSM_EVENTLESS, 0, arbitrary ? FSM_ENVIRONMENT : FSM_INTERNAL))
+        && !fsm_explore(self, machine, local, FSM_DO_EVENTLESS, 0, arbitrary ? FSM_STEP_ENVIRONMENT : FSM_STEP_INTERNAL))
         return false;
     if (!arbitrary && self->step_count > first)
         return true;
     if (view.waiting > 0)
-        return fsm_explore(self, machine, local, FSM_TAKE, 0, FSM_INTERNAL);
+        return fsm_explore(self, machine, local, FSM_DO_TAKE, 0, FSM_STEP_INTERNAL);
     return explore_timers(self, machine, local, view) && explore_spontaneous(self, machine, local);
 }
 
@@ -359,7 +359,7 @@ static bool explore_open(fsm_composition *self, uint32_t machine, uint32_t local
         if (possible->machine != machine || possible->spontaneous)
             continue;
         size_t first = self->step_count;
-        if (!fsm_explore(self, machine, local, FSM_OCCUR, p, FSM_ENVIRONMENT))
+        if (!fsm_explore(self, machine, local, FSM_DO_OCCUR, p, FSM_STEP_ENVIRONMENT))
             return false;
         *owed = *owed || (possible->owed && self->step_count > first);
     }
@@ -376,8 +376,8 @@ bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local)
         return false;
     info.own_count = (uint32_t)self->step_count - info.own;
     for (uint32_t i = info.own; i < info.own + info.own_count; i++) {
-        info.busy = info.busy || self->steps[i].kind == FSM_INTERNAL;
-        info.owed = info.owed || self->steps[i].action == FSM_OCCUR;
+        info.busy = info.busy || self->steps[i].kind == FSM_STEP_INTERNAL;
+        info.owed = info.owed || self->steps[i].action == FSM_DO_OCCUR;
     }
     info.open = (uint32_t)self->step_count;
     if (info.view.running && !explore_open(self, machine, local, &info.owed))

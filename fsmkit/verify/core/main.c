@@ -211,9 +211,9 @@ static int explore(fsm_composition *composition, options *o)
 typedef struct {
     const fsm_composition *composition;
     uint32_t wanted, at;
-    fsm_description what[FSM_MACHINES];
-    uint32_t choices[FSM_MACHINES][FSM_CHOICES];
-    uint32_t state[FSM_MACHINES];
+    fsm_description what[FSM_MOST_MACHINES];
+    uint32_t choices[FSM_MOST_MACHINES][FSM_MOST_CHOICES];
+    uint32_t state[FSM_MOST_MACHINES];
     bool found;
 } replay;
 
@@ -248,7 +248,7 @@ static bool run_described(const fsm_composition *composition, fsm_description wh
     for (uint32_t i = 0; i < what.choice_count; i++)
         printf("%s%" PRIu32, i == 0 ? "" : ", ", what.choices[i]);
     printf("]}}\n");
-    if (what.action == FSM_ELAPSE)
+    if (what.action == FSM_DO_ELAPSE)
         return true;
     void *after = malloc(m->size);
     if (after == NULL)
@@ -262,7 +262,7 @@ static bool run_described(const fsm_composition *composition, fsm_description wh
 static bool replay_step(replay *self, uint32_t ordinal, bool first)
 {
     const fsm_model *model = fsm_composition_model(self->composition);
-    uint32_t before[FSM_MACHINES] = {0};
+    uint32_t before[FSM_MOST_MACHINES] = {0};
     memcpy(before, self->state, model->state_size);
     self->wanted = ordinal;
     self->at = 0;

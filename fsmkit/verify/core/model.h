@@ -13,7 +13,7 @@
 #define FSM_MODEL_ABI 1u
 
 /* Who moves in a step. A cycle of internal steps is a livelock. */
-typedef enum { FSM_INTERNAL, FSM_TIME, FSM_ENVIRONMENT } fsm_kind;
+typedef enum { FSM_STEP_INTERNAL, FSM_STEP_TIME, FSM_STEP_ENVIRONMENT } fsm_kind;
 
 typedef struct {
     const void *state; /* where the step leads */

@@ -33,7 +33,7 @@ uint32_t fsm_choose(uint32_t n)
     fsm_recorder *self = &fsm_recording;
     if (n < 2)
         return 0;
-    if (self->choice_at == FSM_CHOICES) {
+    if (self->choice_at == FSM_MOST_CHOICES) {
         self->too_much = "too many choices in one step";
         return 0;
     }
@@ -49,23 +49,23 @@ uint32_t fsm_choose(uint32_t n)
 void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values)
 {
     fsm_recorder *self = &fsm_recording;
-    if (self->sent_count == FSM_SENT || count > FSM_VALUES) {
+    if (self->sent_count == FSM_MOST_SENT || count > FSM_MOST_VALUES) {
         self->too_much = "too many messages in one step";
         return;
     }
-    fsm_sent *sent = &self->sent[self->sent_count++];
-    *sent = (fsm_sent){.port = port, .count = count};
+    fsm_sent_message *sent = &self->sent[self->sent_count++];
+    *sent = (fsm_sent_message){.port = port, .count = count};
     for (uint32_t i = 0; i < count; i++)
         sent->values[i] = values[i];
 }
 
-void fsm_note(uint32_t note)
+void fsm_note_mark(uint32_t note)
 {
     fsm_recorder *self = &fsm_recording;
     for (uint32_t i = 0; i < self->note_count; i++)
         if (self->notes[i] == note)
             return;
-    if (self->note_count < FSM_NOTES)
+    if (self->note_count < FSM_MOST_NOTES)
         self->notes[self->note_count++] = note;
 }
 

@@ -11,23 +11,23 @@
 typedef int64_t fsm_value; /* floats travel as their bits */
 
 enum {
-    FSM_VALUES = 16,   /* values of one message */
-    FSM_SENT = 256,    /* messages of one local step */
-    FSM_CHOICES = 256, /* choices of one local step */
-    FSM_NOTES = 64     /* marks of one local step */
+    FSM_MOST_VALUES = 16,   /* values of one message */
+    FSM_MOST_SENT = 256,    /* messages of one local step */
+    FSM_MOST_CHOICES = 256, /* choices of one local step */
+    FSM_MOST_NOTES = 64     /* marks of one local step */
 };
 
 typedef struct {
     uint32_t port, count;
-    fsm_value values[FSM_VALUES];
-} fsm_sent;
+    fsm_value values[FSM_MOST_VALUES];
+} fsm_sent_message;
 
 typedef struct {
-    fsm_sent sent[FSM_SENT];
+    fsm_sent_message sent[FSM_MOST_SENT];
     uint32_t sent_count;
-    uint32_t notes[FSM_NOTES]; /* what is noted of a step: marks of the machine, counted from its first */
+    uint32_t notes[FSM_MOST_NOTES]; /* what is noted of a step: marks of the machine, counted from its first */
     uint32_t note_count;
-    uint32_t chosen[FSM_CHOICES], limits[FSM_CHOICES];
+    uint32_t chosen[FSM_MOST_CHOICES], limits[FSM_MOST_CHOICES];
     uint32_t choice_count, choice_at;
     bool took;               /* a transition was taken */
     uint32_t microsteps, most_microsteps, most_internal;
@@ -48,7 +48,7 @@ void fsm_recorder_forget(void);  /* the choices */
 /* What the adapter calls. */
 uint32_t fsm_choose(uint32_t n); /* a value below n, each in turn */
 void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values);
-void fsm_note(uint32_t note);
+void fsm_note_mark(uint32_t note);
 void fsm_note_taken(uint32_t transition);
 void fsm_note_entered(uint32_t state);
 

@@ -84,7 +84,7 @@ static bool visit(void *context, const fsm_step *step)
         for (uint32_t i = 0; i < count; i++)
             note_mark(self, self->marks[i], number, FSM_NONE);
     }
-    if (step->kind == FSM_INTERNAL && self->next != FSM_NONE && number <= self->next)
+    if (step->kind == FSM_STEP_INTERNAL && self->next != FSM_NONE && number <= self->next)
         self->internal_back_edge = true;
     self->transitions += self->next != FSM_NONE;
     self->step++;

@@ -28,7 +28,7 @@ typedef struct {
     fsm_composition *composition;
     fsm_emit *emit;
     void *context;
-    uint32_t next[FSM_MACHINES];
+    uint32_t next[FSM_MOST_MACHINES];
     uint32_t mark_count;
 } global;
 
@@ -108,8 +108,8 @@ static bool pass_time(global *self, const uint32_t *state)
         if (self->next[i] == FSM_NONE)
             return false;
     }
-    c->last[0] = (fsm_description){.action = FSM_ELAPSE};
-    return emit(self, FSM_TIME);
+    c->last[0] = (fsm_description){.action = FSM_DO_ELAPSE};
+    return emit(self, FSM_STEP_TIME);
 }
 
 /* --- the functions of the model ----------------------------------------------------------------- */
@@ -150,19 +150,19 @@ static bool successors(void *context, const void *bytes, fsm_emit *emit_step, vo
 static bool start(global *self, const uint32_t *order, uint32_t at, fsm_numbers *sent)
 {
     fsm_composition *c = self->composition;
-    uint32_t before[FSM_MACHINES];
+    uint32_t before[FSM_MOST_MACHINES];
     memcpy(before, self->next, c->model.state_size);
     if (at == c->system->machine_count) {
         bool fine = true;
         for (size_t i = 0; fine && i < sent->count; i++)
             fine = deliver(self, sent->items[i]);
-        fine = fine && emit(self, FSM_ENVIRONMENT);
+        fine = fine && emit(self, FSM_STEP_ENVIRONMENT);
         memcpy(self->next, before, c->model.state_size);
         return fine;
     }
     uint32_t machine = order[at], marks = self->mark_count;
     size_t first = c->step_count, pending = sent->count;
-    if (!fsm_explore(c, machine, self->next[machine], FSM_START, 0, FSM_INTERNAL))
+    if (!fsm_explore(c, machine, self->next[machine], FSM_DO_START, 0, FSM_STEP_INTERNAL))
         return false;
     size_t last = c->step_count;
     for (size_t number = first; number < last; number++) {
@@ -203,7 +203,7 @@ static bool copy_initial_outputs(global *self)
 static bool initial(void *context, fsm_emit *emit_step, void *emit_context)
 {
     fsm_composition *c = context;
-    uint32_t count = c->system->machine_count, order[FSM_MACHINES], placed = 0;
+    uint32_t count = c->system->machine_count, order[FSM_MOST_MACHINES], placed = 0;
     global self = {.composition = c, .emit = emit_step, .context = emit_context};
     for (uint32_t i = 0; i < count; i++) {
         memset(c->after, 0, c->system->machines[i].size);
@@ -240,7 +240,7 @@ static uint32_t marks(void *context, const void *bytes, uint32_t *found)
 {
     fsm_composition *c = context;
     const uint32_t *state = bytes;
-    const void *locals[FSM_MACHINES];
+    const void *locals[FSM_MOST_MACHINES];
     uint32_t count = 0;
     bool known = true;
     for (uint32_t i = 0; i < c->system->machine_count; i++) {

@@ -16,7 +16,7 @@
 #include "model.h"
 #include "recorder.h"
 
-enum { FSM_MACHINES = 64 };
+enum { FSM_MOST_MACHINES = 64 };
 
 typedef struct {
     uint32_t waiting; /* events that can be taken from the queue now */
@@ -54,7 +54,7 @@ typedef struct {
 
 typedef struct {
     uint32_t source, port, target, event, count;
-    uint32_t from[FSM_VALUES]; /* for each field of the event: the value of the port it takes */
+    uint32_t from[FSM_MOST_VALUES]; /* for each field of the event: the value of the port it takes */
 } fsm_event_link;
 
 typedef struct {
@@ -64,7 +64,7 @@ typedef struct {
 /* Something that can happen to a machine from outside. */
 typedef struct {
     uint32_t machine, event;
-    fsm_value values[FSM_VALUES];
+    fsm_value values[FSM_MOST_VALUES];
     bool owed;        /* happens some time if it stays possible */
     bool spontaneous; /* a transition of the machine itself */
 } fsm_possible;
@@ -82,12 +82,12 @@ typedef struct {
 } fsm_system;
 
 typedef enum {
-    FSM_START,
-    FSM_TAKE,
-    FSM_FIRE,
-    FSM_EVENTLESS,
-    FSM_OCCUR,
-    FSM_ELAPSE
+    FSM_DO_START,
+    FSM_DO_TAKE,
+    FSM_DO_FIRE,
+    FSM_DO_EVENTLESS,
+    FSM_DO_OCCUR,
+    FSM_DO_ELAPSE
 } fsm_action;
 
 /* Marks: 0 deadlock, then the properties, then those of each machine (recorder.h). */
@@ -108,7 +108,7 @@ const unsigned char *fsm_transitions_seen(const fsm_composition *self, uint32_t 
 uint32_t fsm_local_count(const fsm_composition *self, uint32_t machine);
 const void *fsm_local(const fsm_composition *self, uint32_t machine, uint32_t number);
 
-/* The step last given to `emit`: what it was. For FSM_START, `machine` counts through all. */
+/* The step last given to `emit`: what it was. For FSM_DO_START, `machine` counts through all. */
 typedef struct {
     fsm_action action;
     uint32_t machine, argument;

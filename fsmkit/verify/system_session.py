@@ -1,0 +1,194 @@
+"""A system run on a simulated clock, in the interpreter: one of the runs that `check` explores.
+
+The schedule is fixed: the machines of the environment answer first, then each machine in the order
+of the file runs until it is quiet; when all are, the clock goes on to the next deadline.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from fsmkit.expressions import Value, default_value
+from fsmkit.runtime.interpreter.macrostep import initial, start
+from fsmkit.runtime.interpreter.run import at_time, post, run
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Macrostep,
+    Occurrence,
+    Snapshot,
+)
+from fsmkit.runtime.values import from_python, to_python
+from fsmkit.verify.system import System
+
+Answer = Callable[[tuple[Value, ...]], Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """A macrostep of a machine of the system, by name."""
+
+    machine: str
+    macrostep: Macrostep
+
+
+class _Host:
+    """Answers the operations of a machine."""
+
+    def __init__(self, answers: Mapping[str, Answer], defaults: Mapping[str, Value | None]) -> None:
+        self._answers = answers
+        self._defaults = defaults
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Perform an operation: the answer given for it, else the least value of its type."""
+        if operation in self._answers:
+            return self._answers[operation](arguments)
+        return self._defaults[operation]
+
+
+class SystemSession:
+    """All machines of a system, wired, on one simulated clock."""
+
+    def __init__(self, system: System, answers: Mapping[str, Mapping[str, Answer]] | None = None):
+        """Stand before the start; ``answers`` by machine and operation, for those with a result."""
+        self.system = system
+        self.now = 0
+        """Ticks since the start."""
+        self._charts = [machine.chart for machine in system.machines]
+        self._names = [machine.name for machine in system.machines]
+        self._snapshots = [initial(chart) for chart in self._charts]
+        given = answers or {}
+        self._hosts = [
+            _Host(
+                given.get(machine.name, {}),
+                {
+                    o.name: None if o.result is None else default_value(o.result)
+                    for o in machine.chart.operations
+                },
+            )
+            for machine in system.machines
+        ]
+        self._order = sorted(
+            range(len(self._charts)), key=lambda m: not system.machines[m].environment
+        )
+
+    # --- looking -------------------------------------------------------------------------------
+
+    def active(self, machine: str) -> tuple[str, ...]:
+        """Return the active leaves of a machine, in document order."""
+        index = self._names.index(machine)
+        chart = self._charts[index]
+        found = sorted(self._snapshots[index].configuration)
+        return tuple(chart.states[s].id for s in found if chart.states[s].is_leaf)
+
+    def is_in(self, machine: str, state: str) -> bool:
+        """Whether a state of a machine is active."""
+        index = self._names.index(machine)
+        return self._charts[index].state_index[state] in self._snapshots[index].configuration
+
+    def value(self, machine: str, name: str) -> object:
+        """Return a variable of a machine, as a Python value."""
+        index = self._names.index(machine)
+        chart, snapshot = self._charts[index], self._snapshots[index]
+        declared = [*chart.data, *chart.outputs, *chart.inputs]
+        values = (*snapshot.data, *snapshot.inputs)
+        place = [variable.name for variable in declared].index(name)
+        return to_python(values[place], declared[place].type)
+
+    # --- doing ---------------------------------------------------------------------------------
+
+    def start(self) -> list[Happening]:
+        """Start all machines, and let them come to rest."""
+        done: list[Happening] = []
+        pending: list[tuple[int, Macrostep]] = []
+        for index in self._order:
+            self._copy_outputs()
+            chart, host = self._charts[index], self._hosts[index]
+            first = start(chart, self.now, host, self._snapshots[index].inputs)
+            self._snapshots[index] = first.after
+            done.append(Happening(self._names[index], first))
+            pending.append((index, first))
+        for index, first in pending:
+            self._pass_on(index, first)
+        done += self._settle()
+        return done
+
+    def post(self, machine: str, event: str, **payload: object) -> bool:
+        """Put an event in the queue of a machine; False if there is no room or it does not run."""
+        index = self._names.index(machine)
+        chart = self._charts[index]
+        declared = chart.events[chart.event_index[event]]
+        values = tuple(from_python(payload[part.name], part.type) for part in declared.fields)
+        after = post(chart, self._snapshots[index], Occurrence(declared.index, values))
+        if after is not None:
+            self._snapshots[index] = after
+        return after is not None
+
+    def run(self, until: int) -> list[Happening]:
+        """Let the machines work until a time (ticks); return what happened, in order."""
+        done = self._settle()
+        while (deadline := self._next_deadline()) is not None and deadline <= until:
+            self.now = deadline
+            done += self._settle()
+        self.now = until
+        return done
+
+    def _next_deadline(self) -> int | None:
+        deadlines = [s.timers[0].deadline for s in self._snapshots if s.running and s.timers]
+        return min(deadlines, default=None)
+
+    def _settle(self) -> list[Happening]:
+        """Run machine after machine until none has anything to do."""
+        done: list[Happening] = []
+        moved = True
+        while moved:
+            moved = False
+            for index in self._order:
+                happened = list(self._run_one(index))
+                done += happened
+                moved = moved or bool(happened)
+                if happened:
+                    break  # the environment answers before anybody else goes on
+        return done
+
+    def _run_one(self, index: int) -> Iterator[Happening]:
+        chart, host = self._charts[index], self._hosts[index]
+        macrosteps = run(chart, self._snapshots[index], self.now, host)
+        if not macrosteps:
+            self._snapshots[index] = at_time(self._snapshots[index], self.now)
+            return
+        self._snapshots[index] = macrosteps[-1].after
+        for macrostep in macrosteps:
+            self._pass_on(index, macrostep)
+            yield Happening(self._names[index], macrostep)
+        self._copy_outputs()
+
+    def _copy_outputs(self) -> None:
+        for link in self.system.input_links:
+            first = len(self._charts[link.source].data)
+            value = self._snapshots[link.source].data[first + link.output]
+            target = self._snapshots[link.target]
+            if target.inputs[link.input] != value:
+                inputs = list(target.inputs)
+                inputs[link.input] = value
+                self._snapshots[link.target] = replace(target, inputs=tuple(inputs))
+
+    def _pass_on(self, source: int, macrostep: Macrostep) -> None:
+        """Deliver what a machine sent and called."""
+        chart = self._charts[source]
+        operations = [o.name for o in chart.operations]
+        for effect in macrostep.effects:
+            match effect:
+                case Emitted(Occurrence(event, payload)):
+                    port, values = event, payload
+                case Called(operation, arguments):
+                    port, values = len(chart.events) + operations.index(operation), arguments
+                case _:
+                    continue
+            for link in self.system.event_links:
+                if (link.source, link.port) == (source, port):
+                    sent = Occurrence(link.event, tuple(values[n] for n in link.arguments))
+                    target: Snapshot = self._snapshots[link.target]
+                    after = post(self._charts[link.target], target, sent)
+                    self._snapshots[link.target] = target if after is None else after
