@@ -86,11 +86,11 @@ class ContentPrinter:
         if not any(map(_can_fail, block)):
             self._statements(out, block, printer)
             return
-        with out.block("try:"):
+        with out.suite("try:"):
             self._statements(out, block, printer)
-        with out.block("except ContentError:"):
+        with out.suite("except ContentError:"):
             out.line("self._error_execution()")
-        with out.block("except RangeFault:"):
+        with out.suite("except RangeFault:"):
             out.line('self._stop("range")')
 
     def done(self, out: Lines, event: int, final: State | None) -> None:
@@ -105,14 +105,14 @@ class ContentPrinter:
             out.line(f"value_{number}: Any = {spell(default_value(part.type), part.type)}")
             if not data:
                 continue
-            with out.block("try:"):
+            with out.suite("try:"):
                 out.line(f"value_{number} = {printer.frozen(data[0])}")
-            with out.block("except ContentError:"):
+            with out.suite("except ContentError:"):
                 out.line("self._error_execution()")
-            with out.block("except RangeFault:"):
+            with out.suite("except RangeFault:"):
                 out.line('self._stop("range")')
         out.line(f"at = self._enqueue_internal({event})")
-        with out.block("if at >= 0:"):
+        with out.suite("if at >= 0:"):
             for number in range(len(fields)):
                 out.line(f"self._internal_fields[at + {number}] = value_{number}")
 
@@ -130,7 +130,7 @@ class ContentPrinter:
             case Send():
                 self._send(out, statement, printer)
             case Cancel(name):
-                with out.block("if self.trace is not None:"):
+                with out.suite("if self.trace is not None:"):
                     out.line(f"self._tell({f'cancel {name}'!r})")
                 out.line(f"self._cancel({self._mark(name)})")
             case Log(label, values):
@@ -141,7 +141,7 @@ class ContentPrinter:
                 self._for_each(out, statement, printer)
             case Reply(value):
                 out.line(f"self.reply = {printer.frozen(value)}")
-                with out.block("if self.trace is not None:"):
+                with out.suite("if self.trace is not None:"):
                     out.line(f"self._tell(f{_quoted('reply ' + shown('self.reply', value.type))})")
             case CallOperation(call):
                 out.line(printer.print(call))
@@ -201,7 +201,7 @@ class ContentPrinter:
             else:
                 word = "elif" if place_ else "if"
                 opening = f"{word} {self._condition(branch.condition, printer)}:"
-            with out.block(opening):
+            with out.suite(opening):
                 self._statements(out, branch.body, printer)
 
     def _condition(self, condition: Expr, printer: Printer) -> str:
@@ -219,7 +219,7 @@ class ContentPrinter:
         self.needs.copies.append(array.length)
         copy = f"self._copy_{number}"
         out.line(f"replace({copy}, {printer.print(statement.array)})")
-        with out.block(f"for at_{number} in range({array.length}):"):
+        with out.suite(f"for at_{number} in range({array.length}):"):
             out.line(self._assign(statement.item, f"{copy}[at_{number}]", printer))
             if statement.index is not None:
                 out.line(self._assign(statement.index, f"at_{number}", printer))

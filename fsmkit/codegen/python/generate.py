@@ -13,6 +13,7 @@ from fsmkit.codegen.python.selection import is_needing_memo, print_selection
 from fsmkit.expressions import ArrayType, EnumType, RecordType
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
+from fsmkit.plan import Plan, lower
 
 HEADER = '''\
 """{doc}
@@ -35,17 +36,18 @@ NOTHING = -1
 def module_text(chart: Chart) -> str:
     """Return the text of the module: the same for the same chart."""
     names = names_of(chart)
+    plan = lower(chart)
     needs = Needs()
     content = ContentPrinter(chart, names, needs)
     body = Lines(1)
     _select(body, chart, names)
     _guards(body, chart, names)
-    movement.print_moves(body, chart, names, content)
+    movement.print_moves(body, plan, names, content)
     sending.print_senders(body, chart, names, needs)
     _conditions(body, needs)
     _tables(body, names)
     head = Lines(1)
-    _class_head(head, chart, names, needs)
+    _class_head(head, plan, names, needs)
     text = head.finish() + "\n" + template.machine().body + "\n\n" + body.finish()
     arithmetic = template.arithmetic(text)
     return "\n".join(
@@ -79,7 +81,7 @@ def _types(chart: Chart) -> str:
     for type_ in chart.types:
         if isinstance(type_, EnumType):
             out.line()
-            with out.block(f"class {identifier(type_.name)}(IntEnum):"):
+            with out.suite(f"class {identifier(type_.name)}(IntEnum):"):
                 out.line('"""An enumeration of the chart."""')
                 out.line()
                 for place, member in enumerate(type_.members):
@@ -98,7 +100,7 @@ def _host(chart: Chart, names: Names, needs: Needs) -> str:
     if not methods:
         return ""
     out = Lines()
-    with out.block(f"class {names.machine}Host(Protocol):"):
+    with out.suite(f"class {names.machine}Host(Protocol):"):
         out.line('"""What the machine asks of its host: methods of a subclass, or of an object."""')
         for name, passed, result in methods:
             with out.method(name, "Do it.", ", ".join(passed), result):
@@ -106,18 +108,19 @@ def _host(chart: Chart, names: Names, needs: Needs) -> str:
     return out.finish() + "\n"
 
 
-def _class_head(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
+def _class_head(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
+    chart = plan.chart
     variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
     own = [names.variables[v.name] for v in variables]
     own += [f"_history_{names.states[s.index]}" for s in chart.states if s.is_history]
     own += [f"_copy_{number}" for number in range(len(needs.copies))]
     out.line(f'"""{names.machine}: create it, `start` it, `post` events, `run` it to a time."""')
     out.line()
-    with out.block("__slots__ = ("):
+    with out.suite("__slots__ = ("):
         out.lines(f'"{slot}",' for slot in sorted({*template.machine().slots, *own}))
     out.line(")")
     out.line()
-    _constants(out, chart, names, needs)
+    _constants(out, plan, names, needs)
     with out.method(
         "__init__",
         "Make a machine; `operations` has the host's methods, or this has.",
@@ -145,7 +148,8 @@ def _start(value: object, type_: object) -> str:
     return spell(value, type_, mutable=is_parts)  # type: ignore[arg-type]
 
 
-def _constants(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
+def _constants(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
+    chart = plan.chart
     timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
     errors = [e.index for e in chart.events if e.name.startswith("error.") and not e.directions]
     deferring = [
@@ -174,7 +178,7 @@ def _constants(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
         "DEFERRING": tuple(deferring),
         "PERIODS": tuple(periods),
         "_POSTABLE": postable,
-        **movement.conflict_tables(chart),
+        **movement.conflict_tables(plan),
     }
     for name, value in constants.items():
         out.line(f"{name} = {value!r}")
@@ -223,9 +227,9 @@ def _conditions(out: Lines, needs: Needs) -> None:
         with out.method(
             f"_holds_{number}", "A condition; false if it cannot be evaluated.", result="bool"
         ):
-            with out.block("try:"):
+            with out.suite("try:"):
                 out.line(f"return {text}")
-            with out.block("except ContentError:"):
+            with out.suite("except ContentError:"):
                 out.line("self._error_execution()")
                 out.line("return False")
 

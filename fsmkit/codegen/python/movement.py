@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import assert_never
+
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.expressions import parts_of
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.moves import (
-    Decision,
-    Entry,
-    Recorded,
-    default_entry,
-    effective_defaults,
-    entry_of,
-    possible_domains,
-    real_below,
-    real_children,
-    static_domain,
-)
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import has_regions, mask, payload_of
 from fsmkit.expressions import Storage, Variable
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Trigger
+from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
+from fsmkit.plan.entries import entry_by_default
 
 TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 
-def print_moves(out: Lines, chart: Chart, names: Names, content: ContentPrinter) -> None:
+def print_moves(out: Lines, plan: Plan, names: Names, content: ContentPrinter) -> None:
     """Print everything that changes the configuration."""
-    mover = _Mover(out, chart, names, content)
+    chart = plan.chart
+    mover = _Mover(out, plan, names, content)
     mover.begin()
     for state in chart.states[1:]:
         if not state.is_history:
@@ -37,14 +31,31 @@ def print_moves(out: Lines, chart: Chart, names: Names, content: ContentPrinter)
     for transition in chart.transitions:
         if transition.trigger is not Trigger.INITIAL:
             mover.taken(transition)
-    if has_regions(chart) and any(is_dynamic(chart, t) for t in chart.transitions):
+    if has_regions(chart) and any(is_dynamic(plan, t) for t in chart.transitions):
         mover.clashes()
 
 
-def is_dynamic(chart: Chart, transition: Transition) -> bool:
+def is_dynamic(plan: Plan, transition: Transition) -> bool:
     """Whether the domain of a transition depends on what a history holds."""
-    has_domain = transition.trigger is not Trigger.INITIAL and bool(transition.targets)
-    return has_domain and static_domain(chart, transition) is None
+    return transition.trigger is not Trigger.INITIAL and not plan.moves[transition.index].is_static
+
+
+def domain_of(plan: Plan, transition: Transition) -> int | None:
+    """Return the domain of a transition, None for one without or whose domain is not known yet."""
+    if transition.trigger is Trigger.INITIAL or is_dynamic(plan, transition):
+        return None
+    return plan.moves[transition.index].variants[0].domain
+
+
+def real_children(chart: Chart, state: int) -> tuple[int, ...]:
+    """Return the children without histories (getChildStates)."""
+    return tuple(c for c in chart.states[state].children if not chart.states[c].is_history)
+
+
+def real_below(chart: Chart, state: int) -> tuple[int, ...]:
+    """Return the descendants without histories."""
+    last = chart.states[state].last_descendant
+    return tuple(s for s in range(state + 1, last + 1) if not chart.states[s].is_history)
 
 
 def describe(chart: Chart, transition: Transition) -> str:
@@ -81,25 +92,27 @@ def _reads_input(node: object) -> bool:
     return is_input or any(map(_reads_input, parts_of(node)))
 
 
-def conflict_tables(chart: Chart) -> dict[str, object]:
+def conflict_tables(plan: Plan) -> dict[str, object]:
     """Return for each transition those whose sources lie outside its own, and those it meets.
 
     Exit sets meet where one domain is the other or an ancestor of it: both are active and compound.
     """
+    chart = plan.chart
     if not has_regions(chart):
         return {}
-    size = len(chart.transitions)
+    domains = [domain_of(plan, t) for t in chart.transitions]
     outer = [
         sum(1 << u.index for u in chart.transitions if chart.is_descendant(t.source, u.source))
         for t in chart.transitions
     ]
-    clashes = [0] * size
-    for t in chart.transitions:
-        for u in chart.transitions:
-            if t.targets and u.targets and not {Trigger.INITIAL} & {t.trigger, u.trigger}:
-                a, b = static_domain(chart, t), static_domain(chart, u)
-                if a is not None and b is not None and _is_related(chart, a, b):
-                    clashes[t.index] |= 1 << u.index
+    clashes = [
+        sum(
+            1 << n
+            for n, b in enumerate(domains)
+            if a is not None and b is not None and _is_related(chart, a, b)
+        )
+        for a in domains
+    ]
     return {"OUTER": tuple(outer), "CLASHES": tuple(clashes)}
 
 
@@ -108,9 +121,10 @@ def _is_related(chart: Chart, a: int, b: int) -> bool:
 
 
 class _Mover:
-    def __init__(self, out: Lines, chart: Chart, names: Names, content: ContentPrinter) -> None:
+    def __init__(self, out: Lines, plan: Plan, names: Names, content: ContentPrinter) -> None:
         self._out = out
-        self._chart = chart
+        self._plan = plan
+        self._chart = plan.chart
         self._names = names
         self._content = content
 
@@ -122,7 +136,7 @@ class _Mover:
         with self._out.method("_begin", "Run the script and enter the initial states."):
             self._content.block(self._out, self._chart.script, None)
             self._content.block(self._out, entry.content, None)
-            self._enter(entry_of(self._chart, entry.targets, 0))
+            self._enter(self._plan.start)
 
     # --- states -----------------------------------------------------------------------------
 
@@ -154,7 +168,7 @@ class _Mover:
                 self._out.line(f"self._insert({t.index}, {t.delay}, NOTHING, 0, None)")
             self._content.blocks(self._out, blocks, None)
             for transition in defaults:
-                with self._out.block(f"if defaults & {1 << transition.index:#x}:"):
+                with self._out.suite(f"if defaults & {1 << transition.index:#x}:"):
                     self._tell(f"t {transition.index}")
                     self._content.block(self._out, transition.content, None)
             if state.kind is Kind.FINAL:
@@ -184,7 +198,7 @@ class _Mover:
             test = self._is_final(grandparent)
             if test is not None and self._event(grandparent) is not None:
                 self._out.line("active = self._active")
-                with self._out.block(f"if {test}:"):
+                with self._out.suite(f"if {test}:"):
                     self._done(grandparent, None)
 
     def _event(self, state: int) -> int | None:
@@ -217,179 +231,155 @@ class _Mover:
     def taken(self, transition: Transition) -> None:
         """Print what taking a transition does, in its three parts."""
         name, doc = self._names.transitions[transition.index], describe(self._chart, transition)
+        move = self._plan.moves[transition.index]
         if transition.targets:
-            self._domain(transition)
+            if not move.is_static:
+                self._domain(move)
             with self._out.method(f"_leave_{name}", f"{doc}: leave."):
-                self._leave(transition)
+                self._each_variant(move, self._leave)
         if transition.content:
             with self._out.method(f"_do_{name}", f"{doc}: content."):
                 payload = payload_of(self._chart, transition)
                 self._content.block(self._out, transition.content, payload)
         if transition.targets:
             with self._out.method(f"_enter_{name}", f"{doc}: enter."):
-                self._enter_targets(transition)
+                self._each_variant(move, lambda variant: self._enter(variant.entry))
 
-    def _domain(self, transition: Transition) -> None:
-        if not is_dynamic(self._chart, transition):
+    def _domain(self, move: Move) -> None:
+        name = self._names.transitions[move.transition]
+        doc = "The domain, which a history decides."
+        with self._out.method(f"_domain_{name}", doc, result="int"):
+            self._each_variant(move, lambda variant: self._out.line(f"return {variant.domain}"))
+
+    def _each_variant(self, move: Move, body: Callable[[Variant], None]) -> None:
+        """Print the first variant whose conditions hold."""
+        for place, variant in enumerate(move.variants):
+            tests = " and ".join(self._within(condition) for condition in variant.conditions)
+            if move.is_static:
+                body(variant)
+                continue
+            word = "elif" if place else "if"
+            with self._out.suite(f"{word} {tests}:" if tests else "else:"):
+                body(variant)
+
+    def _within(self, condition: Within) -> str:
+        held = f"self._history_{self._names.states[condition.history]}"
+        if condition.first == 0:
+            return f"not {held}"
+        states = self._plan.regions[condition.region].states[condition.first - 1 : condition.last]
+        inside = {s for state in states for s in (state, *real_below(self._chart, state))}
+        return f"{held} & {mask(self._names, inside)}"
+
+    def _leave(self, variant: Variant) -> None:
+        domain = variant.domain
+        if domain is None:
             return
-        real = [t for t in transition.targets if not self._chart.states[t].is_history]
-        name = self._names.transitions[transition.index]
-        with self._out.method(
-            f"_domain_{name}", "The domain, which a history decides.", result="int"
-        ):
-            self._out.line(f"targets = {mask(self._names, real)}")
-            for target in transition.targets:
-                if self._chart.states[target].is_history:
-                    defaults = mask(self._names, effective_defaults(self._chart, target))
-                    held = f"self._history_{self._names.states[target]}"
-                    self._out.line(f"targets |= {held} or {defaults}")
-            for domain in possible_domains(self._chart, transition):
-                if domain == 0:
-                    self._out.line("return 0")
-                    continue
-                below = mask(self._names, real_below(self._chart, domain))
-                with self._out.block(f"if not targets & ~{below}:"):
-                    self._out.line(f"return {domain}")
-
-    def _leave(self, transition: Transition) -> None:
-        domain = static_domain(self._chart, transition)
-        if domain is not None:
-            self._out.line(
-                f"gone = self._active & {mask(self._names, real_below(self._chart, domain))}"
-            )
-            self._record(domain)
-        else:
-            name = self._names.transitions[transition.index]
-            self._out.line(f"domain = self._domain_{name}()")
-            word = "if"
-            for domain in possible_domains(self._chart, transition):
-                below = mask(self._names, real_below(self._chart, domain))
-                with self._out.block(f"{word} domain == {domain}:"):
-                    self._out.line(f"gone = self._active & {below}")
-                    self._record(domain)
-                word = "elif"
+        below = mask(self._names, real_below(self._chart, domain))
+        self._out.line(f"gone = self._active & {below}")
+        self._record(domain)
         self._out.line("self._exit(gone)")
 
     def _record(self, domain: int) -> None:
         """Record the histories of all states that are left, before any of them is (SCXML 3.10)."""
-        for state in range(domain + 1, self._chart.states[domain].last_descendant + 1):
-            histories = [
-                c for c in self._chart.states[state].children if self._chart.states[c].is_history
-            ]
+        states = self._chart.states
+        for state in range(domain + 1, states[domain].last_descendant + 1):
+            histories = [child for child in states[state].children if states[child].is_history]
             if not histories:
                 continue
-            with self._out.block(f"if gone & {self._names.states[state]}:"):
+            with self._out.suite(f"if gone & {self._names.states[state]}:"):
                 for history in histories:
-                    if self._chart.states[history].kind is Kind.SHALLOW_HISTORY:
-                        kept = real_children(self._chart, state)
-                    else:
+                    kept = real_children(self._chart, state)
+                    if states[history].kind is Kind.DEEP_HISTORY:
                         below = real_below(self._chart, state)
-                        kept = tuple(s for s in below if self._chart.states[s].is_leaf)
+                        kept = tuple(s for s in below if states[s].is_leaf)
                     held = f"self._history_{self._names.states[history]}"
                     self._out.line(f"{held} = gone & {mask(self._names, kept)}")
 
-    def _enter_targets(self, transition: Transition) -> None:
-        domain = static_domain(self._chart, transition)
-        if domain is not None:
-            self._enter(entry_of(self._chart, transition.targets, domain))
-            return
-        name = self._names.transitions[transition.index]
-        self._out.line(f"domain = self._domain_{name}()")
-        word = "if"
-        for domain in possible_domains(self._chart, transition):
-            with self._out.block(f"{word} domain == {domain}:"):
-                self._enter(entry_of(self._chart, transition.targets, domain))
-            word = "elif"
+    def _enter(self, ops: tuple[Op, ...]) -> None:
+        """Print operations of the plan, entries that follow each other as one."""
+        coming: list[Enter] = []
+        for op in ops:
+            if isinstance(op, Enter):
+                coming.append(op)
+                continue
+            self._enter_all(coming)
+            match op:
+                case Branch(history, recorded, unrecorded):
+                    with self._out.suite(f"if self._history_{self._names.states[history]}:"):
+                        self._enter(recorded)
+                    with self._out.suite("else:"):
+                        self._enter(unrecorded)
+                case Restore(history, below):
+                    self._restore(history, below)
+                case Content(transition):
+                    self._tell(f"t {transition}")
+                    content = self._chart.transitions[transition].content
+                    self._content.block(self._out, content, None)
+                case _:
+                    assert_never(op)
+        self._enter_all(coming)
 
-    def _enter(self, decision: Decision) -> None:
-        if isinstance(decision, Entry) and not decision.restored:
-            states = mask(self._names, decision.states)
-            self._out.line(f"self._enter({states}, {_bits(decision.defaults)})")
-            return
-        self._out.line("coming = defaults = 0")
-        self._collect(decision)
-        self._out.line("self._enter(coming, defaults)")
+    def _enter_all(self, coming: list[Enter]) -> None:
+        if coming:
+            states = mask(self._names, [op.state for op in coming])
+            defaults = sum(1 << number for op in coming for number in op.defaults)
+            self._out.line(f"self._enter({states}, {defaults and hex(defaults)})")
+            coming.clear()
 
-    def _collect(self, decision: Decision) -> None:
-        """Print how the states to enter are put together."""
-        match decision:
-            case Recorded(history, then, otherwise):
-                with self._out.block(f"if self._history_{self._names.states[history]}:"):
-                    self._collect(then)
-                with self._out.block("else:"):
-                    self._collect(otherwise)
-            case Entry(states, defaults, restored):
-                if states:
-                    self._out.line(f"coming |= {mask(self._names, states)}")
-                if defaults:
-                    self._out.line(f"defaults |= {_bits(defaults)}")
-                for history in restored:
-                    self._restore(history)
-
-    def _restore(self, history: int) -> None:
+    def _restore(self, history: int, below: int) -> None:
+        """Enter what a history recorded strictly below a state."""
         held = f"self._history_{self._names.states[history]}"
-        parent = self._chart.states[history].parent
-        assert parent is not None  # noqa: S101
-        self._out.line(f"coming |= {held}")
         if self._chart.states[history].kind is Kind.DEEP_HISTORY:
-            # what lies between the parent and the atomic states that were active
-            for state in real_below(self._chart, parent):
-                if below := real_below(self._chart, state):
-                    with self._out.block(f"if {held} & {mask(self._names, below)}:"):
+            inside = real_below(self._chart, below)
+            self._out.line(f"coming = {held} & {mask(self._names, inside)}")
+            # and what lies between and the atomic states that were active
+            for state in inside:
+                if deeper := real_below(self._chart, state):
+                    with self._out.suite(f"if {held} & {mask(self._names, deeper)}:"):
                         self._out.line(f"coming |= {self._names.states[state]}")
+            self._out.line("self._enter(coming, 0)")
             return
-        for child in real_children(self._chart, parent):
-            if self._chart.states[child].children:
-                with self._out.block(f"if {held} & {self._names.states[child]}:"):
-                    self._collect(default_entry(self._chart, child))
+        word = "if"
+        for child in real_children(self._chart, below):
+            with self._out.suite(f"{word} {held} & {self._names.states[child]}:"):
+                self._enter(entry_by_default(self._chart, child))
+            word = "elif"
 
     def clashes(self) -> None:
         """Print how conflicts are found where histories decide a domain."""
+        chart, out = self._chart, self._out
+        compound = [s.index for s in chart.states if s.index == 0 or s.kind is Kind.COMPOUND]
+        still = {t.index: d for t in self._static() if (d := domain_of(self._plan, t)) is not None}
         related = {
-            domain: sum(1 << t.index for t in self._static() if self._meets(t, domain))
-            for domain in range(len(self._chart.states))
-            if self._chart.states[domain].kind is Kind.COMPOUND or domain == 0
+            d: sum(1 << index for index, own in still.items() if _is_related(chart, d, own))
+            for d in compound
         }
-        moving = [t for t in self._chart.transitions if is_dynamic(self._chart, t)]
-        below = {d: sum(1 << o for o in related if _is_related(self._chart, d, o)) for d in related}
-        with self._out.method(
-            "_clashes",
-            "Return the transitions whose exit sets meet that of this one.",
-            "transition: int",
-            "int",
-        ):
-            domains = {t.index: static_domain(self._chart, t) for t in self._static()}
-            self._out.line(f"domain = {domains!r}.get(transition, -1)")
+        near = {d: sum(1 << o for o in compound if _is_related(chart, d, o)) for d in compound}
+        moving = [t for t in chart.transitions if is_dynamic(self._plan, t)]
+        doc = "Return the transitions whose exit sets meet that of this one."
+        with out.method("_clashes", doc, "transition: int", "int"):
+            out.line(f"domain = {still!r}.get(transition, -1)")
             for t in moving:
-                with self._out.block(f"if transition == {t.index}:"):
-                    self._out.line(f"domain = self._domain_{self._names.transitions[t.index]}()")
-            with self._out.block("if domain < 0:"):
-                self._out.line("return 0")
-            self._out.line(f"found: int = {related!r}[domain]")
-            self._out.line(f"related: int = {below!r}[domain]")
+                with out.suite(f"if transition == {t.index}:"):
+                    out.line(f"domain = self._domain_{self._names.transitions[t.index]}()")
+            with out.suite("if domain < 0:"):
+                out.line("return 0")
+            out.line(f"found: int = {related!r}[domain]")
+            out.line(f"near: int = {near!r}[domain]")
             for t in moving:
-                name = self._names.transitions[t.index]
-                with self._out.block(
-                    f"if self._chosen & {1 << t.index:#x} and related >> self._domain_{name}() & 1:"
-                ):
-                    self._out.line(f"found |= {1 << t.index:#x}")
-            self._out.line("return found")
+                domain = f"self._domain_{self._names.transitions[t.index]}()"
+                bit = f"{1 << t.index:#x}"
+                with out.suite(f"if self._chosen & {bit} and near >> {domain} & 1:"):
+                    out.line(f"found |= {bit}")
+            out.line("return found")
 
     def _static(self) -> list[Transition]:
         return [
             t
             for t in self._chart.transitions
-            if t.targets and t.trigger is not Trigger.INITIAL and not is_dynamic(self._chart, t)
+            if t.targets and t.trigger is not Trigger.INITIAL and not is_dynamic(self._plan, t)
         ]
 
-    def _meets(self, transition: Transition, domain: int) -> bool:
-        own = static_domain(self._chart, transition)
-        return own is not None and _is_related(self._chart, own, domain)
-
     def _tell(self, line: str) -> None:
-        with self._out.block("if self.trace is not None:"):
+        with self._out.suite("if self.trace is not None:"):
             self._out.line(f'self._tell("{line}")')
-
-
-def _bits(numbers: frozenset[int]) -> str:
-    return f"{sum(1 << n for n in numbers):#x}" if numbers else "0"

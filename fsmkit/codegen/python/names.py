@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import keyword
-import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from fsmkit.codegen.python.template import machine as template
+from fsmkit.emit import snake
+from fsmkit.emit.identifiers import legal
 from fsmkit.model.chart import Chart
 
 
@@ -48,9 +49,7 @@ def names_of(chart: Chart) -> Names:
 
 def identifier(name: str) -> str:
     """Return a name with everything replaced that Python does not allow in one."""
-    text = re.sub(r"\W", "_", name, flags=re.ASCII)
-    if not text or text[0].isdigit():
-        text = f"_{text}"
+    text = legal(name)
     return f"{text}_" if keyword.iskeyword(text) else text
 
 
@@ -72,5 +71,4 @@ def distinct(names: Iterable[str], taken: Collection[str] = ()) -> tuple[str, ..
 
 def file_name(chart: Chart) -> str:
     """Return the name of the module: ``feeder.py``."""
-    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", identifier(chart.name))
-    return f"{words.lower()}.py"
+    return f"{snake(chart.name)}.py"

@@ -92,12 +92,12 @@ def print_selection(out: Lines, chart: Chart, names: Names, name: str, event: in
         if has_regions(chart):
             out.line("self._seen = self._chosen = 0")
             for states, steps in groups:
-                with out.block(f"if active & {mask(names, states)}:"):
+                with out.suite(f"if active & {mask(names, states)}:"):
                     _print_offers(out, chart, names, steps)
             out.line("return self._chosen")
         else:
             for states, steps in groups:
-                with out.block(f"if active & {mask(names, states)}:"):
+                with out.suite(f"if active & {mask(names, states)}:"):
                     _print_returns(out, chart, names, steps)
             out.line("return 0")
     return True
@@ -126,7 +126,7 @@ def _print_returns(out: Lines, chart: Chart, names: Names, steps: tuple[Step, ..
         elif step.guard is None:
             out.line(f"return {1 << step.index:#x}  # {names.transitions[step.index]}")
         else:
-            with out.block(f"if {guard_text(chart, names, step)}:"):
+            with out.suite(f"if {guard_text(chart, names, step)}:"):
                 out.line(f"return {1 << step.index:#x}  # {names.transitions[step.index]}")
     if steps[-1] is None or steps[-1].guard is not None:
         out.line("return 0")

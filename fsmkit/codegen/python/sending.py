@@ -76,9 +76,9 @@ def print_senders(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
     for operation in chart.operations:
         _call(out, names, operation.name, operation.parameters, operation.result)
     with out.method("_log", "Tell the host a label and values.", "label: str, *values: Any"):
-        with out.block("if self.trace is not None:"):
+        with out.suite("if self.trace is not None:"):
             out.line('self._tell(" ".join(("log", label, *[shown(value) for value in values])))')
-        with out.block("if self.log is not None:"):
+        with out.suite("if self.log is not None:"):
             out.line("self.log(label, *values)")
 
 
@@ -103,7 +103,7 @@ def _post(out: Lines, chart: Chart, names: Names, index: int) -> None:
             out.line(f"return self._enqueue({index}) >= 0")
         else:
             out.line(f"at = self._enqueue({index})")
-            with out.block("if at < 0:"):
+            with out.suite("if at < 0:"):
                 out.line("return False")
             _store(out, "queue", fields)
             out.line("return True")
@@ -124,7 +124,7 @@ def _told(event: str, fields: tuple[Field, ...]) -> str:
 
 
 def _tell(out: Lines, text: str) -> None:
-    with out.block("if self.trace is not None:"):
+    with out.suite("if self.trace is not None:"):
         prefix = "f" if "{" in text else ""
         out.line(f'self._tell({prefix}"{text}")')
 
@@ -141,7 +141,7 @@ def _queue(out: Lines, chart: Chart, names: Names, index: int, verb: str, queue:
             out.line(call)
             return
         out.line(f"at = {call}")
-        with out.block("if at >= 0:"):
+        with out.suite("if at >= 0:"):
             _store(out, "internal" if queue == "internal" else "queue", fields)
 
 
@@ -150,7 +150,7 @@ def _emit(out: Lines, chart: Chart, names: Names, index: int) -> None:
     fields = _named(event.fields)
     arguments = ", ".join(filter(None, (_arguments(fields), "peer: str | None")))
     with out.method(f"_emit_{name}", f"Send `{event.name}` out of the machine.", arguments):
-        with out.block("if self.trace is not None:"):
+        with out.suite("if self.trace is not None:"):
             out.line('to = "" if peer is None else f" to {peer}"')
             out.line(f'self._tell(f"out {_told(event.name, fields)}{{to}}")')
         peer = ["peer"] if has_peer(chart, index) else []
@@ -172,7 +172,7 @@ def _delay(out: Lines, chart: Chart, names: Names, index: int) -> None:
             out.line(call)
             return
         out.line(f"at = {call}")
-        with out.block("if at >= 0:"):
+        with out.suite("if at >= 0:"):
             _store(out, "timer", fields)
 
 
