@@ -6,7 +6,7 @@ from typing import Any
 
 from fsmkit.expressions import BOOL, FLOAT64, INT32, SYMBOL, ArrayType, Field, Invalid, Literal
 from fsmkit.model.document import Direction
-from fsmkit.model.statements import Destination, Fail, Raise, Send
+from fsmkit.model.statements import Destination, Fail, Log, Raise, Send
 
 
 def chart(content: str, data: str = "", transitions: str = "") -> str:
@@ -124,3 +124,27 @@ def test_late_binding_assigns_on_the_first_entry(scxml: Any) -> None:
     assert types(result)["x"] == INT32
     assert result.chart.data[0].init.value == 0
     assert len(result.chart.states[1].on_entry) == 2
+
+
+def test_a_log_never_fails_for_lack_of_strings(scxml: Any) -> None:
+    result = scxml(chart("""<log expr="'x is ' + x"/><log expr="[x, x + 1]"/><raise event="e"/>""",
+                         '<data id="x" expr="1"/>'))  # fmt: skip
+    ((first, second, last),) = result.chart.states[1].on_entry
+    assert isinstance(first, Log)
+    assert len(second.values) == 2
+    assert isinstance(last, Raise)
+    assert "value-not-logged" in result.rules
+
+
+def test_the_script_of_a_chart_declares_variables(scxml: Any) -> None:
+    result = scxml(
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" '
+        'datamodel="ecmascript"><script>var x = 0.5</script>'
+        '<state id="a"><transition cond="x == 0.5" target="a"/></state></scxml>\n'
+    )
+    assert types(result) == {"x": FLOAT64}
+    assert not isinstance(result.chart.transitions[1].guard, Invalid)
+
+
+def test_loose_dialects_loop_further(scxml: Any) -> None:
+    assert scxml(chart("")).chart.capacities.microsteps == 1000

@@ -1,18 +1,31 @@
-"""Declare the variables of loops that nothing declares (SCXML 4.6: foreach declares them)."""
+"""Declare variables that nothing declares: those of loops, and those a script creates.
+
+SCXML 4.6: ``foreach`` declares its item and index. 5.8: the script of the chart, executed when it
+is loaded, may create variables by assigning them.
+"""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 from fsmkit.diagnostics import Text
 from fsmkit.expressions import ArrayType, IntType, Literal, Type, default_value
 from fsmkit.model.chart import Data
-from fsmkit.model.document import DocForEach, Document
-from fsmkit.model.passes.collect_names import Names
+from fsmkit.model.document import DocAssign, DocForEach, Document
+from fsmkit.model.passes.collect_names import UNTYPED, Names
 from fsmkit.model.passes.number_states import Tree
 from fsmkit.model.passes.walk_content import places, statements
 
 
 def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
-    """Return the names with a variable for each item and index of a loop that has none."""
+    """Return the names with a variable for each item and index of a loop that has none.
+
+    In a loose dialect too for each name that the chart's own script assigns.
+    """
+    if document.datamodel != "fsmkit":
+        for statement in document.script:
+            if isinstance(statement, DocAssign) and not statement.operator:
+                names = _add(statement.location, UNTYPED, names)
     for place in places(document, tree):
         for loop in statements(place.block):
             if isinstance(loop, DocForEach):
@@ -40,5 +53,9 @@ def _add(name: Text, type_: Type, names: Names) -> Names:
     )
     if name.value in taken or not name.value.isidentifier():
         return names
+    if type_ == UNTYPED:
+        data = Data(name.value, UNTYPED, Literal(0, UNTYPED, name.span), name.span)
+        untyped = names.untyped | {name.value}
+        return replace(names, data=(*names.data, data), untyped=untyped)
     init = Literal(default_value(type_), type_, name.span)
     return names.with_data((Data(name.value, type_, init, name.span),))

@@ -14,13 +14,17 @@ LIMITS = {
     "delayed": (0, 65535),
     "microsteps": (1, 1_000_000),
 }
+LOOSE_MICROSTEPS = 1000
 LONGEST_TICK = 3_600_000_000
 """Microseconds: an hour."""
 
 
 def read_capacities(document: Document, findings: Findings) -> Capacities:
-    """Return the capacities, the default for each that is not given."""
-    values: dict[str, int] = {}
+    """Return the capacities, the default for each that is not given.
+
+    SCXML knows no bounds, and real charts loop further than one written for a controller.
+    """
+    values = {"microsteps": LOOSE_MICROSTEPS} if document.datamodel != "fsmkit" else {}
     for capacity in document.capacities:
         name = capacity.name.value
         value = _tick(capacity, findings) if name == "tick" else _count(capacity, findings)

@@ -34,7 +34,7 @@ def start_value(text: Text, type_: Type | None, scope: Scope, findings: Findings
 
     ``[a, b]`` lists the elements of an array; a single value fills one.
     """
-    if isinstance(type_, ArrayType) or (type_ is None and _is_list(text)):
+    if isinstance(type_, ArrayType) or (type_ is None and is_list(text)):
         return _array_value(text, type_, scope, findings)
     attempt = Findings()
     typed = type_expression(text, scope, attempt, type_)
@@ -52,7 +52,7 @@ def _array_value(
     text: Text, type_: ArrayType | None, scope: Scope, findings: Findings
 ) -> Literal | None:
     element = None if type_ is None else type_.element
-    if type_ is not None and not _is_list(text):
+    if type_ is not None and not is_list(text):
         value = start_value(text, element, scope, findings)
         return None if value is None else Literal((value.value,) * type_.length, type_, text.span)
     parts = split_list(text)
@@ -133,7 +133,8 @@ def _in_type(value: Value, type_: Type) -> Value:
     return float(value) if is_float and isinstance(value, int) else value
 
 
-def _is_list(text: Text) -> bool:
+def is_list(text: Text) -> bool:
+    """Whether a text is a list in brackets."""
     stripped = text.value.strip()
     return stripped.startswith("[") and stripped.endswith("]")
 

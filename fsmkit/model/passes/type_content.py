@@ -22,6 +22,7 @@ from fsmkit.expressions import (
 )
 from fsmkit.model import document as doc
 from fsmkit.model.passes.context import Context, warn_not_evaluable
+from fsmkit.model.passes.read_values import is_list, split_list
 from fsmkit.model.passes.type_events import type_cancel, type_raise, type_send
 from fsmkit.model.statements import (
     Assign,
@@ -89,9 +90,8 @@ def _typed(written: doc.DocStatement, context: Context) -> tuple[Statement, ...]
         case doc.DocCancel():
             return type_cancel(written, context)
         case doc.DocLog(label, values, span):
-            typed = [type_expression(v, context.scope, findings) for v in values]
-            known = tuple(v for v in typed if v is not None)
-            return (Log("" if label is None else label.value, known, span),)
+            logged = tuple(v for text in values for v in _logged(text, context))
+            return (Log("" if label is None else label.value, logged, span),)
         case doc.DocIf():
             return (_if(written, context),)
         case doc.DocForEach():
@@ -114,6 +114,31 @@ def _typed(written: doc.DocStatement, context: Context) -> tuple[Statement, ...]
             return ()
         case _:
             assert_never(written)
+
+
+def _logged(text: Text, context: Context) -> tuple[Expr, ...]:
+    """Return the values of a log; what has a meaning but no type is left out with a warning.
+
+    A log has no influence on the machine, so that to leave out ``'x is ' + x`` changes less than
+    ``error.execution``, which it would not be in ECMAScript.
+    """
+    if not context.lenient:
+        value = type_expression(text, context.scope, context.findings)
+        return () if value is None else (value,)
+    if is_list(text):
+        return tuple(v for part in split_list(text) for v in _logged(part, context))
+    attempt = Findings()
+    value = type_expression(text, context.scope, attempt)
+    if attempt.has_errors and all(d.rule.name == "outside-language" for d in attempt):
+        context.findings.add(
+            "value-not-logged",
+            f"this is not logged: {next(iter(attempt)).message}",
+            text,
+            help="log the parts one by one: a label and values",
+        )
+        return ()
+    context.findings.extend(attempt)
+    return () if value is None else (value,)
 
 
 def _assign(written: doc.DocAssign, context: Context) -> tuple[Statement, ...]:
