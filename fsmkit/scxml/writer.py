@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from lxml import etree
 
@@ -31,7 +32,8 @@ TAGS = {
 
 def write_document(document: Document) -> str:
     """Return the text of a document; comments and the layout of the source are not kept."""
-    root = etree.Element(f"{{{SCXML}}}scxml", nsmap={None: SCXML, PREFIX: EXTENSION})
+    namespaces: Any = {None: SCXML, PREFIX: EXTENSION}  # published types leave out None
+    root = etree.Element(f"{{{SCXML}}}scxml", nsmap=namespaces)
     _add_chart(root, document)
     etree.indent(root, "  ")
     etree.cleanup_namespaces(root)
