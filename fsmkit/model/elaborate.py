@@ -32,7 +32,7 @@ def elaborate(
     resolved = resolve_inheritance(documents, findings)
     document = bind_late(resolved.document)
     tree = number_states(document, findings)
-    check_nesting(tree, findings)
+    check_nesting(tree, findings, is_loose=document.datamodel != "fsmkit")
     report_unsupported(tree, findings, strict=strict)
     arrows = resolve_targets(document, tree, findings)
     capacities = read_capacities(document, findings)

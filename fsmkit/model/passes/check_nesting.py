@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, Severity
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.model.passes.number_states import HISTORIES, Node, Tree
 
@@ -14,11 +14,14 @@ LEAVES = {
 }
 
 
-def check_nesting(tree: Tree, findings: Findings) -> None:
-    """Add a finding for each state that does not fit its kind or its parent."""
+def check_nesting(tree: Tree, findings: Findings, *, is_loose: bool) -> None:
+    """Add a finding for each state that does not fit its kind or its parent.
+
+    A loose dialect tolerates a history of the chart itself: it always means its default.
+    """
     for node in tree.nodes[1:]:
         _check_content(tree, node, findings)
-        _check_place(tree, node, findings)
+        _check_place(tree, node, findings, is_loose=is_loose)
         if node.kind is Kind.CHOICE:
             _check_choice(node, findings)
     _check_root(tree.nodes[0], findings)
@@ -50,7 +53,7 @@ def _check_content(tree: Tree, node: Node, findings: Findings) -> None:
         )
 
 
-def _check_place(tree: Tree, node: Node, findings: Findings) -> None:
+def _check_place(tree: Tree, node: Node, findings: Findings, *, is_loose: bool) -> None:
     parent = tree.parent(node)
     if parent.kind is Kind.PARALLEL and node.kind in (Kind.FINAL, Kind.CHOICE):
         findings.add(
@@ -68,6 +71,7 @@ def _check_place(tree: Tree, node: Node, findings: Findings) -> None:
             f"history `{node.id}` has nothing to remember: {what}",
             node.state.span,
             help="put it beside the states it is to remember",
+            severity=Severity.WARNING if is_loose and parent.index == 0 else None,
         )
     if node.kind is Kind.PARALLEL and not tree.real_children(node.index):
         findings.add(
