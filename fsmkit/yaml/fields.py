@@ -9,6 +9,7 @@ from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.model.declaration_text import read_typed
 from fsmkit.model.document import Block, DocArgument, DocData
 from fsmkit.model.statement_text import read_statements
+from fsmkit.yaml import keys
 from fsmkit.yaml.nodes import (
     Mapping,
     Node,
@@ -28,7 +29,7 @@ class Fields:
 
     def __init__(self, mapping: Mapping, known: Table[str, str], what: str, findings: Findings):
         """Report the keys that are not known."""
-        check_keys(mapping, frozenset(known), what, findings)
+        check_keys(mapping, frozenset(known), what, findings, keys.BELONGS)
         self.span: Span = mapping.span
         self.order = tuple(key.value for key, _ in mapping.entries)
         self.keys = {key.value: key for key, _ in mapping.entries}

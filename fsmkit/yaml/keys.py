@@ -95,3 +95,16 @@ INVOKE = {
     "content_expr": "an expression that gives the chart",
 }
 DONE = {"with": "name: expression", "content": "an expression"}
+
+_PLACES = (
+    (CHART, "the chart itself, at the left margin"),
+    (STATE, "a state"),
+    (TRANSITION, "a transition"),
+)
+BELONGS = {
+    key: f"`{key}` belongs to {place}"
+    for table, place in _PLACES
+    for key in table
+    if sum(key in other for other, _ in _PLACES) == 1
+}
+"""Where a key belongs that is not known where it stands."""

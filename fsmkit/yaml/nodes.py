@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from collections.abc import Mapping as Table
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import takewhile
@@ -18,10 +19,12 @@ from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
 from fsmkit.yaml.places import offsets_of
 from fsmkit.yaml.quoting import quoted
 
-DEEPEST = 100
-"""Levels of nesting; the readers recurse, and no chart is deeper."""
+DEEPEST = 200
+"""Levels of nesting, two for each state: the readers recurse, and no chart is deeper."""
 MOST_PIECES = 20
 """Where YAML split a text at its commas, so many pieces are put together again to report it."""
+NOWHERE: Table[str, str] = {}
+SURROGATE = re.compile(r"[\ud800-\udfff]")
 COMMENT = re.compile(r"[ \t]+#.*")
 APOSTROPHE = re.compile(r"(?<=\w)'(?=\w)")
 
@@ -88,7 +91,7 @@ def read_nodes(source: Source, findings: Findings) -> Node | None:
         )
     except yaml.MarkedYAMLError as error:
         _broken(source, error, findings)
-    except ValueError as error:  # PyYAML passes on what int() and chr() think of an escape
+    except (ValueError, OverflowError) as error:  # what int() and chr() think of an escape
         findings.add(
             "broken-yaml", f"an escape makes no character: {error}", Span(source, 0, 1),
             help="correct the escapes `\\x`, `\\u` and `\\U`",
@@ -184,6 +187,14 @@ class _Composer:
                 return self._mapping(event, depth)
 
     def _scalar(self, event: yaml.ScalarEvent, span: Span) -> Scalar:
+        if SURROGATE.search(event.value):
+            self._findings.add(
+                "broken-yaml",
+                "an escape makes half a character",
+                span,
+                help="write the character itself, or its one code `\\U...`",
+            )
+            return Scalar(Text("", span), quoted=True)
         offsets = offsets_of(span, event.value, event.style)
         scalar = Scalar(Text(event.value, span, offsets), event.style is not None)
         if event.style is None:
@@ -339,13 +350,23 @@ def demand_text(node: Node, what: str, findings: Findings) -> Text | None:
     return None
 
 
-def check_keys(mapping: Mapping, known: frozenset[str], what: str, findings: Findings) -> None:
-    """Report each key that is not among those known, and which one may have been meant."""
+def check_keys(
+    mapping: Mapping,
+    known: frozenset[str],
+    what: str,
+    findings: Findings,
+    elsewhere: Table[str, str] = NOWHERE,
+) -> None:
+    """Report each key that is not among those known, and which one may have been meant.
+
+    ``elsewhere`` tells of keys that have a meaning, but not here, where they belong.
+    """
     for key, _ in mapping.entries:
         if key.value in known:
             continue
         close = get_close_matches(key.value, sorted(known), 1)
         advice = f"did you mean `{close[0]}`?" if close else f"use {_listed(known)}"
+        advice = elsewhere.get(key.value, advice)
         findings.add("unknown-key", f"{what} has no key `{key.value}`", key, help=advice)
 
 

@@ -11,7 +11,7 @@ UNPRINTABLE = re.compile(
     r"[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
 )
 SPLIT = re.compile(r": | #|:$|^[-?:]( |$)|^\s|\s$|^(---|\.\.\.)|^$")
-FLOW_SPLIT = re.compile(r"[,\[\]{}]|^[-?:]|:[,\[\]{}]")
+FLOW_SPLIT = re.compile(r"[,?\[\]{}]|^[-:]|:[,\[\]{}]")
 
 
 def is_plain(text: str, *, in_flow: bool = False) -> bool:
