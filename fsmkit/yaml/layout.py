@@ -77,7 +77,8 @@ def _lines(tree: dict[str, Tree] | list[Tree], margin: str) -> Iterator[str]:
             yield f"{margin}- {flow}"
         elif isinstance(bare, dict | list):
             lines = list(_lines(bare, margin + STEP))
-            opening = lines[0].removeprefix(margin + STEP) if lines else "{}"
+            empty = "{}" if isinstance(bare, dict) else "[]"
+            opening = lines[0].removeprefix(margin + STEP) if lines else empty
             yield f"{margin}- {opening}"
             yield from lines[1:]
         else:

@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli import run
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load, read_document
+
+ROOT = Path(__file__).parents[2]
+CELL = ROOT / "machines/production_cell"
+
+
+def test_prints(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["convert", str(CELL / "feeder.yaml"), "--to", "yaml"]) == 0
+    assert capsys.readouterr().out.startswith("chart: Feeder\nextends: module.yaml\n")
+
+
+@pytest.mark.parametrize("notation", ["yaml", "scxml"])
+def test_writes_a_file_that_finds_its_base(notation: str, tmp_path: Path) -> None:
+    out = tmp_path / f"new/feeder.{notation}"
+    assert run(["convert", str(CELL / "feeder.yaml"), "--to", notation, "--out", str(out)]) == 0
+    assert load(out) == load(CELL / "feeder.yaml")
+
+
+@pytest.mark.parametrize("name", ["module", "molder", "plant"])
+def test_there_and_back(name: str, tmp_path: Path) -> None:
+    first, second = tmp_path / "a.scxml", tmp_path / "b.yaml"
+    assert run(["convert", str(CELL / f"{name}.yaml"), "--to", "scxml", "--out", str(first)]) == 0
+    assert run(["convert", str(first), "--to", "yaml", "--out", str(second)]) == 0
+    assert load(second) == load(CELL / f"{name}.yaml")
+
+
+def test_json(capsys: pytest.CaptureFixture[str]) -> None:
+    path = CELL / "module.yaml"
+    assert run(["convert", str(path), "--to", "yaml", "--json"]) == 0
+    text = json.loads(capsys.readouterr().out)["text"]
+    assert text.startswith("chart: Module\n")
+    assert read_document(path, Findings()).name.value == "Module"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "rule"),
+    [
+        (["nowhere.yaml", "--to", "yaml"], 1, "unreadable-file"),
+        (["feeder.yaml", "--to", "uml"], 1, "unknown-plugin"),
+        (["feeder.yaml"], 2, "--to"),
+        (["feeder.yaml", "--to", "yaml", "--out", "."], 1, "unwritable-output"),
+    ],
+)
+def test_what_goes_wrong(
+    arguments: list[str],
+    code: int,
+    rule: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(CELL)
+    assert run(["convert", *arguments]) == code
+    assert rule in capsys.readouterr().err
