@@ -6,13 +6,15 @@ Hypothesis shrinks what it drew itself. This is for what a seed gave, in the lon
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import partial
+from typing import Any, TypeVar
 
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.model.document import DocIf, DocState, DocTransition, Document, Kind, Trigger
 
 Script = tuple[str, ...]
+Item = TypeVar("Item")
 Fails = Callable[[Document, Script], bool]
 """Whether an example still fails; False for one that is not valid."""
 
@@ -26,24 +28,51 @@ def reduce_example(
     document: Document, script: Script, fails: Fails, budget: int = 3000
 ) -> tuple[Document, Script]:
     """Return a smaller example that still fails, after at most ``budget`` tries."""
-    left = budget
-    is_smaller = True
-    while is_smaller and left > 0:
-        is_smaller = False
-        for shorter in _shorter(script):
-            left -= 1
-            if left > 0 and fails(document, shorter):
-                script, is_smaller = shorter, True
-                break
-        for variant in _variants(document):
-            left -= 1
-            if left <= 0:
-                break
-            mended = mend(variant)
-            if fails(mended, script):
-                document, is_smaller = mended, True
-                break
+    tries = _Tries(budget)
+    size = -1
+    while size != tries.successes and tries.left > 0:
+        size = tries.successes
+        script = _improve(script, _shorter, partial(fails, document), tries)
+        document = _improve(document, _documents, partial(_swapped, fails, script), tries)
     return document, script
+
+
+def _swapped(fails: Fails, script: Script, document: Document) -> bool:
+    return fails(document, script)
+
+
+@dataclass
+class _Tries:
+    left: int
+    successes: int = 0
+
+
+def _improve(
+    whole: Item,
+    variants: Callable[[Item], Iterator[Item]],
+    fails: Callable[[Item], bool],
+    t: _Tries,
+) -> Item:
+    """Go through the variants once, always of the smallest that still fails."""
+    place = 0
+    while t.left > 0:
+        for number, variant in enumerate(variants(whole)):
+            if number < place or variant == whole:  # mending may undo a change
+                continue
+            t.left -= 1
+            if t.left <= 0:
+                return whole
+            if fails(variant):
+                whole, place = variant, number
+                t.successes += 1
+                break
+        else:
+            return whole
+    return whole
+
+
+def _documents(document: Document) -> Iterator[Document]:
+    return (mend(variant) for variant in _variants(document))
 
 
 def _shorter(script: Script) -> Iterator[Script]:
@@ -57,8 +86,11 @@ def _shorter(script: Script) -> Iterator[Script]:
 def _variants(node: Any) -> Iterator[Any]:
     """Yield what one change makes of a tree, the greatest changes first."""
     if isinstance(node, tuple):
-        for place in range(len(node)):
-            yield node[:place] + node[place + 1 :]
+        size = len(node)
+        while size:
+            for start in range(0, len(node), size):
+                yield node[:start] + node[start + size :]
+            size //= 2
         for place, part in enumerate(node):
             if isinstance(part, DocIf):
                 for branch in part.branches:

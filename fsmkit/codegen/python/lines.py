@@ -21,9 +21,9 @@ class Lines(Emitter):
         """Indent what is added inside; nothing inside becomes ``pass``."""
         self.line(opening)
         with self.indented():
-            begin = self.mark()
+            size = len(self._lines)
             yield
-            if not self.has_grown(begin):
+            if len(self._lines) == size:
                 self.line("pass")
 
     @contextmanager

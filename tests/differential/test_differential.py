@@ -1,0 +1,63 @@
+"""The heart of the tests: on random charts, every target does what the interpreter does.
+
+The long run is ``python -m fsmkit.testing.differential --charts 1000``.
+"""
+
+from __future__ import annotations
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fsmkit.testing.charts import documents
+from fsmkit.testing.differential import (
+    BATCH,
+    Case,
+    compare,
+    elaborated,
+    explain,
+    main,
+    random_case,
+    reduced,
+    run_batch,
+    target_names,
+)
+from fsmkit.testing.harness import harness
+from fsmkit.testing.scripts import scripts
+
+CHARTS = {"python": 200}
+FEWER = 60
+"""For targets that have to be compiled."""
+SEED = 2024
+
+
+@pytest.mark.parametrize("target", target_names(None))
+def test_random_charts(target: str) -> None:
+    for first in range(0, CHARTS.get(target, FEWER), BATCH):
+        totals = run_batch(SEED, range(first, first + BATCH), [target])
+        for name, found in totals.divergences[:1]:
+            small, less = reduced(random_case(SEED, int(name.split()[1])), harness(target), 300)
+            pytest.fail(explain(small, less or found))
+        assert totals.charts == BATCH
+        assert totals.refused == 0
+        assert totals.macrosteps > BATCH
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck), database=None)
+@given(st.data())
+def test_drawn_charts_in_python(data: st.DataObject) -> None:
+    document = data.draw(documents(8))
+    chart = elaborated(document)
+    case = Case(document, chart, data.draw(scripts(chart, 15)))
+    divergence = compare(case, harness("python"))
+    assert divergence is None, explain(case, divergence)
+
+
+def test_the_long_run_tells_its_figures() -> None:
+    result = CliRunner().invoke(
+        main, ["--charts", "5", "--seed", "3", "--targets", "python", "--processes", "1"]
+    )
+    assert result.exit_code == 0, result.output
+    assert "5 charts on python: " in result.output
+    assert " 0 divergences, 0 refused, " in result.output
