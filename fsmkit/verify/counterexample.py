@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from fsmkit.expressions import Field, Value
 from fsmkit.model.chart import Chart
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Occurrence, Snapshot, Timeout
-from fsmkit.runtime.interpreter.trace import dump_lines, trace_lines
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Entered,
+    Exited,
+    Faulted,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Snapshot,
+    Taken,
+    Timeout,
+)
+from fsmkit.runtime.interpreter.trace import dump_lines, trace_lines, value_text
 from fsmkit.runtime.values import show
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Trail
@@ -45,6 +57,8 @@ class TraceStep:
     dump: tuple[str, ...]
     chosen: tuple[str, ...] = ()
     deliveries: tuple[Delivery, ...] = ()
+    checked: tuple[str, ...] = ()
+    """What generated C must print for this step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +157,7 @@ class Replay:
             tuple(dump_lines(chart, outcome.after)),
             self._chosen(chart, done),
             tuple(self._delivery(message) for message in outcome.messages),
+            (*checked_lines(chart, done), *checked_state(chart, outcome.after)),
         )
 
     def _chosen(self, chart: Chart, done: Macrostep) -> tuple[str, ...]:
@@ -171,6 +186,44 @@ class Replay:
         declared = chart.inputs[message.input]
         shown = show(message.value, declared.type, chart.capacities.tick)
         return Delivery(target.name, f"{declared.name} = {shown}", is_event=False)
+
+
+def checked_lines(chart: Chart, done: Macrostep) -> Iterator[str]:
+    """Yield what the explorer's hooks print for a macrostep: states and transitions by number."""
+    for effect in done.effects:
+        match effect:
+            case Exited(state):
+                yield f"- {state}"
+            case Taken(transition):
+                yield f"t {transition}"
+            case Entered(state):
+                yield f"+ {state}"
+            case Called(operation, arguments, result):
+                answer = () if result is None else ("=", plain(result))
+                yield " ".join(("op", operation, *map(plain, arguments), *answer))
+            case Emitted(Occurrence(event, payload)):
+                yield " ".join(("out", chart.events[event].name, *map(plain, payload)))
+            case Overflowed(queue):
+                yield f"full {queue}"
+            case Faulted(reason):
+                yield f"fault {reason}"
+            case _:
+                pass
+
+
+def checked_state(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
+    """Yield what the explorer prints of a machine after a step."""
+    for variable, value in zip((*chart.data, *chart.outputs), snapshot.data, strict=True):
+        yield f"d {variable.name} {plain(value)}"
+    active = sorted(index_of(chart).leaves & snapshot.configuration)
+    yield " ".join(("=", *map(str, active), *(("finished",) if snapshot.finished else ())))
+
+
+def plain(value: Value) -> str:
+    """Return a value as the explorer prints it."""
+    if isinstance(value, tuple):
+        return " ".join(("[", *map(plain, value), "]"))
+    return value_text(value)
 
 
 def cause(chart: Chart, step: Step, done: Macrostep, closed: Closed) -> str:

@@ -1,16 +1,43 @@
-"""The engine in C: generate, compile, cache, run, read."""
+"""The engine in C: generate the model, compile it once for each content, run it, read what it says.
+
+The program is built of the machines as `fsmkit compile` writes them, of the adapter, and of
+``verify/core``; it is kept in the user's cache under the hash of all its sources.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import shutil
-from collections.abc import Callable
-from types import TracebackType
+import signal
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.plugins import Target, plugin
+from fsmkit.verify.adapter import Built, MachineAdapter, describe, prefix_of
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample
-from fsmkit.verify.exploration import Exploration, Trail
+from fsmkit.verify.exploration import End, Exploration, Figures, Mark, Trail
+from fsmkit.verify.moves import Action, Step
+from fsmkit.verify.wiring import system_file
+
+CORE = Path(__file__).parent / "core"
+FLAGS = ("-std=gnu99", "-O2", "-fwrapv", "-w", '-DFSM_HOOKS="hooks.h"')
+ENDS = {
+    "complete": End.COMPLETE,
+    "memory": End.MEMORY,
+    "time": End.TIME,
+    "interrupted": End.INTERRUPTED,
+    "failed": End.FAILED,
+}
+
+Progress = Callable[[int, int, int], None]
 
 
 def compiler() -> str | None:
@@ -19,30 +46,221 @@ def compiler() -> str | None:
     return next((path for name in names if (path := shutil.which(name)) is not None), None)
 
 
+def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
+    """Return the C of a closed system: machines, adapters, wires."""
+    target = plugin(Target, "c")
+    files: dict[str, str] = {}
+    built: list[Built] = []
+    for number, chart in enumerate(closed.charts):
+        prefix = prefix_of(number, closed.system.machines[number].name)
+        own = Findings()
+        generated = target.generate(chart, own, {"prefix": prefix})
+        findings.extend(d for d in own if generated is None)
+        findings.stop_on_errors()
+        if generated is None:
+            raise fail("explorer-build", f"no C can be generated for `{chart.name}`")
+        files.update(generated.files)
+        machine = describe(closed, number, generated.files[f"{prefix}.h"])
+        built.append(machine)
+        files[f"explore_{number}.c"] = MachineAdapter(closed, machine).text()
+    files["explore_system.c"] = system_file(closed, built)
+    return files
+
+
+def cache_folder() -> Path:
+    """Return where programs are kept: in XDG_CACHE_HOME, else in ~/.cache."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "fsmkit" / "explorer"
+
+
 class CEngine:
-    """A compiled explorer."""
+    """A compiled explorer of one closed system."""
 
     def __init__(self, closed: Closed, findings: Findings) -> None:
-        raise fail("explorer-build", "not there yet")
+        """Generate and compile, or find it in the cache; `FsmkitError` where that fails."""
+        self._closed = closed
+        self._temporary: tempfile.TemporaryDirectory[str] | None = None
+        self._program = self._build(model_files(closed, findings))
 
-    def __enter__(self) -> CEngine:
-        return self
+    def close(self) -> None:
+        """Remove what is not kept in the cache."""
+        if self._temporary is not None:
+            self._temporary.cleanup()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        pass
+    # --- building ------------------------------------------------------------------------------
 
-    def explore(
-        self, memory: int, seconds: float, progress: Callable[[int, int, int], None] | None
-    ) -> Exploration:
-        raise AssertionError
+    def _build(self, files: Mapping[str, str]) -> Path:
+        command = compiler()
+        if command is None:
+            raise fail(
+                "no-compiler",
+                "there is no C compiler",
+                help="install `cc`, name one in CC, or use `--engine python`",
+            )
+        core = {path.name: path.read_text() for path in sorted(CORE.glob("*.[ch]"))}
+        identity = json.dumps([command, FLAGS, sorted({**core, **files}.items())])
+        name = hashlib.sha256(identity.encode()).hexdigest()[:32]
+        program = self._folder() / name
+        if program.exists():
+            return program
+        with tempfile.TemporaryDirectory(prefix="fsmkit-") as folder:
+            made = _compile(command, {**core, **files}, Path(folder))
+            partial = program.with_suffix(f".{os.getpid()}")
+            shutil.copy2(made, partial)
+            partial.replace(program)
+        return program
+
+    def _folder(self) -> Path:
+        folder = cache_folder()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK):
+                return folder
+        except OSError:
+            pass
+        self._temporary = tempfile.TemporaryDirectory(prefix="fsmkit-")
+        return Path(self._temporary.name)
+
+    # --- running -------------------------------------------------------------------------------
+
+    def explore(self, memory: int, seconds: float, progress: Progress | None) -> Exploration:
+        """Explore; an interrupt ends it early, with what was covered."""
+        command = [str(self._program), "--livelock", "--memory", str(memory)]
+        if seconds:
+            command += ["--timeout", str(seconds)]
+        if self._closed.is_open:
+            command.append("--traps")
+        if progress is not None:
+            command.append("--progress")
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None  # noqa: S101  (it is a pipe)
+            while True:
+                try:
+                    for line in process.stdout:
+                        told = json.loads(line)
+                        if "result" in told:
+                            return self._read(told["result"])
+                        _show(told["progress"], progress)
+                    break
+                except KeyboardInterrupt:
+                    process.send_signal(signal.SIGINT)
+        raise fail(
+            "explorer-build",
+            f"the explorer ended with code {process.returncode} and without a result",
+            help="use `--engine python`, and please report it",
+        )
+
+    def _read(self, told: Mapping[str, Any]) -> Exploration:
+        livelock = told["livelock"]
+        return Exploration(
+            engine="c",
+            end=ENDS[told["outcome"]],
+            why=told["why"],
+            states=told["states"],
+            expanded=told["expanded"],
+            transitions=told["transitions"],
+            depth=told["depth"],
+            bytes=told["bytes"],
+            seconds=told["seconds"],
+            marks=tuple(Mark(m["mark"], m["count"], tuple(m["path"])) for m in told["marks"]),
+            livelock_known=told["livelock_known"],
+            livelock=None
+            if livelock is None
+            else (tuple(livelock["path"]), tuple(livelock["cycle"])),
+            traps_known=told["traps_known"],
+            traps=tuple(map(tuple, told["traps"])),
+            machines=tuple(
+                Figures(
+                    figures["locals"],
+                    figures["queue"],
+                    figures["timers"],
+                    figures["microsteps"],
+                    frozenset(n for n, seen in enumerate(figures["states"]) if seen == "1"),
+                    frozenset(n for n, seen in enumerate(figures["transitions"]) if seen == "1"),
+                )
+                for figures in told["machines"]
+            ),
+        )
+
+    # --- replay --------------------------------------------------------------------------------
+
+    def _replayed(self, path: tuple[int, ...]) -> list[tuple[Step, tuple[str, ...]]]:
+        """Return the steps of a path, and what the machines did in each."""
+        command = [str(self._program), "--replay", ",".join(map(str, path))]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise fail(
+                "explorer-build",
+                f"the explorer cannot replay its own path: {done.stderr.strip()}",
+                help="please report it",
+            )
+        return list(_steps(done.stdout.splitlines()))
 
     def trail(self, path: tuple[int, ...]) -> Trail:
-        raise AssertionError
+        """Return the steps of a path."""
+        steps = [step for step, _ in self._replayed(path)]
+        first = len(self._closed.charts)
+        return (tuple(steps[:first]), *((step,) for step in steps[first:])) if steps else ()
 
     def confirm(self, found: Counterexample, path: tuple[int, ...]) -> Counterexample:
-        raise AssertionError
+        """Compare a path in the interpreter with the same in generated C, line by line."""
+        performed = self._replayed(path)
+        for number, (step, (_, lines)) in enumerate(zip(found.steps, performed, strict=True), 1):
+            if step.checked != lines:
+                ours, theirs = _difference(step.checked, lines)
+                reason = f"in step {number} the interpreter says `{ours}`, generated C `{theirs}`"
+                return replace(found, replayed=(), differs=reason)
+        return replace(found, replayed=(*found.replayed, "generated C"))
+
+
+def _compile(command: str, files: Mapping[str, str], folder: Path) -> Path:
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    sources = sorted(name for name in files if name.endswith(".c"))
+    done = subprocess.run(
+        [command, *FLAGS, "-I.", *sources, "-o", "explore"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        first = next((line for line in done.stderr.splitlines() if "error" in line), "")
+        raise fail(
+            "explorer-build",
+            f"`{command}` cannot compile the explorer: {first or done.stderr[-300:]}",
+            help="use `--engine python`, and please report it",
+        )
+    return folder / "explore"
+
+
+def _show(told: Mapping[str, int], progress: Progress | None) -> None:
+    if progress is not None:
+        progress(told["states"], told["transitions"], told["depth"])
+
+
+def _steps(lines: list[str]) -> Iterator[tuple[Step, tuple[str, ...]]]:
+    step: Step | None = None
+    found: list[str] = []
+    for line in lines:
+        if not line.startswith("{"):
+            found.append(line)
+            continue
+        if step is not None:
+            yield step, tuple(found)
+        told = json.loads(line)["step"]
+        choices = tuple(told["choices"])
+        step = Step(Action(told["action"]), told["machine"], told["argument"], choices)
+        found = []
+    if step is not None:
+        yield step, tuple(found)
+
+
+def _difference(ours: tuple[str, ...], theirs: tuple[str, ...]) -> tuple[str, str]:
+    """Return the first pair of lines that differ."""
+    for n in range(max(len(ours), len(theirs))):
+        a = ours[n] if n < len(ours) else "(nothing more)"
+        b = theirs[n] if n < len(theirs) else "(nothing more)"
+        if a != b:
+            return a, b
+    return "", ""

@@ -42,7 +42,6 @@ class Figures:
     queue: int
     timers: int
     microsteps: int
-    internal: int
     states: frozenset[int]
     transitions: frozenset[int]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, fail
@@ -62,7 +63,7 @@ def check(
             closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress
         )
         return conclude(closed, found, _shower(closed, trail_of), names, findings)
-    with CEngine(closed, findings) as built:
+    with closing(CEngine(closed, findings)) as built:
         found = built.explore(manner.limits.memory, manner.limits.seconds, progress)
         show = _shower(closed, built.trail, built.confirm)
         return conclude(closed, found, show, names, findings)
@@ -107,5 +108,5 @@ def explored(
             closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress
         )
         return found
-    with CEngine(closed, findings) as built:
+    with closing(CEngine(closed, findings)) as built:
         return built.explore(manner.limits.memory, manner.limits.seconds, progress)

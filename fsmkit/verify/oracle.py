@@ -332,7 +332,6 @@ class Oracle:
             queue=max((len(s.queue) + len(s.deferred) for s in snapshots), default=0),
             timers=max((len(s.timers) for s in snapshots), default=0),
             microsteps=coverage.microsteps,
-            internal=0,
             states=frozenset(coverage.states),
             transitions=frozenset(coverage.transitions),
         )

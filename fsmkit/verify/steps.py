@@ -13,6 +13,7 @@ from fsmkit.model.document import Kind
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.macrostep import initial, start, step
 from fsmkit.runtime.interpreter.run import (
+    has_room,
     is_deferred,
     post,
     step_event,
@@ -69,7 +70,7 @@ class LocalSteps:
             for machine in range(len(self.charts))
         )
         self.coverage = tuple(Coverage(set(), set()) for _ in self.charts)
-        self._rests = tuple(map(_resting, self.charts))
+        self._rests = tuple(map(resting, self.charts))
         self._samples_inputs = tuple(map(reads_inputs_eventless, self.charts))
         self._ports = tuple(
             {o.name: len(chart.events) + n for n, o in enumerate(machine.chart.operations)}
@@ -90,9 +91,11 @@ class LocalSteps:
         if self.closed.is_open and not self.closed.keeps_inputs:
             inputs = initial(self.charts[machine]).inputs
         if not snapshot.running:
-            return replace(
-                snapshot, inputs=inputs, history=(), queue=(), deferred=(), timers=(), now=0
-            )
+            fault = snapshot.fault
+            if fault is not None and fault.startswith("error."):
+                fault = "error"
+            empty = replace(snapshot, history=(), queue=(), deferred=(), timers=(), now=0)
+            return replace(empty, inputs=inputs, fault=fault)
         timers = snapshot.timers
         if self.closed.untimed and timers:
             timers = tuple(sorted((Timer(0, t.what) for t in timers), key=repr))
@@ -161,7 +164,10 @@ class LocalSteps:
                 return step_eventless(chart, snapshot, chooser)
             case Action.OCCUR:
                 possible = self.closed.possible[what.argument]
-                done = step(chart, snapshot, Occurrence(possible.event, possible.payload), chooser)
+                occurrence = Occurrence(possible.event, possible.payload)
+                recalls = any(not is_deferred(chart, snapshot, o.event) for o in snapshot.deferred)
+                keeps = has_room(chart, snapshot) and not recalls
+                done = step(chart, snapshot, occurrence, chooser, may_defer=keeps)
                 return done if not possible.spontaneous or _took(done) else None
             case Action.ELAPSE:
                 return None
@@ -311,7 +317,7 @@ def _took(done: Macrostep | None) -> bool:
     return done is not None and any(small.transitions for small in done.microsteps)
 
 
-def _resting(chart: Chart) -> frozenset[int]:
+def resting(chart: Chart) -> frozenset[int]:
     """Return the leaves where a machine may wait for ever: marked, in a marked one, or final."""
     return frozenset(
         state.index

@@ -50,7 +50,7 @@ uint32_t fsm_intern(fsm_composition *self, uint32_t machine, const void *state)
 {
     if (!make_info_room(self, machine))
         return FSM_NONE;
-    const fsm_machine *m = &self->system->machines[machine];
+    const fsm_machine *m = self->system->machines[machine];
     bool added;
     uint32_t number = fsm_store_insert(&self->locals[machine], state, SIZE_MAX, &added);
     if (number == FSM_NONE) {
@@ -85,7 +85,7 @@ uint32_t fsm_elapse(fsm_composition *self, uint32_t machine, uint32_t local)
     uint32_t elapsed = fsm_info(self, machine, local)->elapsed;
     if (elapsed != FSM_NONE)
         return elapsed;
-    const fsm_machine *m = &self->system->machines[machine];
+    const fsm_machine *m = self->system->machines[machine];
     memcpy(self->after, fsm_store_at(&self->locals[machine], local), m->size);
     m->elapse(self->after, self->system->unit);
     m->settle(self->after);
@@ -104,7 +104,7 @@ uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bo
         result = *known;
     } else {
         const fsm_message *what = fsm_store_at(&self->messages, message);
-        const fsm_machine *m = &self->system->machines[what->target];
+        const fsm_machine *m = self->system->machines[what->target];
         bool fits = true;
         memcpy(self->after, fsm_store_at(&self->locals[what->target], local), m->size);
         if (what->is_input)
@@ -130,7 +130,7 @@ uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bo
 static bool perform(const fsm_composition *self, uint32_t machine, void *state, fsm_action action,
                     uint32_t argument)
 {
-    const fsm_machine *m = &self->system->machines[machine];
+    const fsm_machine *m = self->system->machines[machine];
     const fsm_possible *possible = &self->system->possible[argument];
     if (m->choose_inputs != NULL)
         m->choose_inputs(state);
@@ -166,7 +166,7 @@ static bool push_message(fsm_composition *self, fsm_message *message)
 static bool push_messages(fsm_composition *self, uint32_t machine)
 {
     const fsm_system *system = self->system;
-    const fsm_machine *m = &system->machines[machine];
+    const fsm_machine *m = system->machines[machine];
     for (uint32_t i = 0; i < system->input_link_count; i++) {
         const fsm_input_link *link = &system->input_links[i];
         if (link->source != machine)
@@ -251,10 +251,10 @@ static bool push_recorded(fsm_composition *self, uint32_t machine, fsm_local_ste
 static bool settle_step(fsm_composition *self, uint32_t machine, uint32_t local, size_t first,
                         fsm_local_step *step)
 {
-    const fsm_machine *m = &self->system->machines[machine];
+    const fsm_machine *m = self->system->machines[machine];
     fsm_bounds *bounds = &self->bounds[machine];
-    bounds->microsteps = larger(bounds->microsteps, fsm_recording.most_microsteps);
-    bounds->internal = larger(bounds->internal, fsm_recording.most_internal);
+    if (fsm_recording.budget <= m->microsteps)
+        bounds->microsteps = larger(bounds->microsteps, m->microsteps - fsm_recording.budget);
     m->settle(self->after);
     step->next = fsm_intern(self, machine, self->after);
     if (step->next == FSM_NONE)
@@ -271,15 +271,21 @@ static bool settle_step(fsm_composition *self, uint32_t machine, uint32_t local,
     return true;
 }
 
+static void listen_to(const fsm_composition *self, uint32_t machine)
+{
+    fsm_recording.states_seen = self->states_seen[machine];
+    fsm_recording.transitions_seen = self->transitions_seen[machine];
+    fsm_recording.noted = self->system->machines[machine]->noted;
+}
+
 bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_action action,
                  uint32_t argument, fsm_kind kind)
 {
-    const fsm_machine *m = &self->system->machines[machine];
+    const fsm_machine *m = self->system->machines[machine];
     size_t first = self->step_count;
     uint32_t runs = 0;
     memcpy(self->before, fsm_store_at(&self->locals[machine], local), m->size);
-    fsm_recording.states_seen = self->states_seen[machine];
-    fsm_recording.transitions_seen = self->transitions_seen[machine];
+    listen_to(self, machine);
     fsm_recorder_forget();
     do {
         enum { MOST_RUNS = 1 << 20 };
@@ -299,14 +305,13 @@ bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_ac
 
 void fsm_run_again(const fsm_composition *self, fsm_description what, void *after)
 {
-    const fsm_machine *m = &self->system->machines[what.machine];
+    const fsm_machine *m = self->system->machines[what.machine];
     memcpy(after, fsm_store_at(&self->locals[what.machine], what.before), m->size);
     fsm_recorder_forget();
     for (uint32_t i = 0; i < what.choice_count; i++)
         fsm_recording.chosen[i] = what.choices[i];
     fsm_recording.choice_count = what.choice_count;
-    fsm_recording.states_seen = self->states_seen[what.machine];
-    fsm_recording.transitions_seen = self->transitions_seen[what.machine];
+    listen_to(self, what.machine);
     fsm_recorder_begin();
     fsm_recording.tracing = true;
     (void)perform(self, what.machine, after, what.action, what.argument);
@@ -338,7 +343,7 @@ static bool explore_timers(fsm_composition *self, uint32_t machine, uint32_t loc
 
 static bool explore_own(fsm_composition *self, uint32_t machine, uint32_t local, fsm_view view)
 {
-    const fsm_machine *m = &self->system->machines[machine];
+    const fsm_machine *m = self->system->machines[machine];
     bool arbitrary = m->choose_inputs != NULL;
     size_t first = self->step_count;
     if (m->eventless != NULL

@@ -172,12 +172,12 @@ static void print_machines(const fsm_composition *composition)
     for (uint32_t i = 0; i < system->machine_count; i++) {
         fsm_bounds bounds = fsm_composition_bounds(composition, i);
         printf("%s{\"locals\": %" PRIu32 ", \"queue\": %" PRIu32 ", \"timers\": %" PRIu32
-               ", \"microsteps\": %" PRIu32 ", \"internal\": %" PRIu32,
+               ", \"microsteps\": %" PRIu32,
                i == 0 ? "" : ", ", fsm_local_count(composition, i), bounds.queue, bounds.timers,
-               bounds.microsteps, bounds.internal);
-        print_seen("states", fsm_states_seen(composition, i), system->machines[i].state_count);
+               bounds.microsteps);
+        print_seen("states", fsm_states_seen(composition, i), system->machines[i]->state_count);
         print_seen("transitions", fsm_transitions_seen(composition, i),
-                   system->machines[i].transition_count);
+                   system->machines[i]->transition_count);
         printf("}");
     }
     printf("]");
@@ -242,7 +242,7 @@ static const char *action_name(fsm_action action)
 
 static bool run_described(const fsm_composition *composition, fsm_description what)
 {
-    const fsm_machine *m = &fsm_the_system.machines[what.machine];
+    const fsm_machine *m = fsm_the_system.machines[what.machine];
     printf("{\"step\": {\"action\": \"%s\", \"machine\": %" PRIu32 ", \"argument\": %" PRIu32 ", \"choices\": [",
            action_name(what.action), what.machine, what.argument);
     for (uint32_t i = 0; i < what.choice_count; i++)

@@ -1,12 +1,15 @@
 #include "recorder.h"
 
+#include <inttypes.h>
+#include <stdio.h>
+
 fsm_recorder fsm_recording;
 
 void fsm_recorder_begin(void)
 {
     fsm_recorder *self = &fsm_recording;
     self->sent_count = self->note_count = self->choice_at = 0;
-    self->microsteps = self->most_microsteps = self->most_internal = 0;
+    self->budget = UINT32_MAX;
     self->took = false;
 }
 
@@ -73,9 +76,36 @@ void fsm_note_taken(uint32_t transition)
 {
     fsm_recording.took = true;
     fsm_recording.transitions_seen[transition] = 1;
+    fsm_note_line("t", transition);
 }
 
 void fsm_note_entered(uint32_t state)
 {
     fsm_recording.states_seen[state] = 1;
+    fsm_note_line("+", state);
+}
+
+void fsm_note_unhandled(uint32_t event)
+{
+    if (fsm_recording.noted[event] != 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + event);
+}
+
+void fsm_note_text(uint32_t note, const char *what, const char *text)
+{
+    fsm_note_mark(note);
+    if (fsm_recording.tracing)
+        printf("%s %s\n", what, text);
+}
+
+void fsm_note_budget(uint32_t left)
+{
+    if (left < fsm_recording.budget)
+        fsm_recording.budget = left;
+}
+
+void fsm_note_line(const char *what, uint32_t number)
+{
+    if (fsm_recording.tracing)
+        printf("%s %" PRIu32 "\n", what, number);
 }

@@ -11,7 +11,7 @@
 typedef int64_t fsm_value; /* floats travel as their bits */
 
 enum {
-    FSM_MOST_VALUES = 16,   /* values of one message */
+    FSM_MOST_VALUES = 32,   /* values of one message */
     FSM_MOST_SENT = 256,    /* messages of one local step */
     FSM_MOST_CHOICES = 256, /* choices of one local step */
     FSM_MOST_NOTES = 64     /* marks of one local step */
@@ -30,7 +30,8 @@ typedef struct {
     uint32_t chosen[FSM_MOST_CHOICES], limits[FSM_MOST_CHOICES];
     uint32_t choice_count, choice_at;
     bool took;               /* a transition was taken */
-    uint32_t microsteps, most_microsteps, most_internal;
+    uint32_t budget;         /* the fewest microsteps that were left */
+    const unsigned char *noted; /* events of the machine whose going unanswered is noted */
     unsigned char *states_seen, *transitions_seen; /* of the machine at hand; coverage of the whole run */
     const char *too_much;    /* a bound above was passed */
     bool tracing;            /* print what happens */
@@ -45,11 +46,15 @@ void fsm_recorder_begin(void);   /* before a step; the choices stay */
 bool fsm_recorder_advance(void); /* to the next sequence of choices; false after the last */
 void fsm_recorder_forget(void);  /* the choices */
 
-/* What the adapter calls. */
+/* What the adapter and the hooks call. */
 uint32_t fsm_choose(uint32_t n); /* a value below n, each in turn */
 void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values);
 void fsm_note_mark(uint32_t note);
 void fsm_note_taken(uint32_t transition);
 void fsm_note_entered(uint32_t state);
+void fsm_note_unhandled(uint32_t event);
+void fsm_note_text(uint32_t note, const char *what, const char *text);
+void fsm_note_budget(uint32_t left);
+void fsm_note_line(const char *what, uint32_t number);
 
 #endif

@@ -7,7 +7,7 @@ uint32_t fsm_first_mark(const fsm_system *system, uint32_t machine)
 {
     uint32_t mark = 1 + system->property_count;
     for (uint32_t i = 0; i < machine; i++)
-        mark += FSM_NOTE_UNHANDLED + system->machines[i].event_count;
+        mark += FSM_NOTE_UNHANDLED + system->machines[i]->event_count;
     return mark;
 }
 
@@ -129,11 +129,11 @@ static bool successors(void *context, const void *bytes, fsm_emit *emit_step, vo
         waiting += info->view.waiting;
         awaited += info->view.awaited;
         busy = busy || info->busy;
-        answering = answering || (system->machines[i].environment && info->view.waiting > 0 && info->view.running);
+        answering = answering || (system->machines[i]->environment && info->view.waiting > 0 && info->view.running);
     }
     for (uint32_t i = 0; i < system->machine_count; i++) {
         const fsm_local_info *info = fsm_info(c, i, state[i]);
-        if (answering && !(system->machines[i].environment && info->view.waiting > 0))
+        if (answering && !(system->machines[i]->environment && info->view.waiting > 0))
             continue;
         uint32_t own = info->own, own_count = info->own_count;
         uint32_t open = info->open, open_count = info->open_count;
@@ -192,7 +192,7 @@ static bool copy_initial_outputs(global *self)
         const fsm_input_link *link = &c->system->input_links[i];
         const void *source = fsm_store_at(&c->locals[link->source], self->next[link->source]);
         fsm_message message = {link->target, link->input, true, 1,
-                               {c->system->machines[link->source].output(source, link->output)}};
+                               {c->system->machines[link->source]->output(source, link->output)}};
         uint32_t number = fsm_intern_message(c, &message);
         if (number == FSM_NONE || !deliver(self, number))
             return false;
@@ -206,16 +206,16 @@ static bool initial(void *context, fsm_emit *emit_step, void *emit_context)
     uint32_t count = c->system->machine_count, order[FSM_MOST_MACHINES], placed = 0;
     global self = {.composition = c, .emit = emit_step, .context = emit_context};
     for (uint32_t i = 0; i < count; i++) {
-        memset(c->after, 0, c->system->machines[i].size);
-        c->system->machines[i].init(c->after);
-        c->system->machines[i].settle(c->after);
+        memset(c->after, 0, c->system->machines[i]->size);
+        c->system->machines[i]->init(c->after);
+        c->system->machines[i]->settle(c->after);
         self.next[i] = fsm_intern(c, i, c->after);
         if (self.next[i] == FSM_NONE)
             return false;
     }
     for (uint32_t pass = 0; pass < 2; pass++)
         for (uint32_t i = 0; i < count; i++)
-            if (c->system->machines[i].environment == (pass == 0))
+            if (c->system->machines[i]->environment == (pass == 0))
                 order[placed++] = i;
     fsm_numbers sent = {0};
     bool fine = copy_initial_outputs(&self) && start(&self, order, 0, &sent);
@@ -293,7 +293,7 @@ static const char *failure(void *context)
 
 static bool init_machine(fsm_composition *self, uint32_t machine)
 {
-    const fsm_machine *m = &self->system->machines[machine];
+    const fsm_machine *m = self->system->machines[machine];
     self->states_seen[machine] = calloc(m->state_count + 1, 1);
     self->transitions_seen[machine] = calloc(m->transition_count + 1, 1);
     return fsm_store_init(&self->locals[machine], m->size)
@@ -313,7 +313,7 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
     bool fine = fsm_store_init(&self->messages, sizeof(fsm_message));
     for (uint32_t i = 0; i < count; i++) {
         fine = init_machine(self, i) && fine;
-        largest = system->machines[i].size > largest ? system->machines[i].size : largest;
+        largest = system->machines[i]->size > largest ? system->machines[i]->size : largest;
     }
     self->before = malloc(largest);
     self->after = malloc(largest);

@@ -34,6 +34,8 @@ typedef struct {
     size_t size;
     bool environment;
     uint32_t state_count, transition_count, event_count;
+    const unsigned char *noted; /* which events are worth a mark when nobody answers them */
+    uint32_t microsteps; /* the bound of a macrostep */
     size_t configuration_size;
     void (*init)(void *m);
     void (*start)(void *m);
@@ -70,7 +72,7 @@ typedef struct {
 } fsm_possible;
 
 typedef struct {
-    const fsm_machine *machines;
+    const fsm_machine *const *machines;
     const fsm_event_link *event_links;
     const fsm_input_link *input_links;
     const fsm_possible *possible;
@@ -94,7 +96,7 @@ typedef enum {
 uint32_t fsm_first_mark(const fsm_system *system, uint32_t machine);
 
 typedef struct {
-    uint32_t queue, timers, microsteps, internal;
+    uint32_t queue, timers, microsteps;
 } fsm_bounds;
 
 typedef struct fsm_composition fsm_composition;

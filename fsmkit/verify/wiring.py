@@ -1,0 +1,188 @@
+"""The C of a closed system: its wires, what may happen, and the judging of its properties."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+from fsmkit.diagnostics import fail
+from fsmkit.emit import Emitter
+from fsmkit.expressions import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
+from fsmkit.expressions import Variable as Named
+from fsmkit.verify.adapter import MOST_VALUES, Built
+from fsmkit.verify.closed import PATIENCE, Closed
+from fsmkit.verify.conditions import ConditionPrinter
+from fsmkit.verify.system import JUDGED_AT_STATES, Atom, Property, PropertyKind
+
+
+def system_file(closed: Closed, built: Sequence[Built]) -> str:
+    """Return the file of a system."""
+    out = Emitter()
+    out.line(f"/* The system `{closed.system.name}`. */")
+    out.lines(f'#include "{machine.prefix}.h"' for machine in built)
+    out.lines(['#include "system.h"', ""])
+    for machine in built:
+        out.line(f"extern const fsm_machine fsm_machine_{machine.number};")
+    out.line()
+    _links(out, closed)
+    _possible(out, closed, built)
+    _judge(out, closed, built)
+    _machines(out, built)
+    _table(out, closed)
+    return out.finish()
+
+
+def _links(out: Emitter, closed: Closed) -> None:
+    with out.block("static const fsm_event_link event_links[] = {", "};"):
+        for link in closed.system.event_links:
+            _within_bounds(len(link.arguments))
+            fields = ", ".join(f"{n}u" for n in link.arguments) or "0u"
+            ends = f"{link.source}u, {link.port}u, {link.target}u, {link.event}u"
+            out.line(f"{{{ends}, {len(link.arguments)}u, {{{fields}}}}},")
+        out.line("{0}")
+    out.line()
+    with out.block("static const fsm_input_link input_links[] = {", "};"):
+        for wire in closed.system.input_links:
+            out.line(f"{{{wire.source}u, {wire.output}u, {wire.target}u, {wire.input}u}},")
+        out.line("{0}")
+    out.line()
+
+
+def _possible(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+    with out.block("static const fsm_possible possible[] = {", "};"):
+        for what in closed.possible:
+            machine = built[what.machine]
+            fields = machine.chart.events[what.event].fields
+            values = _flat(machine, fields, what.payload)
+            _within_bounds(len(values))
+            owed, spontaneous = str(what.owed).lower(), str(what.spontaneous).lower()
+            texts = ", ".join(values) or "0"
+            out.line(f"{{{what.machine}u, {what.event}u, {{{texts}}}, {owed}, {spontaneous}}},")
+        out.line("{0}")
+    out.line()
+
+
+def _within_bounds(values: int) -> None:
+    if values > MOST_VALUES:
+        raise fail(
+            "not-explored-yet",
+            f"a message of {values} values is too large for the engine in C",
+            help="use `--engine python`",
+        )
+
+
+def _flat(machine: Built, fields: tuple[Field, ...], payload: tuple[Value, ...]) -> list[str]:
+    """Spell the scalars of a payload as `fsm_value`."""
+    found: list[str] = []
+    for field, value in zip(fields, payload, strict=True):
+        found += _scalars(machine, field.type, value)
+    return found
+
+
+def _scalars(machine: Built, type_: Type, value: Value) -> list[str]:
+    match type_, value:
+        case ArrayType(element), tuple():
+            return [text for part in value for text in _scalars(machine, element, part)]
+        case RecordType(_, fields), tuple():
+            return _flat(machine, fields, value)
+        case FloatType(), int() | float():
+            bits: int = struct.unpack("<q", struct.pack("<d", float(value)))[0]
+            return [_integer(bits)]
+        case SymbolType(), str():
+            return [str(machine.names.symbol(value))]
+        case _:
+            assert isinstance(value, int)  # noqa: S101  (all other scalars are integers)
+            return [_integer(int(value))]
+
+
+def _integer(value: int) -> str:
+    if value >= 2**63:
+        value -= 2**64
+    return f"INT64_C({value})" if value > -(2**63) else "INT64_MIN"
+
+
+# --- properties -----------------------------------------------------------------------------------
+
+
+def _judge(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+    for number, property_ in enumerate(closed.system.properties):
+        if property_.kind in JUDGED_AT_STATES and property_.condition is not None:
+            _judge_one(out, number, property_, built)
+    with out.block("static bool judge(const void *const *machines, uint32_t property)\n{"):
+        out.line("(void)machines;")
+        with out.block("switch (property) {"):
+            for number, property_ in enumerate(closed.system.properties):
+                if property_.kind in JUDGED_AT_STATES and property_.condition is not None:
+                    out.line(f"case {number}u:")
+                    out.line(f"    return judge_{number}(machines);")
+            out.lines(["default:", "    return false;"])
+    out.line()
+
+
+def _judge_one(out: Emitter, number: int, property_: Property, built: Sequence[Built]) -> None:
+    atoms = dict(property_.atoms)
+    used = sorted({atom.machine for atom in atoms.values()} | _owner(property_))
+
+    def atom_of(variable: Named) -> Atom:
+        if property_.owner is not None:
+            return Atom(property_.owner, variable=variable.name)
+        return atoms[variable.name]
+
+    def access(variable: Named) -> str:
+        atom = atom_of(variable)
+        machine = built[atom.machine]
+        if atom.state is not None:
+            return _active(machine, atom.state)
+        return f"m{atom.machine}->{machine.names.variables[atom.variable]}"
+
+    def test(state: int) -> str:
+        return _active(built[property_.owner or 0], state)
+
+    def symbol(text: str) -> int:
+        return built[used[0]].names.symbol(text)
+
+    condition = ConditionPrinter(access, test, symbol).print(property_.condition)  # type: ignore[arg-type]
+    sign = "!" if property_.kind is PropertyKind.INVARIANT else ""
+    out.line(f"/* {property_.name}: {property_.kind.value} */")
+    with out.block(f"static bool judge_{number}(const void *const *machines)\n{{"):
+        for index in used:
+            out.line(f"const {built[index].prefix} *m{index} = machines[{index}];")
+        out.lines(["uint8_t failed = FSM_FINE;", f"bool holds = (bool)({condition});"])
+        out.line(f"return {sign}(holds && failed == FSM_FINE);")
+    out.line()
+
+
+def _owner(property_: Property) -> set[int]:
+    return set() if property_.owner is None else {property_.owner}
+
+
+def _active(machine: Built, state: int) -> str:
+    if state == 0:
+        return "true"
+    return f"{machine.prefix}_in(m{machine.number}, {machine.names.states[state]})"
+
+
+# --- the table ------------------------------------------------------------------------------------
+
+
+def _machines(out: Emitter, built: Sequence[Built]) -> None:
+    with out.block("static const fsm_machine *const machines[] = {", "};"):
+        out.lines(f"&fsm_machine_{machine.number}," for machine in built)
+    out.line()
+
+
+def _table(out: Emitter, closed: Closed) -> None:
+    system = closed.system
+    with out.block("const fsm_system fsm_the_system = {", "};"):
+        out.lines([".machines = machines,", ".event_links = event_links,"])
+        out.lines([".input_links = input_links,", ".possible = possible,"])
+        out.line(f".machine_count = {len(system.machines)}u,")
+        out.line(f".event_link_count = {len(system.event_links)}u,")
+        out.line(f".input_link_count = {len(system.input_links)}u,")
+        out.line(f".possible_count = {len(closed.possible)}u,")
+        out.line(f".property_count = {len(system.properties)}u,")
+        out.line(".judge = judge,")
+        out.line(f".untimed = {str(closed.untimed).lower()},")
+        out.line(f".open = {str(closed.is_open).lower()},")
+        out.line(f".unit = {closed.unit}u,")
+        out.line(f".patience = {PATIENCE}u,")
