@@ -25,7 +25,7 @@ from __future__ import annotations
 
 {imports}from collections.abc import Callable
 from enum import IntEnum
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 CLOCK = 0xFFFFFFFF
 FAR = 0x80000000
@@ -175,19 +175,14 @@ def _constants(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
         "SAMPLES_INPUTS": movement.samples_inputs(chart),
         "ERROR_EXECUTION": chart.event_index.get("error.execution", -1),
         "ERROR_RANGE": chart.event_index.get("error.range", -1),
+        "ERRORS": () if chart.lenient else tuple(errors),
         "DEFERRING": tuple(deferring),
         "PERIODS": tuple(periods),
         "_POSTABLE": postable,
         **movement.conflict_tables(plan),
     }
     for name, value in constants.items():
-        out.line(f"{name} = {value!r}")
-    faults = [] if chart.lenient else errors
-    out.line(
-        f"ERRORS = frozenset({{{', '.join(map(str, faults))}}})"
-        if faults
-        else "ERRORS: frozenset[int] = frozenset()"
-    )
+        out.line(f"{name}: {template.machine().constants[name]} = {value!r}")
 
 
 def _select(out: Lines, chart: Chart, names: Names) -> None:
@@ -239,7 +234,9 @@ def _tables(out: Lines, names: Names) -> None:
 
     def table(name: str, methods: list[str]) -> None:
         entries = [m if f"    def {m}(" in text else "None" for m in methods]
-        out.line(f"{name} = ({', '.join(entries)}{',' if len(entries) == 1 else ''})")
+        type_ = template.machine().constants[name]
+        comma = "," if len(entries) == 1 else ""
+        out.line(f"{name}: {type_} = ({', '.join(entries)}{comma})")
 
     out.line()
     states, transitions = names.states, names.transitions

@@ -99,7 +99,7 @@ def conflict_tables(plan: Plan) -> dict[str, object]:
     """
     chart = plan.chart
     if not has_regions(chart):
-        return {}
+        return {"OUTER": (), "CLASHES": ()}
     domains = [domain_of(plan, t) for t in chart.transitions]
     outer = [
         sum(1 << u.index for u in chart.transitions if chart.is_descendant(t.source, u.source))

@@ -12,6 +12,8 @@ from pathlib import Path
 import fsmkit
 
 FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
+FILES = ("machine.py", "stepping.py", "timers.py", "queues.py", "trace.py")
+"""What a host calls comes first; each stands on the next."""
 MARK = "    # --- copied from here on into each generated class "
 
 
@@ -21,6 +23,8 @@ class Template:
 
     body: str
     slots: tuple[str, ...]
+    constants: dict[str, str]
+    """Types of the constants and tables that each machine supplies."""
     names: frozenset[str]
     """Everything that a generated class has already."""
 
@@ -28,20 +32,27 @@ class Template:
 @cache
 def machine() -> Template:
     """Return the part of a machine that does not depend on its chart."""
-    text = (FOLDER / "machine.py").read_text(encoding="utf-8")
-    body = text[text.index("\n", text.index(MARK)) + 1 :]
-    (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
+    bodies: list[str] = []
     slots: tuple[str, ...] = ()
     names: set[str] = set()
-    for node in class_.body:
-        match node:
-            case ast.Assign(targets=[ast.Name("__slots__")], value=value):
-                slots = tuple(ast.literal_eval(value))
-            case ast.AnnAssign(target=ast.Name(name)) | ast.FunctionDef(name=name):
-                names.add(name)
-            case _:
-                pass
-    return Template(body.strip("\n"), slots, frozenset(names | set(slots)))
+    constants: dict[str, str] = {}
+    for file in FILES:
+        text = (FOLDER / file).read_text(encoding="utf-8")
+        bodies.append(text[text.index("\n", text.index(MARK)) + 1 :].strip("\n"))
+        (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
+        for node in class_.body:
+            match node:
+                case ast.Assign(targets=[ast.Name("__slots__")], value=value):
+                    slots += tuple(ast.literal_eval(value))
+                case ast.AnnAssign(target=ast.Name(name), annotation=annotation):
+                    names.add(name)
+                    if isinstance(annotation, ast.Subscript) and "ClassVar" in ast.dump(annotation):
+                        constants[name] = ast.unparse(annotation)
+                case ast.FunctionDef(name=name):
+                    names.add(name)
+                case _:
+                    pass
+    return Template("\n\n".join(bodies), slots, constants, frozenset(names | set(slots)))
 
 
 def arithmetic(used_by: str) -> str:

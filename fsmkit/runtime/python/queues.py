@@ -1,0 +1,90 @@
+"""The queues of a machine, and the errors it raises."""
+
+from __future__ import annotations
+
+from fsmkit.runtime.python.trace import NOTHING, Traced
+
+
+class Queues(Traced):
+    """Events that wait: external, deferred, internal."""
+
+    __slots__ = ()
+
+    # --- copied from here on into each generated class --------------------------------------------
+
+    # --- queues and errors ------------------------------------------------------------------------
+
+    def _enqueue(self, event: int) -> int:
+        """Make room at the end of the external queue; where its payload goes, or -1."""
+        if not self._running or self._queue_count + self._deferred_count >= self.QUEUE:
+            return NOTHING
+        at = (self._queue_head + self._queue_count) % self.QUEUE
+        self._queue_count += 1
+        self._queue_event[at] = event
+        return at * self.WIDTH
+
+    def _enqueue_own(self, event: int) -> int:
+        """Do the same for an event that the machine sends itself, and tell if it is lost."""
+        if self._queue_count + self._deferred_count >= self.QUEUE:
+            if self.trace is not None:
+                self._tell("full queue")
+            return NOTHING
+        at = (self._queue_head + self._queue_count) % self.QUEUE
+        self._queue_count += 1
+        self._queue_event[at] = event
+        return at * self.WIDTH
+
+    def _enqueue_internal(self, event: int) -> int:
+        """Make room at the end of the internal queue; where its payload goes. Full is a fault."""
+        if self._internal_count >= self.INTERNAL:
+            if self.trace is not None:
+                self._tell("full internal")
+            self._stop("internal")
+            return NOTHING
+        at = (self._internal_head + self._internal_count) % self.INTERNAL
+        self._internal_count += 1
+        self._internal_event[at] = event
+        return at * self.WIDTH
+
+    def _take_internal(self) -> int:
+        """Take the oldest internal event, with its payload."""
+        at = self._internal_head
+        self._internal_head = (at + 1) % self.INTERNAL
+        self._internal_count -= 1
+        width = self.WIDTH
+        for k in range(width):
+            self._fields[k] = self._internal_fields[at * width + k]
+        return self._internal_event[at]
+
+    def _defer(self, event: int) -> None:
+        """Keep the event at hand until no active state defers it."""
+        at = self._deferred_count
+        self._deferred_count += 1
+        self._deferred_event[at] = event
+        width = self.WIDTH
+        for k in range(width):
+            self._deferred_fields[at * width + k] = self._fields[k]
+
+    def _stop(self, reason: str) -> None:
+        """Put the machine into a fault; the first one counts."""
+        if self._fault is None:
+            self._fault = reason
+            if self.trace is not None:
+                self._tell("fault " + reason)
+
+    def _error_execution(self) -> None:
+        """Tell that content could not be evaluated."""
+        if self.trace is not None:
+            self._tell("error error.execution")
+        if self.ERROR_EXECUTION >= 0:
+            self._enqueue_internal(self.ERROR_EXECUTION)
+
+    def _clamp(self, value: int, lo: int, hi: int) -> int:
+        """Return the nearest value of a range, and tell if that is another."""
+        if lo <= value <= hi:
+            return value
+        if self.trace is not None:
+            self._tell("error error.range")
+        if self.ERROR_RANGE >= 0:
+            self._enqueue_internal(self.ERROR_RANGE)
+        return lo if value < lo else hi

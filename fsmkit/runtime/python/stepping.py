@@ -1,0 +1,286 @@
+"""Macrosteps: selection, microsteps, the loop until the configuration is stable (Appendix D)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fsmkit.runtime.python.arithmetic import ContentError, RangeFault
+from fsmkit.runtime.python.timers import Timers
+from fsmkit.runtime.python.trace import NOTHING
+
+
+class Stepping(Timers):
+    """What a machine does with an event or a timeout."""
+
+    __slots__ = ()
+
+    # --- copied from here on into each generated class --------------------------------------------
+
+    # --- macrosteps -------------------------------------------------------------------------------
+
+    def _open(self, event: int) -> None:
+        """Begin the macrostep of an event, whose payload is at hand."""
+        self._budget = self.MICROSTEPS
+        self._event = event
+        if self.trace is not None:
+            self._cause = f"@{self._now} > event {self._spell(event, self._fields, 0)}"
+            self._tell(None)
+
+    def _try_eventless(self) -> None:
+        self._budget = self.MICROSTEPS
+        self._event = NOTHING
+        if self.trace is not None:
+            self._cause = f"@{self._now} > eventless"
+        self._settle()
+
+    def _take_queued(self) -> bool:
+        """Take the oldest recalled event, else the oldest of the queue, if there is one."""
+        width = self.WIDTH
+        for i in range(self._deferred_count):
+            event = self._deferred_event[i]
+            if not self._active & self.DEFERRING[event]:
+                for k in range(width):
+                    self._fields[k] = self._deferred_fields[i * width + k]
+                self._deferred_count -= 1
+                for j in range(i, self._deferred_count):
+                    self._deferred_event[j] = self._deferred_event[j + 1]
+                for k in range(i * width, self._deferred_count * width):
+                    self._deferred_fields[k] = self._deferred_fields[k + width]
+                break
+        else:
+            if not self._queue_count:
+                return False
+            at = self._queue_head
+            event = self._queue_event[at]
+            for k in range(width):
+                self._fields[k] = self._queue_fields[at * width + k]
+            self._queue_head = (at + 1) % self.QUEUE
+            self._queue_count -= 1
+        self._open(event)
+        self._react(event, may_defer=True)
+        self._settle()
+        return True
+
+    def _react(self, event: int, *, may_defer: bool) -> bool:
+        """Take what an event enables; else keep it for later, or tell that nobody wants it."""
+        self._event = event
+        self._is_deferred = False
+        self._tried = 0
+        select = self._SELECT[event]
+        chosen = 0 if select is None else select(self)
+        self._budget -= 1
+        if not chosen:
+            if self._is_deferred and may_defer:
+                self._defer(event)
+                return False
+            if self.trace is not None:
+                self._tell("unhandled " + self.EVENTS[event])
+            if event in self.ERRORS:
+                self._stop(self.EVENTS[event])
+            return False
+        if self._fault is not None:
+            return False
+        self._microstep(chosen)
+        return True
+
+    def _settle(self) -> None:
+        """Go on until the configuration is stable (SCXML Appendix D, mainEventLoop)."""
+        while self._running and self._fault is None:
+            self._tried = 0
+            chosen = self._select_eventless()
+            if not chosen and not self._internal_count:
+                break
+            if self._budget <= 0:
+                self._stop("microsteps")
+            elif chosen:
+                self._budget -= 1
+                if self._fault is None:
+                    self._microstep(chosen)
+            else:
+                self._react(self._take_internal(), may_defer=False)
+        if self._fault is not None:
+            self._running = self._finished = False
+        elif not self._running:
+            self._end()
+        if self._cause is None and self.trace is not None:
+            end = (*self.active(), "finished") if self._finished else self.active()
+            self._tell(" ".join(("=", *end)))
+        self._cause = None
+
+    def _microstep(self, chosen: int) -> None:
+        """Exit, run the content of the transitions, enter (Appendix D, microstep)."""
+        if not chosen & chosen - 1:
+            index = chosen.bit_length() - 1
+            if (leave := self._LEAVE[index]) is not None:
+                leave(self)
+            if self.trace is not None:
+                self._tell(f"t {index}")
+            if (do := self._DO[index]) is not None:
+                do(self)
+            if (enter := self._ENTER[index]) is not None:
+                enter(self)
+            return
+        # the transitions lie in different regions, whose order is theirs
+        rest = chosen
+        while rest:
+            index = rest.bit_length() - 1
+            rest ^= 1 << index
+            if (leave := self._LEAVE[index]) is not None:
+                leave(self)
+        rest = chosen
+        while rest:
+            index = (rest & -rest).bit_length() - 1
+            rest &= rest - 1
+            if self.trace is not None:
+                self._tell(f"t {index}")
+            if (do := self._DO[index]) is not None:
+                do(self)
+        rest = chosen
+        while rest:
+            index = (rest & -rest).bit_length() - 1
+            rest &= rest - 1
+            if (enter := self._ENTER[index]) is not None:
+                enter(self)
+
+    def _end(self) -> None:
+        """Leave all states, innermost first (Appendix D, exitInterpreter)."""
+        rest = self._active & ~1
+        while rest:
+            state = rest.bit_length() - 1
+            rest ^= 1 << state
+            if self.trace is not None:
+                self._tell("- " + self.STATES[state])
+            if (exited := self._EXITED[state]) is not None:
+                exited(self)
+        self._empty_queues()
+
+    def _exit(self, states: int) -> None:
+        """Leave active states, innermost first."""
+        while states:
+            state = states.bit_length() - 1
+            bit = 1 << state
+            states ^= bit
+            if self.trace is not None:
+                self._tell("- " + self.STATES[state])
+            if (exited := self._EXITED[state]) is not None:
+                exited(self)
+            self._active ^= bit
+
+    def _enter(self, states: int, defaults: int) -> None:
+        """Enter states, outermost first; ``defaults``: initial transitions with content to run."""
+        states &= ~self._active
+        while states:
+            bit = states & -states
+            states ^= bit
+            state = bit.bit_length() - 1
+            self._active |= bit
+            if self.trace is not None:
+                self._tell("+ " + self.STATES[state])
+            if (entered := self._ENTERED[state]) is not None:
+                entered(self, defaults)
+
+    def _finish(self) -> None:
+        """Note that a top-level final state was entered."""
+        self._running = False
+        self._finished = True
+
+    def _field(self, name: str) -> Any:
+        """Return a part of the payload at hand; the event may be one that has no such part."""
+        at = self.FIELDS[self._event].get(name) if self._event >= 0 else None
+        if at is None:
+            raise ContentError(f"no event with {name} is at hand")
+        return self._fields[at]
+
+    def _event_name(self) -> str:
+        """Return the name of the event at hand, empty where there is none."""
+        return self.EVENTS[self._event] if self._event >= 0 else ""
+
+    # --- timeouts ---------------------------------------------------------------------------------
+    def _fire(self) -> None:
+        """Fire the first timer, at its deadline."""
+        what = self._timer_what[0]
+        self._now = self._timer_due[0]
+        if what >= 0:
+            self._remove(0)
+            self._time_out(what)
+            return
+        event, route, peer, width = ~what, self._timer_route[0], self._timer_peer[0], self.WIDTH
+        for k in range(width):
+            self._fields[k] = self._timer_fields[k]
+        self._remove(0)
+        self._sends -= 1
+        if route == 1:
+            self._open(event)
+            self._react(event, may_defer=False)
+            self._settle()
+        elif route == 2:
+            port = self._PORTS[event]
+            if port is not None:
+                port(self, peer)
+        else:
+            at = self._enqueue_own(event)
+            if at >= 0:
+                for k in range(width):
+                    self._queue_fields[at + k] = self._fields[k]
+
+    def _time_out(self, transition: int) -> None:
+        """Take a transition whose delay has passed, if its guard is true."""
+        self._budget = self.MICROSTEPS
+        self._event = NOTHING
+        if self.trace is not None:
+            self._cause = f"@{self._now} > timeout {transition}"
+            self._tell(None)
+        if self.PERIODS[transition]:
+            self._insert(transition, self.PERIODS[transition], NOTHING, 0, None)
+        self._tried = 0
+        is_enabled = self._GUARDS[transition] is None or self._test(transition)
+        self._budget -= 1
+        if is_enabled and self._fault is None:
+            self._microstep(1 << transition)
+        self._settle()
+
+    # --- selection --------------------------------------------------------------------------------
+
+    def _offer(self, transition: int) -> None:
+        """Add an enabled transition unless it is preempted (removeConflictingTransitions)."""
+        bit = 1 << transition
+        if self._seen & bit:
+            return
+        self._seen |= bit
+        clash = self._chosen & self._clashes(transition)
+        if not clash & ~self.OUTER[transition]:
+            self._chosen = self._chosen & ~clash | bit
+
+    def _clashes(self, transition: int) -> int:
+        """Return the transitions whose exit sets meet that of this one."""
+        return self.CLASHES[transition]
+
+    def _test(self, transition: int) -> bool:
+        """Evaluate a guard, once in a selection; one that fails is false."""
+        bit = 1 << transition
+        if self._tried & bit:
+            return bool(self._held & bit)
+        self._tried |= bit
+        self._held &= ~bit
+        guard = self._GUARDS[transition]
+        try:
+            is_held = guard is None or guard(self)
+        except ContentError:
+            self._error_execution()
+            return False
+        except RangeFault:
+            self._stop("range")
+            return False
+        if is_held:
+            self._held |= bit
+        return is_held
+
+    def active(self) -> tuple[str, ...]:
+        """Return the names of the active atomic states, in document order."""
+        leaves = self._active & self.LEAVES
+        return tuple([name for bit, name in enumerate(self.STATES) if leaves >> bit & 1])
+
+    def _empty_queues(self) -> None:
+        self._queue_head = self._queue_count = self._deferred_count = 0
+        self._internal_head = self._internal_count = 0
+        self._timer_count = self._sends = 0

@@ -1,0 +1,163 @@
+"""What each machine declares, and how it tells what it does.
+
+Sets of states and of transitions are integers, one bit for each; queues and timers are lists that
+never change their length: a step makes nothing that the garbage collector would have to look after.
+
+The payload of entry ``i`` of a queue is ``fields[i * WIDTH : i * WIDTH + WIDTH]``. Times are ticks
+modulo 2^32; deadlines compare by their distance, which is below 2^31.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from fsmkit.runtime.python.arithmetic import shown
+
+CLOCK = 0xFFFFFFFF
+FAR = 0x80000000
+NOTHING = -1
+
+
+class Traced:
+    """The variables of a machine, and the trace it gives."""
+
+    __slots__ = (
+        "_active",
+        "_budget",
+        "_busy",
+        "_cause",
+        "_chosen",
+        "_deferred_count",
+        "_deferred_event",
+        "_deferred_fields",
+        "_event",
+        "_fault",
+        "_fields",
+        "_finished",
+        "_held",
+        "_host",
+        "_internal_count",
+        "_internal_event",
+        "_internal_fields",
+        "_internal_head",
+        "_is_deferred",
+        "_now",
+        "_queue_count",
+        "_queue_event",
+        "_queue_fields",
+        "_queue_head",
+        "_running",
+        "_seen",
+        "_sends",
+        "_timer_count",
+        "_timer_due",
+        "_timer_fields",
+        "_timer_mark",
+        "_timer_peer",
+        "_timer_route",
+        "_timer_what",
+        "_tried",
+        "log",
+        "reply",
+        "trace",
+    )
+
+    NAME: ClassVar[str]
+    STATES: ClassVar[tuple[str, ...]]
+    EVENTS: ClassVar[tuple[str, ...]]
+    OPERATIONS: ClassVar[tuple[str, ...]]
+    FIELDS: ClassVar[tuple[dict[str, int], ...]]
+    LEAVES: ClassVar[int]
+    WIDTH: ClassVar[int]
+    QUEUE: ClassVar[int]
+    INTERNAL: ClassVar[int]
+    DELAYED: ClassVar[int]
+    MICROSTEPS: ClassVar[int]
+    TIMERS: ClassVar[int]
+    SAMPLES_INPUTS: ClassVar[bool]
+    ERRORS: ClassVar[tuple[int, ...]]
+    ERROR_EXECUTION: ClassVar[int]
+    ERROR_RANGE: ClassVar[int]
+    DEFERRING: ClassVar[tuple[int, ...]]
+    PERIODS: ClassVar[tuple[int, ...]]
+    OUTER: ClassVar[tuple[int, ...]]
+    CLASHES: ClassVar[tuple[int, ...]]
+    _POSTABLE: ClassVar[dict[str, tuple[int, int]]]
+    _SELECT: ClassVar[tuple[Callable[[Any], int] | None, ...]]
+    _LEAVE: ClassVar[tuple[Callable[[Any], None] | None, ...]]
+    _DO: ClassVar[tuple[Callable[[Any], None] | None, ...]]
+    _ENTER: ClassVar[tuple[Callable[[Any], None] | None, ...]]
+    _EXITED: ClassVar[tuple[Callable[[Any], None] | None, ...]]
+    _ENTERED: ClassVar[tuple[Callable[[Any, int], None] | None, ...]]
+    _GUARDS: ClassVar[tuple[Callable[[Any], bool] | None, ...]]
+    _PORTS: ClassVar[tuple[Callable[[Any, str | None], None] | None, ...]]
+
+    def _reset_data(self) -> None:
+        """Give data, outputs and histories their start values."""
+
+    def _begin(self) -> None:
+        """Run the script and enter the initial states."""
+
+    def _select_eventless(self) -> int:
+        """Return the eventless transitions to take."""
+        return 0
+
+    # --- copied from here on into each generated class --------------------------------------------
+
+    _active: int
+    _budget: int
+    _busy: bool
+    _cause: str | None
+    _chosen: int
+    _deferred_count: int
+    _deferred_event: list[int]
+    _deferred_fields: list[Any]
+    _event: int
+    _fault: str | None
+    _fields: list[Any]
+    _finished: bool
+    _held: int
+    _host: Any
+    _internal_count: int
+    _internal_event: list[int]
+    _internal_fields: list[Any]
+    _internal_head: int
+    _is_deferred: bool
+    _now: int
+    _queue_count: int
+    _queue_event: list[int]
+    _queue_fields: list[Any]
+    _queue_head: int
+    _running: bool
+    _seen: int
+    _sends: int
+    _timer_count: int
+    _timer_due: list[int]
+    _timer_fields: list[Any]
+    _timer_mark: list[int]
+    _timer_peer: list[str | None]
+    _timer_route: list[int]
+    _timer_what: list[int]
+    _tried: int
+    log: Callable[..., object] | None
+    reply: Any
+    trace: Callable[[str], object] | None
+
+    # --- trace ------------------------------------------------------------------------------------
+
+    def _tell(self, line: str | None) -> None:
+        """Give the trace a line, after the one that tells what caused it."""
+        trace = self.trace
+        if trace is None:
+            return
+        if self._cause is not None:
+            cause, self._cause = self._cause, None
+            trace(cause)
+        if line is not None:
+            trace(line)
+
+    def _spell(self, event: int, fields: list[Any], at: int) -> str:
+        """Spell an event with the payload at a place."""
+        size = len(self.FIELDS[event])
+        return " ".join((self.EVENTS[event], *[shown(v) for v in fields[at : at + size]]))
