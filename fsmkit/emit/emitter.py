@@ -45,13 +45,20 @@ class Emitter:
         yield
         self._depth -= 1
 
-    def mark(self) -> int:
-        """Return a place to which `drop` can go back."""
-        return len(self._lines)
+    def open(self, opening: str = "{") -> None:
+        """Add a line after which all is indented, until `close`."""
+        self.line(opening)
+        self._depth += 1
 
-    def has_grown(self, mark: int) -> bool:
-        """Whether anything was added since a mark."""
-        return len(self._lines) > mark
+    def close(self, closing: str = "}") -> None:
+        """End what `open` began."""
+        self._depth -= 1
+        self.line(closing)
+
+    def turn(self, between: str) -> None:
+        """End one indented part and begin the next, as ``} else {`` does."""
+        self.close(between)
+        self._depth += 1
 
     def finish(self) -> str:
         """Return everything added, ending in one newline."""

@@ -1,0 +1,349 @@
+"""Executable content in C.
+
+A block that can fail is a function of its own, which returns where the failure is noticed; the rest
+of it is thereby skipped. A block that cannot fail is printed where it stands.
+"""
+
+from __future__ import annotations
+
+from typing import assert_never
+
+from fsmkit.codegen.c.expressions import Printer, can_fail, needs_order
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.types import storage
+from fsmkit.emit import Emitter
+from fsmkit.expressions import (
+    ArrayType,
+    DurationType,
+    Expr,
+    FloatType,
+    Literal,
+    Location,
+    RecordType,
+    SymbolType,
+    Type,
+    Variable,
+)
+from fsmkit.model.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Cancel,
+    Destination,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Reply,
+    Send,
+    Statement,
+)
+
+ROUTES = {Destination.SELF: "SELF", Destination.INTERNAL: "INTERNAL", Destination.PORT: "PORT"}
+
+
+def fails(statement: Statement) -> bool:
+    """Whether a statement can end its block."""
+    match statement:
+        case Fail():
+            return True
+        case Assign(location, value):
+            return can_fail(location) or can_fail(value)
+        case Raise(_, arguments):
+            return any(map(can_fail, arguments))
+        case Send(_, arguments, delay=delay):
+            negative = delay is not None and not isinstance(delay, Literal)
+            return negative or any(map(can_fail, arguments))
+        case Log(_, values):
+            return any(map(can_fail, values))
+        case If(branches):
+            return any(
+                (b.condition is not None and can_fail(b.condition)) or any(map(fails, b.body))
+                for b in branches
+            )
+        case ForEach(body=body):
+            return any(map(fails, body))
+        case Reply(value):
+            return can_fail(value)
+        case CallOperation(call):
+            return can_fail(call)
+        case Cancel():
+            return False
+        case _:
+            assert_never(statement)
+
+
+class ContentPrinter:
+    """Prints the blocks of one machine; functions for those that can fail go to ``functions``."""
+
+    def __init__(self, names: Names, functions: Emitter) -> None:
+        """Print with these names."""
+        self._names = names
+        self._functions = functions
+        self._count = 0
+        self._conditions = 0
+        self.copies: list[tuple[Type, str]] = []
+
+    def block(self, out: Emitter, block: Block, events: tuple[int, ...], what: str) -> None:
+        """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
+        if not block:
+            return
+        printer = Printer(self._names, events)
+        body = Emitter()
+        is_failing = any(map(fails, block))
+        for statement in block:
+            self._statement(body, statement, printer, failing=is_failing)
+        texts = body.finish().rstrip("\n").split("\n")
+        if is_failing:
+            self._count += 1
+            name = f"{self._names.prefix}_block_{self._count}"
+            self._functions.line(f"/* {what} */")
+            self._functions.line(f"static void {name}({self._names.prefix} *m)")
+            with self._functions.block("{"):
+                _declare(self._functions, printer)
+                self._functions.lines(texts)
+            self._functions.line()
+            out.line(f"{name}(m);")
+            out.line(f"{self._names.prefix}_end_block(m);")
+            self._names.used.add("end_block")
+        elif printer.temporaries:
+            with out.block("{"):
+                _declare(out, printer)
+                out.lines(texts)
+        else:
+            out.lines(texts)
+
+    def _check(self, out: Emitter, *expressions: Expr) -> None:
+        if any(map(can_fail, expressions)):
+            out.line("if (m->failed != FSM_FINE)")
+            with out.indented():
+                out.line("return;")
+
+    def _statement(
+        self, out: Emitter, statement: Statement, printer: Printer, *, failing: bool
+    ) -> None:
+        prefix = self._names.prefix
+        match statement:
+            case Assign(location, value):
+                self._assign(out, location, value, printer)
+            case Raise(event, arguments):
+                self._event(out, event, arguments, printer)
+                out.line(f"{prefix}_raise(m, &e, true);")
+                self._names.used.add("raise")
+                out.close()
+            case Send():
+                self._send(out, statement, printer)
+            case Cancel(name):
+                out.line(f"FSM_HOOK_TEXT(m, FSM_CANCELLED, {quoted(name)}, 0);")
+                out.line(f"{prefix}_cancel(m, {self._names.mark(name)}u);")
+                self._names.used.add("cancel")
+            case Log(label, values):
+                self._log(out, label, values, printer)
+            case If():
+                self._if(out, statement, printer, failing=failing)
+            case ForEach():
+                self._for_each(out, statement, printer, failing=failing)
+            case Reply(value):
+                out.line(f"m->reply = {printer.value(value)};")
+                self._check(out, value)
+                out.line('FSM_HOOK_TEXT(m, FSM_REPLY, "", 0);')
+                self._show(out, value, printer, "m->reply")
+                out.line("FSM_HOOK_LINE(m);")
+            case CallOperation(call):
+                out.line(f"(void){printer.fragment(call).text};" if call.type is not None
+                         else f"{printer.fragment(call).text};")  # fmt: skip
+                self._check(out, call)
+            case Fail():
+                out.line("(void)fsm_fails(&m->failed);")
+                out.line("return;")
+            case _:
+                assert_never(statement)
+
+    def _assign(self, out: Emitter, location: Location, value: Expr, printer: Printer) -> None:
+        target = location.type
+        if isinstance(target, ArrayType):
+            place, text = printer.place(location), printer.value(value)
+            out.line(f"for (uint32_t i = 0u; i < {target.length}u; i++)")
+            with out.indented():
+                out.line(f"{place}[i] = {text}[i];")
+            return
+        place = printer.place(location)
+        is_simple = not can_fail(value) and not can_fail(location)
+        if is_simple and not needs_order(location, value):
+            out.line(f"{place} = {printer.value(value)};")
+            return
+        stored = storage(target, self._names.records).text
+        with out.block("{"):
+            out.line(f"{stored} value = {printer.value(value)};")
+            self._check(out, value)
+            if can_fail(location):
+                out.line(f"{stored} *place = &{place};")
+                self._check(out, location)
+                out.line("*place = value;")
+            else:
+                out.line(f"{place} = value;")
+
+    def _event(
+        self, out: Emitter, event: int, arguments: tuple[Expr, ...], printer: Printer
+    ) -> None:
+        """Open a block in which ``e`` is the event; `Emitter.close` ends it."""
+        names = self._names
+        fields = names.chart.events[event].fields
+        out.open("{")
+        out.line(f"{names.prefix}_event e = {names.upper}_NO_EVENT;")
+        out.line(f"e.event = {names.events[event]};")
+        for part, argument in zip(fields, arguments, strict=True):
+            place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
+            if isinstance(part.type, ArrayType):
+                text = printer.value(argument, part.type)
+                out.line(f"for (uint32_t i = 0u; i < {part.type.length}u; i++)")
+                with out.indented():
+                    out.line(f"{place}[i] = {text}[i];")
+            else:
+                out.line(f"{place} = {printer.value(argument, part.type)};")
+        self._check(out, *arguments)
+
+    def _send(self, out: Emitter, statement: Send, printer: Printer) -> None:
+        names = self._names
+        prefix = names.prefix
+        self._event(out, statement.event, statement.arguments, printer)
+        peer = 0 if statement.peer is None else names.symbol(statement.peer)
+        if statement.delay is not None:
+            names.used.add("delay")
+            delay = printer.value(statement.delay, DurationType())
+            mark = names.mark(statement.id)
+            if not isinstance(statement.delay, Literal):
+                out.line(f"uint32_t delay = {delay};")
+                self._check(out, statement.delay)
+                delay = "delay"
+            route = f"{names.upper}_TO_{ROUTES[statement.destination]}"
+            out.line(f"{prefix}_delay(m, &e, {delay}, {mark}u, {route}, {peer}u);")
+        elif statement.destination is Destination.PORT:
+            out.line(f"{prefix}_emit(m, &e, {peer}u);")
+            names.used.add("emit")
+        elif statement.destination is Destination.SELF:
+            out.line(f"{prefix}_send(m, &e);")
+            names.used.add("send")
+        else:
+            out.line(f"{prefix}_raise(m, &e, true);")
+            names.used.add("raise")
+        out.close()
+
+    def _log(self, out: Emitter, label: str, values: tuple[Expr, ...], printer: Printer) -> None:
+        if values:
+            out.open("{")
+        for number, value in enumerate(values):
+            assert value.type is not None  # noqa: S101
+            if isinstance(value.type, ArrayType):
+                continue
+            stored = storage(value.type, self._names.records).text
+            out.line(f"{stored} v{number} = {printer.value(value)};")
+        self._check(out, *values)
+        out.line(f"FSM_HOOK_TEXT(m, FSM_LOG, {quoted(label)}, 0);")
+        for number, value in enumerate(values):
+            text = printer.value(value) if isinstance(value.type, ArrayType) else f"v{number}"
+            self._show(out, value, printer, text)
+        out.line("FSM_HOOK_LINE(m);")
+        if values:
+            for number, value in enumerate(values):
+                if not isinstance(value.type, ArrayType):
+                    out.line(f"(void)v{number};")
+            out.close()
+
+    def _show(self, out: Emitter, value: Expr, printer: Printer, text: str) -> None:
+        del printer
+        assert value.type is not None  # noqa: S101
+        show(out, value.type, text, self._names)
+
+    def _if(self, out: Emitter, statement: If, printer: Printer, *, failing: bool) -> None:
+        """Print a chain of conditions; one that fails is false, and raises ``error.execution``."""
+        depth = 0
+        for branch in statement.branches:
+            if branch is not statement.branches[0]:
+                out.turn("} else {")
+            if branch.condition is None:
+                self._body(out, branch.body, printer, failing=failing)
+                break
+            condition = printer.condition(branch.condition)
+            if can_fail(branch.condition):
+                self._conditions += 1
+                name = f"holds_{self._conditions}"
+                if not depth:
+                    out.open()
+                    depth += 1
+                out.line(f"bool {name} = {condition};")
+                out.line(f"{name} = {self._names.prefix}_holds(m, {name});")
+                self._names.used.add("holds")
+                self._check(out, branch.condition)
+                condition = name
+            out.open(f"if ({condition}) {{")
+            depth += 1
+            self._body(out, branch.body, printer, failing=failing)
+        for _ in range(depth):
+            out.close()
+
+    def _body(self, out: Emitter, body: Block, printer: Printer, *, failing: bool) -> None:
+        for inner in body:
+            self._statement(out, inner, printer, failing=failing)
+
+    def _for_each(
+        self, out: Emitter, statement: ForEach, printer: Printer, *, failing: bool
+    ) -> None:
+        array = statement.array.type
+        assert isinstance(array, ArrayType)  # noqa: S101
+        number = len(self.copies)
+        self.copies.append((array, f"copy_{number}"))
+        stored = storage(array.element, self._names.records).text
+        source = printer.place(statement.array)
+        out.open("{")
+        out.line(f"{stored} copy_{number}[{array.length}];")
+        out.line(f"for (uint32_t i = 0u; i < {array.length}u; i++)")
+        with out.indented():
+            out.line(f"copy_{number}[i] = {source}[i];")
+        with out.block(
+            f"for (uint32_t i_{number} = 0u; i_{number} < {array.length}u; i_{number}++) {{"
+        ):
+            out.line(f"{printer.place(statement.item)} = copy_{number}[i_{number}];")
+            if statement.index is not None:
+                index = statement.index
+                type_ = storage(index.type, self._names.records).text
+                out.line(f"{printer.place(index)} = ({type_})i_{number};")
+            for inner in statement.body:
+                self._statement(out, inner, printer, failing=failing)
+        out.close()
+
+
+def show(out: Emitter, type_: Type, text: str, names: Names) -> None:
+    """Print how a value is told to the hooks."""
+    match type_:
+        case FloatType():
+            out.line(f"FSM_HOOK_VALUE_F(m, {text});")
+        case SymbolType():
+            out.line(f"FSM_HOOK_VALUE_S(m, {text});")
+        case ArrayType(element, length):
+            out.line("FSM_HOOK_VALUE_S(m, -1);")
+            for place in range(length):
+                show(out, element, f"{text}[{place}]", names)
+            out.line("FSM_HOOK_VALUE_S(m, -2);")
+        case RecordType(_, fields):
+            out.line("FSM_HOOK_VALUE_S(m, -1);")
+            for part in fields:
+                show(out, part.type, f"{text}.{names.field(part.name)}", names)
+            out.line("FSM_HOOK_VALUE_S(m, -2);")
+        case _:
+            out.line(f"FSM_HOOK_VALUE_I(m, {text});")
+
+
+def _declare(out: Emitter, printer: Printer) -> None:
+    for ctype, name in printer.temporaries:
+        out.line(f"{ctype} {name};")
+
+
+def quoted(text: str) -> str:
+    """Spell a C string literal, with octal escapes, which no following digit can lengthen."""
+    plain = "".join(
+        chr(byte) if 32 <= byte < 127 and byte not in b'"\\?' else f"\\{byte:03o}"
+        for byte in text.encode()
+    )
+    return f'"{plain}"'

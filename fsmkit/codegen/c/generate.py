@@ -1,0 +1,103 @@
+"""A machine in C: a table of contents."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import fsmkit
+from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
+from fsmkit.codegen.c.layout import Member, Needs, members, timers_needed
+from fsmkit.codegen.c.names import Names, name_everything
+from fsmkit.codegen.c.source import SourcePrinter
+from fsmkit.codegen.c.types import computed
+from fsmkit.expressions import Expr, FloatType, IntType
+from fsmkit.model.chart import Chart
+from fsmkit.model.statements import Block, ForEach, If, Reply
+from fsmkit.plan import lower
+
+LIBRARY = Path(fsmkit.__file__).parent / "runtime" / "c"
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """A generated machine: its names, its texts by file name, its figures."""
+
+    names: Names
+    files: dict[str, str]
+    figures: dict[str, int]
+
+
+def generate_machine(chart: Chart, prefix: str | None = None) -> Machine:
+    """Return the C of a chart: header, source, and the library they need."""
+    names = name_everything(lower(chart), prefix)
+    source = SourcePrinter(names)
+    payload, alignment = payload_storage(names)
+    width = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4, "uint64_t": 8}[event_type(names)]
+    needs = Needs(
+        remembered=len(source.selection.remembered),
+        delayed=source.delays,
+        reply=reply_type(chart),
+        event_size=payload + width,
+        event_alignment=max(alignment, width),
+    )
+    layout = members(names, needs, declaration)
+    figures = _figures(names, layout, needs)
+    texts = {
+        f"{names.prefix}.h": header(names, layout, figures),
+        f"{names.prefix}.c": source.text(layout),
+        "fsm.h": (LIBRARY / "fsm.h").read_text(encoding="utf-8"),
+        "fsm.c": (LIBRARY / "fsm.c").read_text(encoding="utf-8"),
+    }
+    return Machine(names, texts, figures)
+
+
+def _figures(names: Names, layout: list[Member], needs: Needs) -> dict[str, int]:
+    capacities = names.chart.capacities
+    figures = {
+        "queue": capacities.queue,
+        "internal": capacities.internal,
+        "microsteps": capacities.microsteps,
+        "tick_us": capacities.tick,
+        "timers": timers_needed(names, delayed=needs.delayed),
+        "struct_bytes": sum(member.size for member in layout),
+    }
+    if needs.delayed:
+        figures["delayed"] = capacities.delayed
+    return figures
+
+
+def reply_type(chart: Chart) -> str:
+    """Return the C type that holds every reply; empty without any."""
+    types = [value.type for value in _replies(chart)]
+    if not types:
+        return ""
+    if any(isinstance(type_, FloatType) for type_ in types):
+        return "double"
+    is_wide = any(isinstance(t, IntType) and computed(t) == "uint64_t" for t in types)
+    return "uint64_t" if is_wide else "int64_t"
+
+
+def _replies(chart: Chart) -> list[Expr]:
+    found: list[Expr] = []
+
+    def walk(block: Block) -> None:
+        for statement in block:
+            match statement:
+                case Reply(value):
+                    found.append(value)
+                case If(branches):
+                    for branch in branches:
+                        walk(branch.body)
+                case ForEach(body=body):
+                    walk(body)
+                case _:
+                    pass
+
+    for state in chart.states:
+        for block in (*state.on_entry, *state.on_exit):
+            walk(block)
+    for transition in chart.transitions:
+        walk(transition.content)
+    walk(chart.script)
+    return found

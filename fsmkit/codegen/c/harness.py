@@ -1,0 +1,406 @@
+"""Runs generated C by a script and returns its trace, for comparison with the interpreter."""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from fsmkit.codegen.c.compiler import compile_c
+from fsmkit.codegen.c.content import quoted
+from fsmkit.codegen.c.generate import LIBRARY, Machine, generate_machine
+from fsmkit.codegen.c.header import parameters
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.types import storage
+from fsmkit.diagnostics import fail
+from fsmkit.emit import Emitter
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
+from fsmkit.model.chart import Chart, Event
+from fsmkit.model.document import Direction
+
+FLAGS = ("-std=c99", "-O0", "-w")
+FOLDER = Path(__file__).parent / "harness"
+SECONDS = 60
+"""A script that takes longer does not end."""
+
+
+def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
+    """Build all charts in one run of the compiler and return the trace of each one's script."""
+    if not pairs:
+        return []
+    with tempfile.TemporaryDirectory(prefix="fsmkit-") as name:
+        folder = Path(name)
+        machines = [generate_machine(chart, f"x{i}") for i, (chart, _) in enumerate(pairs)]
+        _write(folder, machines)
+        sources = [f"run_x{i}.c" for i in range(len(machines))]
+        compile_c([*FLAGS, "main.c", "harness.c", "fsm.c", *sources, "-o", "harness"], folder)
+        return [_run(folder, i, lines) for i, (_, lines) in enumerate(pairs)]
+
+
+def _write(folder: Path, machines: list[Machine]) -> None:
+    for name in ("harness.c", "harness.h"):
+        (folder / name).write_text((FOLDER / name).read_text(encoding="utf-8"), encoding="utf-8")
+    for name in ("fsm.c", "fsm.h"):
+        (folder / name).write_text((LIBRARY / name).read_text(encoding="utf-8"), encoding="utf-8")
+    for machine in machines:
+        for name, text in machine.files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        prefix = machine.names.prefix
+        (folder / f"run_{prefix}.c").write_text(driver(machine.names), encoding="utf-8")
+    out = Emitter()
+    out.line('#include "harness.h"')
+    out.line("#include <stdlib.h>")
+    for machine in machines:
+        out.line(f"void {machine.names.prefix}_play(void);")
+    out.line("int main(int argc, char **argv)")
+    with out.block("{"):
+        out.line("static void (*const plays[])(void) = {")
+        with out.indented():
+            out.lines(f"{machine.names.prefix}_play," for machine in machines)
+        out.line("};")
+        out.line("plays[argc > 1 ? atoi(argv[1]) : 0]();")
+        out.line("return 0;")
+    (folder / "main.c").write_text(out.finish(), encoding="utf-8")
+
+
+def _run(folder: Path, index: int, lines: Sequence[str]) -> list[str]:
+    try:
+        done = subprocess.run(
+            [str(folder / "harness"), str(index)],
+            input="".join(f"{line}\n" for line in lines),
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=SECONDS,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise fail("harness-failed", f"the generated C did not end in {SECONDS} s") from error
+    if done.returncode != 0:
+        raise fail(
+            "harness-failed",
+            f"the generated C ended with code {done.returncode}: {done.stderr.strip()[:400]}",
+        )
+    return done.stdout.splitlines()
+
+
+def driver(names: Names) -> str:
+    """Return the C that plays a script on one machine: hooks, operations, verbs."""
+    out = Emitter()
+    p = names.prefix
+    out.line('#include "harness.h"')
+    out.line(f'#define FSM_HOOKS "harness.h"')
+    out.line(f'#include "{p}.h"')
+    out.line(f"static {p} machine;")
+    out.line(f"static void show_event(const {p}_event *e);")
+    out.lines(HOOKS.replace("@", p).strip("\n").split("\n"))
+    out.line(f'#include "{p}.c"')
+    out.line()
+    out.line(f"static void show_event(const {p}_event *e)")
+    with out.block("{"):
+        with out.block("switch (e->event) {"):
+            for event in names.chart.events:
+                _event_case(out, names, event, "show")
+            out.lines(["default:", "    break;"])
+    out.line()
+    _operations(out, names)
+    _reading(out, names)
+    _play(out, names)
+    return out.finish()
+
+
+HOOKS = r"""
+#undef FSM_HOOK_BEGIN
+#undef FSM_HOOK_END
+#undef FSM_HOOK_EXIT
+#undef FSM_HOOK_TAKE
+#undef FSM_HOOK_ENTER
+#undef FSM_HOOK_EVENT
+#undef FSM_HOOK_TEXT
+#undef FSM_HOOK_VALUE_I
+#undef FSM_HOOK_VALUE_F
+#undef FSM_HOOK_VALUE_S
+#undef FSM_HOOK_LINE
+static void hook_begin(@ *m, int cause, unsigned index);
+static void hook_end(@ *m);
+static void hook_event(int what, const @_event *e);
+static void hook_text(int what, const char *text, unsigned long number);
+static void hook_symbol(long symbol);
+#define FSM_HOOK_BEGIN(m, cause, index) hook_begin(m, cause, index)
+#define FSM_HOOK_END(m) hook_end(m)
+#define FSM_HOOK_EXIT(m, state) (begun(), printf("- %s\n", @_state_name(state)))
+#define FSM_HOOK_TAKE(m, transition) (begun(), printf("t %u\n", (unsigned)(transition)))
+#define FSM_HOOK_ENTER(m, state) (begun(), printf("+ %s\n", @_state_name(state)))
+#define FSM_HOOK_EVENT(m, what, e) hook_event(what, e)
+#define FSM_HOOK_TEXT(m, what, text, number) hook_text(what, text, number)
+#define FSM_HOOK_VALUE_I(m, value) show_integer((value) < 0, (uint64_t)(value))
+#define FSM_HOOK_VALUE_F(m, value) show_float((double)(value))
+#define FSM_HOOK_VALUE_S(m, value) hook_symbol(value)
+#define FSM_HOOK_LINE(m) printf("\n")
+static const char *@_symbol_text(long symbol);
+static void begun(void)
+{
+    if (pending[0] != 0) {
+        fputs(pending, stdout);
+        pending[0] = 0;
+    }
+}
+static void hook_begin(@ *m, int cause, unsigned index)
+{
+    if (cause == FSM_START)
+        printf("\100%u > start\n", (unsigned)m->now);
+    else if (cause == FSM_EVENT) {
+        printf("\100%u > event ", (unsigned)m->now);
+        show_event(&m->event);
+        printf("\n");
+    } else if (cause == FSM_TIMEOUT)
+        printf("\100%u > timeout %u\n", (unsigned)m->now, index);
+    else
+        sprintf(pending, "\100%u > eventless\n", (unsigned)m->now);
+}
+static void hook_end(@ *m)
+{
+    uint16_t count = 0;
+    @_state states[4096];
+    if (pending[0] != 0) {
+        pending[0] = 0;
+        return;
+    }
+    count = @_active(m, states, 4096);
+    printf("=");
+    for (uint16_t i = 0; i < count; i++)
+        printf(" %s", @_state_name(states[i]));
+    printf("%s\n", @_finished(m) ? " finished" : "");
+}
+static int delayed_line;
+static void hook_event(int what, const @_event *e)
+{
+    static const char *const verbs[] = {"raise", "send", "delay", "out", "unhandled"};
+    begun();
+    printf("%s ", verbs[what]);
+    if (what == FSM_UNHANDLED)
+        printf("%s", @_event_text((uint32_t)e->event));
+    else
+        show_event(e);
+    delayed_line = what == FSM_DELAYED || what == FSM_LEFT;
+    if (!delayed_line)
+        printf("\n");
+}
+static void hook_text(int what, const char *text, unsigned long number)
+{
+    begun();
+    switch (what) {
+    case FSM_DELAYED: printf(" in %lu\n", number); break;
+    case FSM_LEFT:
+        if (number != 0)
+            printf(" to %s", @_symbol_text((long)number));
+        printf("\n");
+        break;
+    case FSM_ERROR: printf("error %s\n", text); break;
+    case FSM_FULL: printf("full %s\n", text); break;
+    case FSM_FAULT: printf("fault %s\n", text); break;
+    case FSM_CANCELLED: printf("cancel %s\n", text); break;
+    case FSM_LOG: printf("log %s", text); break;
+    case FSM_REPLY: printf("reply"); break;
+    default: break;
+    }
+}
+static void hook_symbol(long symbol)
+{
+    if (symbol < 0)
+        show_bracket(symbol == -1);
+    else
+        show_text(@_symbol_text(symbol));
+}
+"""
+
+
+def _event_case(out: Emitter, names: Names, event: Event, what: str) -> None:
+    del what
+    out.line(f"case {names.events[event.index]}:")
+    with out.indented():
+        out.line(f'printf("%s", {quoted(event.name)});')
+        for part in event.fields:
+            show(
+                out,
+                part.type,
+                f"e->of.{names.payloads[event.index]}.{names.field(part.name)}",
+                names,
+            )
+        out.line("break;")
+
+
+def show(out: Emitter, type_: Type, text: str, names: Names) -> None:
+    """Print how to print a value."""
+    match type_:
+        case FloatType():
+            out.line(f"show_float((double){text});")
+        case SymbolType():
+            out.line(f"show_text({names.prefix}_symbol_text({text}));")
+        case ArrayType(element, length):
+            out.line("show_bracket(1);")
+            for place in range(length):
+                show(out, element, f"{text}[{place}]", names)
+            out.line("show_bracket(0);")
+        case RecordType(_, fields):
+            out.line("show_bracket(1);")
+            for part in fields:
+                show(out, part.type, f"{text}.{names.field(part.name)}", names)
+            out.line("show_bracket(0);")
+        case _:
+            out.line(f"show_integer({text} < 0, (uint64_t){text});")
+
+
+def _operations(out: Emitter, names: Names) -> None:
+    p = names.prefix
+    for operation in names.chart.operations:
+        name = names.operations[operation.name]
+        result = operation.result
+        ctype = "void" if result is None else storage(result, names.records).text
+        out.line(f"{ctype} {p}_{name}({p} *m{parameters(operation.parameters, names)})")
+        with out.block("{"):
+            out.line("(void)m; begun();")
+            out.line(f'printf("op %s", {quoted(operation.name)});')
+            for part in operation.parameters:
+                show(out, part.type, names.field(part.name), names)
+            if result is not None:
+                out.line(f"{ctype} result;")
+                _made(out, result, "result", names)
+                out.line('printf(" =");')
+                show(out, result, "result", names)
+            out.line('printf("\\n");')
+            if result is not None:
+                out.line("return result;")
+    for event in names.chart.events:
+        if Direction.OUT in event.directions:
+            name = names.event_names[event.index]
+            out.line(f"void {p}_send_{name}({p} *m{parameters(event.fields, names)})")
+            with out.block("{"):
+                out.line("(void)m;")
+                out.lines(f"(void){names.field(part.name)};" for part in event.fields)
+
+
+def _made(out: Emitter, type_: Type, place: str, names: Names) -> None:
+    match type_:
+        case RecordType(_, fields):
+            for part in fields:
+                _made(out, part.type, f"{place}.{names.field(part.name)}", names)
+        case ArrayType(element, length):
+            for index in range(length):
+                _made(out, element, f"{place}[{index}]", names)
+        case BoolType():
+            out.line(f"{place} = (next_random() >> 16 & 1) != 0;")
+        case IntType(lo, hi):
+            size = min(hi - lo + 1, 2**22)
+            low = f"({lo + 1} - 1)" if lo == -(2**63) else str(lo)
+            out.line(
+                f"{place} = ({storage(type_, names.records).text})({low}LL + (int64_t)((next_random() >> 8) % {size}));"
+            )
+        case EnumType(_, members):
+            out.line(f"{place} = (next_random() >> 8) % {len(members)};")
+        case DurationType():
+            out.line(f"{place} = (next_random() >> 8) % 1001;")
+        case FloatType():
+            out.line(f"{place} = ((double)((next_random() >> 8) % 2001) - 1000.0) / 8.0;")
+        case SymbolType():
+            out.line(f"(void)next_random(); {place} = 0;")
+
+
+def _read(out: Emitter, type_: Type, place: str, names: Names) -> None:
+    match type_:
+        case RecordType(_, fields):
+            for part in fields:
+                _read(out, part.type, f"{place}.{names.field(part.name)}", names)
+        case ArrayType(element, length):
+            for index in range(length):
+                _read(out, element, f"{place}[{index}]", names)
+        case FloatType():
+            out.line(f"{place} = read_float();")
+        case SymbolType():
+            out.line(f"{place} = {names.prefix}_symbol_number(read_text());")
+        case EnumType(_, members):
+            texts = ", ".join(quoted(member) for member in members)
+            out.line(f"{{ static const char *const members[] = {{{texts}}};")
+            out.line(f"{place} = read_member(members, {len(members)}); }}")
+        case BoolType():
+            out.line(f"{place} = read_bool();")
+        case _:
+            out.line(f"{place} = ({storage(type_, names.records).text})read_integer();")
+
+
+def _reading(out: Emitter, names: Names) -> None:
+    p = names.prefix
+    chart = names.chart
+    out.line(f"static const char *{p}_symbol_text(long symbol)")
+    with out.block("{"):
+        out.line(
+            f"return made_symbol(symbol) ? made_symbol(symbol) : {p}_symbol((uint32_t)symbol);"
+        )
+    out.line(f"static uint16_t {p}_symbol_number(const char *text)")
+    with out.block("{"):
+        out.line(f"return find_symbol({p}_symbol, {len(names.symbols)}, text);")
+    out.line(f"static {p}_event read_event(void)")
+    with out.block("{"):
+        out.line(f"{p}_event e = no_event;")
+        out.line("const char *name = read_text();")
+        for event in chart.events:
+            with out.block(f"if (strcmp(name, {quoted(event.name)}) == 0) {{"):
+                out.line(f"e.event = {names.events[event.index]};")
+                for part in event.fields:
+                    place = f"e.of.{names.payloads[event.index]}.{names.field(part.name)}"
+                    _read(out, part.type, place, names)
+                out.line("return e;")
+        out.line("wrong(name);")
+        out.line("return e;")
+
+
+def _play(out: Emitter, names: Names) -> None:
+    p = names.prefix
+    chart = names.chart
+    out.line(f"void {p}_play(void)")
+    with out.block("{"):
+        out.line("uint32_t now = 0;")
+        out.line(f"{p}_init(&machine);")
+        with out.block("while (next_line()) {"):
+            out.line("const char *verb = read_text();")
+            out.line(
+                f'if (strcmp(verb, "start") == 0) {{ now = (uint32_t)read_integer(); {p}_start(&machine, now); }}'
+            )
+            out.line(
+                f'else if (strcmp(verb, "run") == 0) {{ now = (uint32_t)read_integer(); {p}_run(&machine, now); }}'
+            )
+            out.line(
+                f'else if (strcmp(verb, "post") == 0) {{ {p}_event e = read_event(); if (!{p}_post(&machine, &e)) printf("full queue\\n"); }}'
+            )
+            out.line(
+                f'else if (strcmp(verb, "dispatch") == 0) {{ {p}_event e = read_event(); (void){p}_dispatch(&machine, &e, now); }}'
+            )
+            out.line('else if (strcmp(verb, "seed") == 0) seed_random((uint32_t)read_integer());')
+            out.line('else if (strcmp(verb, "input") == 0) {')
+            with out.indented():
+                out.line("const char *name = read_text();")
+                for variable in chart.inputs:
+                    with out.block(f"if (strcmp(name, {quoted(variable.name)}) == 0) {{"):
+                        _read(
+                            out, variable.type, f"machine.{names.variables[variable.name]}", names
+                        )
+                out.line("(void)name;")
+            out.line("}")
+            out.line('else if (strcmp(verb, "dump") == 0) {')
+            with out.indented():
+                for variable in (*chart.data, *chart.outputs):
+                    out.line(f'printf("d %s", {quoted(variable.name)});')
+                    show(out, variable.type, f"machine.{names.variables[variable.name]}", names)
+                    out.line('printf("\\n");')
+            out.line("}")
+            out.line("else wrong(verb);")

@@ -1,0 +1,119 @@
+"""The members of the struct, ordered so that no byte between them is undefined."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.types import storage
+from fsmkit.model.document import Trigger
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A member: its declaration, size and alignment in bytes, what it is for."""
+
+    text: str
+    size: int
+    alignment: int
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Needs:
+    """What the functions of the machine use."""
+
+    remembered: int
+    delayed: bool
+    reply: str
+    event_size: int
+    event_alignment: int
+
+
+def timers_needed(names: Names, *, delayed: bool) -> int:
+    """Return how many timers can be armed at once: those of states active together, and sends."""
+    chart = names.chart
+    timed = [0] * len(chart.states)
+    for transition in chart.transitions:
+        if transition.trigger in (Trigger.AFTER, Trigger.EVERY):
+            timed[transition.source] += 1
+    most = list(timed)
+    for state in reversed(chart.states):
+        inner = [most[child] for child in state.children]
+        is_parallel = any(region.owner == state.index for region in names.plan.regions)
+        most[state.index] += sum(inner) if is_parallel else max(inner, default=0)
+    return most[0] + (chart.capacities.delayed if delayed else 0)
+
+
+def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Member]:
+    """Return the members in the order of the struct: by descending alignment."""
+    chart, capacities = names.chart, names.chart.capacities
+    found = []
+    for kind, variables in (
+        ("input", chart.inputs),
+        ("output", chart.outputs),
+        ("", chart.data),
+    ):
+        for variable in variables:
+            stored = storage(variable.type, names.records)
+            text = declare(variable.type, names.variables[variable.name], names)
+            found.append(Member(text, stored.size, stored.alignment, kind))
+    event = f"{names.prefix}_event"
+    size, alignment = needs.event_size, needs.event_alignment
+    found += [
+        Member(f"{event} queue[{capacities.queue}]", size * capacities.queue, alignment),
+        Member(f"{event} internal[{capacities.internal}]", size * capacities.internal, alignment),
+        Member(f"{event} event", size, alignment, "at hand during a step"),
+    ]
+    if any(state.defer for state in chart.states):
+        found.append(
+            Member(f"{event} deferred[{capacities.queue}]", size * capacities.queue, alignment)
+        )
+        found.append(Member("uint8_t deferred_count", 1, 1))
+    if needs.delayed:
+        wider = max(alignment, 2)
+        each = size + size % 2 + 4
+        each += -each % wider
+        text = f"{names.prefix}_delayed delayed[{capacities.delayed}]"
+        found.append(Member(text, each * capacities.delayed, wider))
+        found.append(Member("uint8_t delayed_count", 1, 1))
+    timers = timers_needed(names, delayed=needs.delayed)
+    if timers:
+        found.append(Member(f"fsm_timer timers[{timers}]", 8 * timers, 4, "by deadline"))
+        found.append(Member("uint8_t timer_count", 1, 1))
+    for region in names.plan.regions:
+        wide = len(region.states) > 255
+        ctype = "uint16_t" if wide else "uint8_t"
+        top = chart.states[region.top].id if region.index else chart.name
+        note = f"deepest active state of {top}"
+        found.append(Member(f"{ctype} {names.regions[region.index]}", 1 + wide, 1 + wide, note))
+    for (history, region_), name in names.histories.items():
+        wide = len(names.plan.regions[region_].states) > 255
+        ctype = "uint16_t" if wide else "uint8_t"
+        note = f"recorded by {chart.states[history].id}"
+        found.append(Member(f"{ctype} {name}", 1 + wide, 1 + wide, note))
+    if needs.remembered:
+        found.append(Member(f"uint8_t asked[{needs.remembered}]", needs.remembered, 1))
+    if needs.reply:
+        found.append(Member(f"{needs.reply} reply", 8, 8))
+    found += [
+        Member("uint32_t now", 4, 4),
+        Member("uint16_t budget", 2, 2, "microsteps left in this macrostep"),
+        Member("uint16_t unhandled", 2, 2, "events that enabled nothing; stops at 65535"),
+        Member("uint16_t rejected", 2, 2, "events that found a queue full; stops at 65535"),
+        Member("uint8_t queue_count", 1, 1),
+        Member("uint8_t internal_count", 1, 1),
+        Member("uint8_t fault", 1, 1, "fsm_fault"),
+        Member("uint8_t failed", 1, 1),
+        Member("bool running", 1, 1),
+        Member("bool finished", 1, 1),
+        Member("bool busy", 1, 1),
+    ]
+    ordered = sorted(found, key=lambda member: -member.alignment)
+    total = sum(member.size for member in ordered)
+    largest = ordered[0].alignment
+    if total % largest:
+        spare = largest - total % largest
+        ordered.append(Member(f"uint8_t spare_[{spare}]", spare, 1, "so that no byte is undefined"))
+    return ordered

@@ -1,0 +1,111 @@
+"""What a chart may hold that C cannot express: told, with its place, before anything is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+
+from fsmkit.diagnostics import Findings, Span
+from fsmkit.expressions import (
+    ArrayType,
+    Binary,
+    BinaryOp,
+    Conditional,
+    Convert,
+    EventField,
+    FloatType,
+    IntType,
+    Literal,
+    RecordType,
+)
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Trigger
+from fsmkit.model.statements import Reply
+
+LARGEST_CAPACITY = 250
+MOST_TRANSITIONS = 32000
+"""A timer names its transition in 15 bits."""
+
+
+def report_limits(chart: Chart, findings: Findings) -> None:
+    """Report each thing in a chart that the C target cannot write."""
+    at = chart.root.span
+    if chart.abstract:
+        findings.add(
+            "abstract-chart", f"`{chart.name}` is abstract: it is there to be extended", at,
+            help="compile a chart that extends it, or remove `abstract`",
+        )  # fmt: skip
+    capacities = chart.capacities
+    for name in ("queue", "internal", "delayed"):
+        if getattr(capacities, name) > LARGEST_CAPACITY:
+            findings.add(
+                "c-limit", f"the capacity `{name}` is over {LARGEST_CAPACITY}", at,
+                help="the C target counts events in a byte: use a smaller capacity",
+            )  # fmt: skip
+    if len(chart.transitions) > MOST_TRANSITIONS or len(chart.states) > MOST_TRANSITIONS:
+        findings.add(
+            "c-limit", f"there are over {MOST_TRANSITIONS} states or transitions", at,
+            help="split the chart into several machines",
+        )  # fmt: skip
+    for transition in chart.transitions:
+        if transition.trigger is Trigger.SOMETIMES:
+            findings.add(
+                "c-limit", "a transition that may come at any time is for models of surroundings",
+                transition.span, help="give it an event or a delay",
+            )  # fmt: skip
+        for node in _nodes((transition.guard, transition.content)):
+            _check(chart, node, transition.events, findings)
+    for state in chart.states:
+        for node in _nodes((state.on_entry, state.on_exit, state.done_data)):
+            _check(chart, node, (), findings)
+    for node in _nodes(chart.script):
+        _check(chart, node, (), findings)
+
+
+def _check(chart: Chart, node: object, events: tuple[int, ...], findings: Findings) -> None:
+    match node:
+        case Binary(BinaryOp.REM, _, _, FloatType()):
+            findings.add(
+                "c-limit", "the remainder of floating-point numbers needs a library in C",
+                node.span, help="declare an operation for it",
+            )  # fmt: skip
+        case Convert(operand, IntType(_, hi)) if (
+            isinstance(operand.type, FloatType) and hi > 2**63 - 1
+        ):
+            findings.add(
+                "c-limit", "a floating-point number cannot be brought into `uint64` in C",
+                node.span, help="use int64 or a range",
+            )  # fmt: skip
+        case Reply(value) if isinstance(value.type, ArrayType | RecordType):
+            findings.add(
+                "c-limit", "a reply of several parts cannot be written in C", node.span,
+                help="reply with a number, or send an event",
+            )  # fmt: skip
+        case Literal(_, ArrayType() | RecordType()) | Conditional(type=ArrayType()):
+            findings.add(
+                "c-limit", "a constant of several parts stands where C needs a variable",
+                node.span, help="give a variable that start value and use it here",
+            )  # fmt: skip
+        case EventField(name):
+            having = [e for e in chart.events if any(f.name == name for f in e.fields)]
+            if (
+                not having
+                or any(all(f.name != name for f in chart.events[e].fields) for e in events)
+                or (not events and chart.lenient)
+            ):
+                findings.add(
+                    "c-limit", f"not every event that comes here is known to carry `{name}`",
+                    node.span, help="use it in a transition on events that declare it",
+                )  # fmt: skip
+        case _:
+            pass
+
+
+def _nodes(node: object) -> Iterator[object]:
+    if isinstance(node, tuple):
+        for part in node:
+            yield from _nodes(part)
+    elif is_dataclass(node) and not isinstance(node, Span | type):
+        yield node
+        for part in fields(node):
+            yield from _nodes(getattr(node, part.name))

@@ -1,0 +1,45 @@
+"""C as a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.harness import run_many
+from fsmkit.codegen.c.limits import report_limits
+from fsmkit.diagnostics import Findings
+from fsmkit.model.chart import Chart
+from fsmkit.plugins import Generated
+
+
+class C:
+    """C99, freestanding, without allocation."""
+
+    name = "c"
+    summary = "C99 without allocation, recursion or globals: a struct, a switch, a queue, timers"
+
+    def generate(
+        self, chart: Chart, findings: Findings, options: Mapping[str, str]
+    ) -> Generated | None:
+        """Return the files; ``prefix`` among the options replaces the chart's name."""
+        report_limits(chart, findings)
+        if findings.has_errors:
+            return None
+        machine = generate_machine(chart, options.get("prefix"))
+        return Generated(machine.files, machine.figures)
+
+    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
+        """Build a chart and return the trace of a script."""
+        (lines,) = self.harness_run_all([(chart, script_lines)])
+        return lines
+
+    def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
+        """Build several charts at once and return the trace of each one's script."""
+        findings = Findings()
+        for chart, _ in pairs:
+            report_limits(chart, findings)
+        findings.stop_on_errors()
+        return run_many(pairs)
+
+
+PLUGIN = C()

@@ -1,0 +1,282 @@
+"""Selecting transitions in C (Appendix D, selectTransitions), decided when compiling.
+
+For each state with transitions there is a function that tries them and then those of the next
+ancestor that has any. Which functions are called for the active atomic states is a switch over the
+number of each region.
+"""
+
+from __future__ import annotations
+
+from fsmkit.codegen.c.content import ContentPrinter
+from fsmkit.codegen.c.expressions import Printer, can_fail, has_effect
+from fsmkit.codegen.c.names import Names
+from fsmkit.emit import Emitter
+from fsmkit.model.chart import Transition
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.plan import Plan, Region
+
+
+class SelectionPrinter:
+    """Prints the functions that select."""
+
+    def __init__(self, names: Names, content: ContentPrinter) -> None:
+        """Print with these names."""
+        self.names = names
+        self.plan: Plan = names.plan
+        self.chart = names.chart
+        self.content = content
+        self.prefix = names.prefix
+        self.remembered = self._remembered()
+
+    def _remembered(self) -> tuple[int, ...]:
+        """Return the guards that must be evaluated only once though several states ask them."""
+        return tuple(
+            t.index
+            for t in self.chart.transitions
+            if t.guard is not None
+            and (can_fail(t.guard) or has_effect(t.guard))
+            and any(region.owner is not None and self._covers(t.source, region.owner)
+                    for region in self.plan.regions)
+        )  # fmt: skip
+
+    def _covers(self, state: int, parallel: int) -> bool:
+        return state == parallel or self.chart.is_descendant(parallel, state)
+
+    # --- guards ---------------------------------------------------------------------------
+
+    def guard(self, out: Emitter, transition: Transition) -> str:
+        """Return the condition of a guard; what needs a function goes to ``out``."""
+        guard = transition.guard
+        assert guard is not None  # noqa: S101
+        printer = Printer(self.names, transition.events)
+        text = printer.condition(guard)
+        is_remembered = transition.index in self.remembered
+        if not printer.temporaries and not can_fail(guard) and not is_remembered:
+            return text
+        name = f"{self.prefix}_guard_{transition.index}"
+        out.line(f"static bool {name}({self.prefix} *m)")
+        with out.block("{"):
+            if is_remembered:
+                place = self.remembered.index(transition.index)
+                out.line(f"if (m->asked[{place}] != 0u)")
+                with out.indented():
+                    out.line(f"return m->asked[{place}] == 2u;")
+            for ctype, temporary in printer.temporaries:
+                out.line(f"{ctype} {temporary};")
+            out.line(f"bool holds = {text};")
+            if can_fail(guard):
+                out.line(f"holds = {self.prefix}_guard_holds(m, holds);")
+                self.names.used.add("guard_holds")
+            if is_remembered:
+                out.line(f"m->asked[{place}] = holds ? 2u : 1u;")
+            out.line("return holds;")
+        out.line()
+        return f"{name}(m)"
+
+    # --- by state -------------------------------------------------------------------------
+
+    def own(self, state: int, trigger: Trigger) -> list[Transition]:
+        """Return the transitions of a state of one trigger, in priority order."""
+        found = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
+        return [t for t in found if t.trigger is trigger]
+
+    def finders(self, out: Emitter, trigger: Trigger) -> dict[int, str]:
+        """Print the functions of one trigger; return for each state the call for it.
+
+        Outer states come first, so that inner ones can go on with them.
+        """
+        calls: dict[int, str] = {0: ""}
+        for state in self.chart.states[1:]:
+            assert state.parent is not None  # noqa: S101
+            calls[state.index] = calls[state.parent]
+            own = self.own(state.index, trigger)
+            defers = state.defer if trigger is Trigger.EVENT else ()
+            if state.is_history or not (own or defers):
+                continue
+            name = f"{self.prefix}_{'on' if trigger is Trigger.EVENT else 'always'}_{state.index}"
+            guards = {t.index: self.guard(out, t) for t in own if t.guard is not None}
+            parameters = f"{self.prefix} *m"
+            if trigger is Trigger.EVENT:
+                parameters += ", uint16_t event"
+            out.line(f"static uint16_t {name}({parameters}) /* {state.id} */")
+            with out.block("{"):
+                above = calls[state.parent]
+                if trigger is Trigger.EVENT:
+                    self._by_event(out, own, defers, guards)
+                    if not above and not self._reads_machine(own, guards):
+                        out.line("(void)m;")
+                    out.line(f"return {above or '0u'};")
+                else:
+                    closed = self._in_order(out, own, guards)
+                    if not closed:
+                        out.line(f"return {above or '0u'};")
+                    elif not guards:
+                        out.line("(void)m;") if False else None
+            out.line()
+            argument = ", event" if trigger is Trigger.EVENT else ""
+            calls[state.index] = f"{name}(m{argument})"
+        return calls
+
+    def _reads_machine(self, own: list[Transition], guards: dict[int, str]) -> bool:
+        return any("m" in guards.get(t.index, "") for t in own)
+
+    def _in_order(self, out: Emitter, own: list[Transition], guards: dict[int, str]) -> bool:
+        """Print a list of candidates; return whether one has no guard, after which nothing is."""
+        uses = False
+        for transition in own:
+            comment = self.comment(transition)
+            if transition.guard is None:
+                if not uses:
+                    out.line("(void)m;")
+                out.line(f"return {transition.index + 1}u; /* {comment} */")
+                return True
+            uses = True
+            out.line(f"if ({guards[transition.index]})")
+            with out.indented():
+                out.line(f"return {transition.index + 1}u; /* {comment} */")
+        return False
+
+    def _by_event(
+        self,
+        out: Emitter,
+        own: list[Transition],
+        defers: tuple[int, ...],
+        guards: dict[int, str],
+    ) -> None:
+        answers: dict[int, list[Transition]] = {event: [] for event in defers}
+        for transition in own:
+            for event in transition.events:
+                answers.setdefault(event, []).append(transition)
+        grouped: dict[tuple[tuple[int, ...], bool], list[int]] = {}
+        for event, found in answers.items():
+            key = (tuple(t.index for t in found), event in defers)
+            grouped.setdefault(key, []).append(event)
+        with out.block("switch (event) {"):
+            for (indices, is_deferred), events in grouped.items():
+                for event in events:
+                    out.line(f"case {self.names.events[event]}:")
+                with out.indented():
+                    found = [self.chart.transitions[t] for t in indices]
+                    is_closed = False
+                    for transition in found:
+                        comment = self.comment(transition)
+                        if transition.guard is None:
+                            out.line(f"return {transition.index + 1}u; /* {comment} */")
+                            is_closed = True
+                            break
+                        out.line(f"if ({guards[transition.index]})")
+                        with out.indented():
+                            out.line(f"return {transition.index + 1}u; /* {comment} */")
+                    if is_deferred and not is_closed:
+                        out.line(f"return {self.names.upper}_DEFER;")
+                    elif not is_closed:
+                        out.line("break;")
+            out.line("default:")
+            with out.indented():
+                out.line("break;")
+
+    def comment(self, transition: Transition) -> str:
+        """Return where a transition was written and what it says."""
+        states = self.chart.states
+        targets = " ".join(states[t].id for t in transition.targets)
+        arrow = f" -> {targets}" if targets else ""
+        cause = " ".join(transition.descriptors)
+        if transition.trigger in (Trigger.AFTER, Trigger.EVERY):
+            cause = f"{transition.trigger.value} {transition.delay} ticks"
+        on = f" on {cause}" if cause else ""
+        text = f"{self.names.place(transition.span)}  {states[transition.source].id}{arrow}{on}"
+        return text.replace("*/", "* /").replace("/*", "/ *")
+
+    # --- over regions ---------------------------------------------------------------------
+
+    def over_regions(self, out: Emitter, trigger: Trigger, calls: dict[int, str]) -> None:
+        """Print the selection over the active atomic states, in document order."""
+        is_event = trigger is Trigger.EVENT
+        name = "select_event" if is_event else "select_eventless"
+        more = ", uint16_t event" if is_event else ""
+        if self.plan.is_single:
+            region = self.plan.regions[0]
+            out.line(f"static uint16_t {self.prefix}_{name}({self.prefix} *m{more})")
+            with out.block("{"):
+                self._single(out, region, calls, is_event=is_event)
+            out.line()
+            return
+        selection = f"{self.prefix}_selection *found"
+        for region in reversed(self.plan.regions):
+            if not self._is_interesting(region, calls):
+                continue
+            head = f"{self.prefix}_{name}_{region.index}({self.prefix} *m{more}, {selection})"
+            out.line(f"static void {head}")
+            with out.block("{"):
+                self._collect(out, region, calls, name, is_event=is_event)
+            out.line()
+
+    def _is_interesting(self, region: Region, calls: dict[int, str]) -> bool:
+        return (
+            region.index == 0
+            or any(calls[state] for state in region.states)
+            or any(
+                self._is_interesting(inner, calls)
+                for inner in self.plan.regions
+                if inner.owner is not None and inner.owner in region.states
+            )
+        )
+
+    def _leaves(self, region: Region) -> list[int]:
+        kinds = (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE, Kind.PARALLEL)
+        return [s for s in region.states if self.chart.states[s].kind in kinds]
+
+    def _single(
+        self, out: Emitter, region: Region, calls: dict[int, str], *, is_event: bool
+    ) -> None:
+        by_call: dict[str, list[int]] = {}
+        for leaf in self._leaves(region):
+            by_call.setdefault(calls[leaf], []).append(leaf)
+        by_call.pop("", None)
+        if not by_call:
+            out.line("(void)m;")
+            if is_event:
+                out.line("(void)event;")
+            out.line("return 0u;")
+            return
+        with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
+            for call, leaves in by_call.items():
+                for leaf in leaves:
+                    out.line(f"case {self.plan.number[leaf]}u: /* {self.chart.states[leaf].id} */")
+                with out.indented():
+                    out.line(f"return {call};")
+            out.line("default:")
+            with out.indented():
+                out.line("return 0u;")
+
+    def _collect(
+        self, out: Emitter, region: Region, calls: dict[int, str], name: str, *, is_event: bool
+    ) -> None:
+        more = ", event" if is_event else ""
+        printed = False
+        with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
+            for leaf in self._leaves(region):
+                lines = []
+                if self.chart.states[leaf].kind is Kind.PARALLEL:
+                    lines = [
+                        f"{self.prefix}_{name}_{inner.index}(m{more}, found);"
+                        for inner in self.plan.regions
+                        if inner.owner == leaf and self._is_interesting(inner, calls)
+                    ]
+                elif calls[leaf]:
+                    lines = [f"{self.prefix}_add(found, {calls[leaf]});"]
+                if lines:
+                    printed = True
+                    out.line(f"case {self.plan.number[leaf]}u: /* {self.chart.states[leaf].id} */")
+                    with out.indented():
+                        out.lines(lines)
+                        out.line("break;")
+            out.line("default:")
+            with out.indented():
+                out.line("break;")
+        if not printed:
+            out.line("(void)found;")
+            if is_event:
+                out.line("(void)event;")
+        elif is_event and not any(calls.values()):
+            out.line("(void)event;")

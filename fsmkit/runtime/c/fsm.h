@@ -1,0 +1,226 @@
+/* fsm.h: what every generated machine shares. C99, freestanding, no allocation.
+ *
+ * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
+ * changed and passed on with it under any terms. */
+#ifndef FSM_H
+#define FSM_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- configuration ----------------------------------------------------------------------------
+ * FSM_HOOKS       a header that defines some of the hooks below, e.g. -DFSM_HOOKS='"my_hooks.h"'
+ * FSM_NO_NAMES    leave out the tables of names
+ * You usually need not change anything below this line. */
+
+#ifdef FSM_HOOKS
+#include FSM_HOOKS
+#endif
+
+/* Hooks: called in the order of execution; compiled out unless defined. `m` is the machine. */
+#ifndef FSM_HOOK_BEGIN /* a macrostep begins; cause: an event, a timeout of transition `index` ... */
+#define FSM_HOOK_BEGIN(m, cause, index) ((void)0)
+#endif
+#ifndef FSM_HOOK_END /* the macrostep ended */
+#define FSM_HOOK_END(m) ((void)0)
+#endif
+#ifndef FSM_HOOK_EXIT /* a state is being left, before its exit handlers */
+#define FSM_HOOK_EXIT(m, state) ((void)0)
+#endif
+#ifndef FSM_HOOK_TAKE /* a transition is taken, before its content */
+#define FSM_HOOK_TAKE(m, transition) ((void)0)
+#endif
+#ifndef FSM_HOOK_ENTER /* a state is being entered, before its entry handlers */
+#define FSM_HOOK_ENTER(m, state) ((void)0)
+#endif
+#ifndef FSM_HOOK_EVENT /* what: fsm_note; e: the event with its payload */
+#define FSM_HOOK_EVENT(m, what, e) ((void)0)
+#endif
+#ifndef FSM_HOOK_TEXT /* what: fsm_note; text: a label or a name; number: what goes with it */
+#define FSM_HOOK_TEXT(m, what, text, number) ((void)0)
+#endif
+#ifndef FSM_HOOK_VALUE_I /* values of `log` and `reply`, and the end of their line */
+#define FSM_HOOK_VALUE_I(m, value) ((void)0)
+#endif
+#ifndef FSM_HOOK_VALUE_F
+#define FSM_HOOK_VALUE_F(m, value) ((void)0)
+#endif
+#ifndef FSM_HOOK_VALUE_S
+#define FSM_HOOK_VALUE_S(m, value) ((void)0)
+#endif
+#ifndef FSM_HOOK_LINE
+#define FSM_HOOK_LINE(m) ((void)0)
+#endif
+
+typedef enum {
+    FSM_START,
+    FSM_EVENT,
+    FSM_TIMEOUT,
+    FSM_EVENTLESS
+} fsm_cause;
+
+typedef enum {
+    FSM_RAISED,    /* into the internal queue */
+    FSM_SENT,      /* into the own external queue */
+    FSM_DELAYED,   /* to be sent later */
+    FSM_LEFT,      /* out of the machine */
+    FSM_UNHANDLED, /* enabled no transition */
+    FSM_ERROR,     /* error.* raised by the machine */
+    FSM_FULL,      /* a queue had no room: "queue", "internal", "delayed" */
+    FSM_FAULT,     /* the machine stops: why */
+    FSM_CANCELLED, /* a delayed send, by its id */
+    FSM_LOG,       /* label; values follow, then FSM_HOOK_LINE */
+    FSM_REPLY      /* the value follows, then FSM_HOOK_LINE */
+} fsm_note;
+
+typedef enum {
+    FSM_IGNORED, /* no transition was enabled */
+    FSM_HANDLED,
+    FSM_BUSY,    /* called from within a step of the same machine */
+    FSM_STOPPED  /* not started, finished, or in a fault */
+} fsm_result;
+
+/* Why a machine stopped. */
+typedef enum {
+    FSM_NO_FAULT,
+    FSM_FAULT_MICROSTEPS,      /* a macrostep without end */
+    FSM_FAULT_INTERNAL,        /* the internal queue was full */
+    FSM_FAULT_RANGE,           /* a value outside a range of kind `fault` */
+    FSM_FAULT_UNHANDLED_ERROR  /* nobody handled an error.* event */
+} fsm_fault;
+
+/* Why a block of content ended early. */
+enum { FSM_FINE, FSM_CONTENT_ERROR, FSM_RANGE_FAULT };
+
+/* ---- timers -----------------------------------------------------------------------------------
+ * A list sorted by deadline, equal deadlines in the order in which they were armed. Times are ticks
+ * modulo 2^32; no two deadlines are 2^31 or more apart. Unused entries are zero. */
+
+#define FSM_TIMER_SEND 0x8000u
+
+typedef struct {
+    uint32_t deadline;
+    uint16_t what; /* index of a transition, or FSM_TIMER_SEND */
+    uint16_t mark; /* of a delayed send: number of its id, 0 for none */
+} fsm_timer;
+
+/* Whether time `a` is `b` or later. */
+static inline bool fsm_reached(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(a - b) < 0x80000000u;
+}
+
+/* Put in order, after those of the same deadline; returns its place. There must be room. */
+uint8_t fsm_timers_insert(fsm_timer *timers, uint8_t *count, fsm_timer timer);
+
+/* Take out the timer at a place. */
+void fsm_timers_remove(fsm_timer *timers, uint8_t *count, uint8_t place);
+
+/* Take out the timeout of a transition, if it is armed. */
+void fsm_timers_disarm(fsm_timer *timers, uint8_t *count, uint16_t what);
+
+/* ---- arithmetic -------------------------------------------------------------------------------
+ * Division truncates toward zero; by zero it is an error of content. What fails leaves a note in
+ * `*failed`; what follows in the same block is skipped. */
+
+#define FSM_DEFINE_DIVISION(suffix, type)                                                          \
+    static inline type fsm_div_##suffix(uint8_t *failed, type a, type b)                           \
+    {                                                                                              \
+        if (b == 0) {                                                                              \
+            if (*failed == FSM_FINE)                                                               \
+                *failed = FSM_CONTENT_ERROR;                                                       \
+            return 0;                                                                              \
+        }                                                                                          \
+        return (type)(a / b);                                                                      \
+    }                                                                                              \
+    static inline type fsm_rem_##suffix(uint8_t *failed, type a, type b)                           \
+    {                                                                                              \
+        if (b == 0) {                                                                              \
+            if (*failed == FSM_FINE)                                                               \
+                *failed = FSM_CONTENT_ERROR;                                                       \
+            return 0;                                                                              \
+        }                                                                                          \
+        return (type)(a % b);                                                                      \
+    }
+
+FSM_DEFINE_DIVISION(u32, uint32_t)
+FSM_DEFINE_DIVISION(u64, uint64_t)
+
+/* The least value divided by -1 wraps around to itself. */
+#define FSM_DEFINE_SIGNED_DIVISION(suffix, type, least)                                            \
+    static inline type fsm_div_##suffix(uint8_t *failed, type a, type b)                           \
+    {                                                                                              \
+        if (b == 0) {                                                                              \
+            if (*failed == FSM_FINE)                                                               \
+                *failed = FSM_CONTENT_ERROR;                                                       \
+            return 0;                                                                              \
+        }                                                                                          \
+        return b == -1 && a == (least) ? a : (type)(a / b);                                        \
+    }                                                                                              \
+    static inline type fsm_rem_##suffix(uint8_t *failed, type a, type b)                           \
+    {                                                                                              \
+        if (b == 0) {                                                                              \
+            if (*failed == FSM_FINE)                                                               \
+                *failed = FSM_CONTENT_ERROR;                                                       \
+            return 0;                                                                              \
+        }                                                                                          \
+        return b == -1 ? 0 : (type)(a % b);                                                        \
+    }
+
+FSM_DEFINE_SIGNED_DIVISION(i32, int32_t, INT32_MIN)
+FSM_DEFINE_SIGNED_DIVISION(i64, int64_t, INT64_MIN)
+
+/* Shift right, keeping the sign, which C99 6.5.7 leaves to the compiler. */
+static inline int32_t fsm_asr_i32(int32_t a, uint32_t n)
+{
+    return a < 0 ? ~(~a >> n) : a >> n;
+}
+
+static inline int64_t fsm_asr_i64(int64_t a, uint32_t n)
+{
+    return a < 0 ? ~(~a >> n) : a >> n;
+}
+
+/* Note an error of content and return `place` brought into an array of that length. */
+static inline uint32_t fsm_place(uint8_t *failed, int64_t place, uint32_t length)
+{
+    if (place < 0 || place >= (int64_t)length) {
+        if (*failed == FSM_FINE)
+            *failed = FSM_CONTENT_ERROR;
+        return 0u;
+    }
+    return (uint32_t)place;
+}
+
+static inline bool fsm_fails(uint8_t *failed)
+{
+    if (*failed == FSM_FINE)
+        *failed = FSM_CONTENT_ERROR;
+    return false;
+}
+
+/* A value modulo the size of lo..hi. */
+static inline int64_t fsm_wrap(int64_t value, int64_t lo, int64_t hi)
+{
+    uint64_t size = (uint64_t)hi - (uint64_t)lo + 1u;
+    if (size == 0u)
+        return value;
+    if (value >= lo)
+        return (int64_t)((uint64_t)lo + ((uint64_t)value - (uint64_t)lo) % size);
+    uint64_t below = ((uint64_t)lo - (uint64_t)value - 1u) % size;
+    return (int64_t)((uint64_t)hi - below);
+}
+
+/* The whole part of a floating-point number, brought into lo..hi; NaN gives 0, brought into it. */
+int64_t fsm_truncate(double value, int64_t lo, int64_t hi, bool *outside);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
