@@ -112,7 +112,7 @@ def _class_head(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
     chart = plan.chart
     variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
     own = [names.variables[v.name] for v in variables]
-    own += [f"_history_{names.states[s.index]}" for s in chart.states if s.is_history]
+    own += [f"_history_{names.bare[s.index]}" for s in chart.states if s.is_history]
     own += [f"_copy_{number}" for number in range(len(needs.copies))]
     out.line(f'"""{names.machine}: create it, `start` it, `post` events, `run` it to a time."""')
     out.line()
@@ -138,7 +138,7 @@ def _class_head(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
             out.line(f"self.{names.variables[variable.name]}: Any = {value}")
         for state in chart.states:
             if state.is_history:
-                out.line(f"self._history_{names.states[state.index]} = 0")
+                out.line(f"self._history_{names.bare[state.index]} = 0")
         if not (chart.data or chart.outputs or any(s.is_history for s in chart.states)):
             out.line("return")
 
@@ -239,7 +239,7 @@ def _tables(out: Lines, names: Names) -> None:
         out.line(f"{name}: {type_} = ({', '.join(entries)}{comma})")
 
     out.line()
-    states, transitions = names.states, names.transitions
+    states, transitions = names.bare, names.transitions
     table("_SELECT", [f"_select_{event}" for event in names.events])
     table("_PORTS", [f"_port_{event}" for event in names.events])
     table("_EXITED", [f"_exited_{state}" for state in states])

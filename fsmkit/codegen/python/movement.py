@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import assert_never
 
 from fsmkit.codegen.python.content import ContentPrinter
@@ -116,6 +117,10 @@ def conflict_tables(plan: Plan) -> dict[str, object]:
     return {"OUTER": tuple(outer), "CLASHES": tuple(clashes)}
 
 
+def _is_at(chart: Chart, state: int, ancestor: int) -> bool:
+    return state == ancestor or chart.is_descendant(state, ancestor)
+
+
 def _is_related(chart: Chart, a: int, b: int) -> bool:
     return a == b or chart.is_descendant(a, b) or chart.is_descendant(b, a)
 
@@ -147,7 +152,7 @@ class _Mover:
         if not timed and not blocks:
             return
         with self._out.method(
-            f"_exited_{self._names.states[state.index]}", f"On leaving {state.id}."
+            f"_exited_{self._names.bare[state.index]}", f"On leaving {state.id}."
         ):
             for transition in timed:
                 self._out.line(f"self._disarm({transition.index})")
@@ -160,7 +165,7 @@ class _Mover:
         defaults = self._defaults(state)
         if not timed and not blocks and not defaults and state.kind is not Kind.FINAL:
             return
-        name = f"_entered_{self._names.states[state.index]}"
+        name = f"_entered_{self._names.bare[state.index]}"
         with self._out.method(name, f"On entering {state.id}.", "defaults: int"):
             if not defaults:
                 self._out.line("del defaults")
@@ -236,7 +241,7 @@ class _Mover:
             if not move.is_static:
                 self._domain(move)
             with self._out.method(f"_leave_{name}", f"{doc}: leave."):
-                self._each_variant(move, self._leave)
+                self._each_variant(move, partial(self._leave, transition.source))
         if transition.content:
             with self._out.method(f"_do_{name}", f"{doc}: content."):
                 payload = payload_of(self._chart, transition)
@@ -263,26 +268,34 @@ class _Mover:
                 body(variant)
 
     def _within(self, condition: Within) -> str:
-        held = f"self._history_{self._names.states[condition.history]}"
+        held = f"self._history_{self._names.bare[condition.history]}"
         if condition.first == 0:
             return f"not {held}"
         states = self._plan.regions[condition.region].states[condition.first - 1 : condition.last]
         inside = {s for state in states for s in (state, *real_below(self._chart, state))}
         return f"{held} & {mask(self._names, inside)}"
 
-    def _leave(self, variant: Variant) -> None:
+    def _leave(self, source: int, variant: Variant) -> None:
         domain = variant.domain
         if domain is None:
             return
-        below = mask(self._names, real_below(self._chart, domain))
-        self._out.line(f"gone = self._active & {below}")
-        self._record(domain)
+        below = [s for s in real_below(self._chart, domain) if self._can_be_active(s, source)]
+        self._out.line(f"gone = self._active & {mask(self._names, below)}")
+        self._record(below)
         self._out.line("self._exit(gone)")
 
-    def _record(self, domain: int) -> None:
+    def _can_be_active(self, state: int, source: int) -> bool:
+        """Whether a state can be active while another is: on its path, or in another region."""
+        chart = self._chart
+        if state == source or chart.is_descendant(state, source):
+            return True
+        common = next(a for a in (source, *chart.ancestors(source)) if _is_at(chart, state, a))
+        return common == state or chart.states[common].kind is Kind.PARALLEL
+
+    def _record(self, gone: list[int]) -> None:
         """Record the histories of all states that are left, before any of them is (SCXML 3.10)."""
         states = self._chart.states
-        for state in range(domain + 1, states[domain].last_descendant + 1):
+        for state in gone:
             histories = [child for child in states[state].children if states[child].is_history]
             if not histories:
                 continue
@@ -292,7 +305,7 @@ class _Mover:
                     if states[history].kind is Kind.DEEP_HISTORY:
                         below = real_below(self._chart, state)
                         kept = tuple(s for s in below if states[s].is_leaf)
-                    held = f"self._history_{self._names.states[history]}"
+                    held = f"self._history_{self._names.bare[history]}"
                     self._out.line(f"{held} = gone & {mask(self._names, kept)}")
 
     def _enter(self, ops: tuple[Op, ...]) -> None:
@@ -305,7 +318,7 @@ class _Mover:
             self._enter_all(coming)
             match op:
                 case Branch(history, recorded, unrecorded):
-                    with self._out.suite(f"if self._history_{self._names.states[history]}:"):
+                    with self._out.suite(f"if self._history_{self._names.bare[history]}:"):
                         self._enter(recorded)
                     with self._out.suite("else:"):
                         self._enter(unrecorded)
@@ -328,7 +341,7 @@ class _Mover:
 
     def _restore(self, history: int, below: int) -> None:
         """Enter what a history recorded strictly below a state."""
-        held = f"self._history_{self._names.states[history]}"
+        held = f"self._history_{self._names.bare[history]}"
         if self._chart.states[history].kind is Kind.DEEP_HISTORY:
             inside = real_below(self._chart, below)
             self._out.line(f"coming = {held} & {mask(self._names, inside)}")

@@ -19,6 +19,8 @@ class Names:
     machine: str
     states: tuple[str, ...]
     """Constants with the bit of a state; a state ``idle`` is ``S_idle``."""
+    bare: tuple[str, ...]
+    """The same without the prefix, in names of methods."""
     events: tuple[str, ...]
     """Suffixes of methods: an event ``group.go`` is posted by ``post_group_go``."""
     transitions: tuple[str, ...]
@@ -40,6 +42,7 @@ def names_of(chart: Chart) -> Names:
     return Names(
         machine=machine[:1].upper() + machine[1:],
         states=tuple(f"S_{name}" if place else "ROOT" for place, name in enumerate(states)),
+        bare=states,
         events=events,
         transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
         variables=dict(zip(variables, attributes, strict=True)),

@@ -19,24 +19,32 @@ def has_regions(chart: Chart) -> bool:
     return any(state.kind is Kind.PARALLEL for state in chart.states)
 
 
-def chain(chart: Chart, leaf: int, event: int | None) -> tuple[Step, ...]:
-    """Return what is tried from an atomic state outward; for no event, eventless transitions."""
+def own(chart: Chart, state: int, event: int | None) -> tuple[Step, ...]:
+    """Return what one state tries; for no event, its eventless transitions."""
     found: list[Step] = []
-    for index in (leaf, *chart.ancestors(leaf)):
-        state = chart.states[index]
-        for number in state.transitions:
-            transition = chart.transitions[number]
-            matches = (
-                transition.trigger is Trigger.EVENTLESS
-                if event is None
-                else transition.trigger is Trigger.EVENT and event in transition.events
-            )
-            if matches:
-                found.append(transition)
-                if transition.guard is None:
-                    return tuple(found)
-        if event is not None and event in state.defer:
-            return (*found, None)
+    for number in chart.states[state].transitions:
+        transition = chart.transitions[number]
+        matches = (
+            transition.trigger is Trigger.EVENTLESS
+            if event is None
+            else transition.trigger is Trigger.EVENT and event in transition.events
+        )
+        if matches:
+            found.append(transition)
+            if transition.guard is None:
+                return tuple(found)
+    if event is not None and event in chart.states[state].defer:
+        found.append(None)
+    return tuple(found)
+
+
+def chain(chart: Chart, leaf: int, event: int | None) -> tuple[Step, ...]:
+    """Return what is tried from an atomic state outward, up to what is sure to be taken."""
+    found: list[Step] = []
+    for state in (leaf, *chart.ancestors(leaf)):
+        found += own(chart, state, event)
+        if found and (found[-1] is None or found[-1].guard is None):
+            break
     return tuple(found)
 
 
@@ -72,21 +80,12 @@ def is_needing_memo(chart: Chart, transition: Transition) -> bool:
 
 def print_selection(out: Lines, chart: Chart, names: Names, name: str, event: int | None) -> bool:
     """Print the method that selects for an event, if anything in the chart looks at it."""
-    leaves = [state.index for state in chart.states if state.is_leaf]
-    chains = [(leaf, chain(chart, leaf, event)) for leaf in leaves]
-    groups: list[tuple[list[int], tuple[Step, ...]]] = []
-    for leaf, steps in chains:
-        if not steps:
-            continue
-        if groups and groups[-1][1] == steps:
-            groups[-1][0].append(leaf)
-        else:
-            groups.append(([leaf], steps))
+    groups = _by_leaf(chart, event) if has_regions(chart) else _by_state(chart, event)
     if not groups:
         return False
-    what = (
-        "eventless transitions" if event is None else f"what `{chart.events[event].name}` enables"
-    )
+    what = "which eventless transitions to take"
+    if event is not None:
+        what = f"which transitions `{chart.events[event].name}` enables"
     with out.method(name, f"Return {what}.", result="int"):
         out.line("active = self._active")
         if has_regions(chart):
@@ -101,6 +100,35 @@ def print_selection(out: Lines, chart: Chart, names: Names, name: str, event: in
                     _print_returns(out, chart, names, steps)
             out.line("return 0")
     return True
+
+
+Groups = list[tuple[list[int], tuple[Step, ...]]]
+
+
+def _by_leaf(chart: Chart, event: int | None) -> Groups:
+    """Return what is tried from each atomic state outward, alike neighbours together."""
+    groups: Groups = []
+    for state in chart.states:
+        steps = chain(chart, state.index, event) if state.is_leaf else ()
+        if groups and groups[-1][1] == steps:
+            groups[-1][0].append(state.index)
+        elif steps:
+            groups.append(([state.index], steps))
+    return groups
+
+
+def _by_state(chart: Chart, event: int | None) -> Groups:
+    """Return what each state tries, inner ones before outer ones: only one path is active."""
+    groups: Groups = []
+
+    def visit(state: int) -> None:
+        for child in chart.states[state].children:
+            visit(child)
+        if steps := own(chart, state, event):
+            groups.append(([state], steps))
+
+    visit(0)
+    return groups
 
 
 def _print_offers(out: Lines, chart: Chart, names: Names, steps: tuple[Step, ...]) -> None:
@@ -128,7 +156,7 @@ def _print_returns(out: Lines, chart: Chart, names: Names, steps: tuple[Step, ..
         else:
             with out.suite(f"if {guard_text(chart, names, step)}:"):
                 out.line(f"return {1 << step.index:#x}  # {names.transitions[step.index]}")
-    if steps[-1] is None or steps[-1].guard is not None:
+    if steps[-1] is None:
         out.line("return 0")
 
 

@@ -23,6 +23,8 @@ class Template:
 
     body: str
     slots: tuple[str, ...]
+    variables: dict[str, str]
+    """Types of the slots."""
     constants: dict[str, str]
     """Types of the constants and tables that each machine supplies."""
     names: frozenset[str]
@@ -35,6 +37,7 @@ def machine() -> Template:
     bodies: list[str] = []
     slots: tuple[str, ...] = ()
     names: set[str] = set()
+    variables: dict[str, str] = {}
     constants: dict[str, str] = {}
     for file in FILES:
         text = (FOLDER / file).read_text(encoding="utf-8")
@@ -46,13 +49,13 @@ def machine() -> Template:
                     slots += tuple(ast.literal_eval(value))
                 case ast.AnnAssign(target=ast.Name(name), annotation=annotation):
                     names.add(name)
-                    if isinstance(annotation, ast.Subscript) and "ClassVar" in ast.dump(annotation):
-                        constants[name] = ast.unparse(annotation)
+                    type_ = ast.unparse(annotation)
+                    (constants if "ClassVar" in type_ else variables)[name] = type_
                 case ast.FunctionDef(name=name):
                     names.add(name)
                 case _:
                     pass
-    return Template("\n\n".join(bodies), slots, constants, frozenset(names | set(slots)))
+    return Template("\n\n".join(bodies), slots, variables, constants, frozenset(names | set(slots)))
 
 
 def arithmetic(used_by: str) -> str:

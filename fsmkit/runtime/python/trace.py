@@ -93,18 +93,6 @@ class Traced:
     _GUARDS: ClassVar[tuple[Callable[[Any], bool] | None, ...]]
     _PORTS: ClassVar[tuple[Callable[[Any, str | None], None] | None, ...]]
 
-    def _reset_data(self) -> None:
-        """Give data, outputs and histories their start values."""
-
-    def _begin(self) -> None:
-        """Run the script and enter the initial states."""
-
-    def _select_eventless(self) -> int:
-        """Return the eventless transitions to take."""
-        return 0
-
-    # --- copied from here on into each generated class --------------------------------------------
-
     _active: int
     _budget: int
     _busy: bool
@@ -143,6 +131,18 @@ class Traced:
     log: Callable[..., object] | None
     reply: Any
     trace: Callable[[str], object] | None
+
+    def _reset_data(self) -> None:
+        """Give data, outputs and histories their start values."""
+
+    def _begin(self) -> None:
+        """Run the script and enter the initial states."""
+
+    def _select_eventless(self) -> int:
+        """Return the eventless transitions to take."""
+        return 0
+
+    # --- copied from here on into each generated class --------------------------------------------
 
     # --- trace ------------------------------------------------------------------------------------
 
