@@ -1,0 +1,69 @@
+"""``fsmkit explain``: what a finding means, and what to do instead."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+
+import click
+from rich.markdown import Markdown
+from rich.text import Text
+
+from fsmkit.cli.console import STYLES, out, print_json
+from fsmkit.diagnostics import Rule, rule, rules
+
+EPILOG = """\b
+Examples:
+  fsmkit explain FK0351
+  fsmkit explain nondeterministic-choice
+  fsmkit explain                      (lists all)
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("code", required=False)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def command(code: str | None, as_json: bool) -> int:
+    """Explain a finding by its code or its name; without one, list them all."""
+    if code is None:
+        if as_json:
+            print_json([document(known) for known in rules()])
+        else:
+            for known in rules():
+                out.print(heading(known))
+        return 0
+    known = find(code)
+    if as_json:
+        print_json({**document(known), "explanation": known.explanation})
+    else:
+        out.print(heading(known))
+        out.print()
+        out.print(Markdown(known.explanation))
+    return 0
+
+
+def find(code: str) -> Rule:
+    """Return the rule of a code or name, however it is cased; a usage error where none is."""
+    try:
+        return rule(code.strip().upper()) if code[:2].upper() == "FK" else rule(code.lower())
+    except LookupError:
+        known = [name for r in rules() for name in (r.name, r.code)]
+        close = get_close_matches(code.lower(), known, 1) or get_close_matches(
+            code.upper(), known, 1
+        )
+        advice = f"did you mean `{close[0]}`?" if close else "`fsmkit explain` lists all"
+        raise click.BadParameter(
+            f"there is no finding `{code}`; {advice}", param_hint="CODE"
+        ) from None
+
+
+def heading(known: Rule) -> Text:
+    """Return the line of a rule in the list."""
+    return Text.assemble(
+        (known.code, "bold"), "  ", (f"{known.severity.value:8}", STYLES[known.severity]),
+        known.name,
+    )  # fmt: skip
+
+
+def document(known: Rule) -> dict[str, object]:
+    """Return a rule as data for JSON."""
+    return {"code": known.code, "name": known.name, "severity": known.severity.value}

@@ -1,0 +1,78 @@
+"""``fsmkit show``: the chart as understood."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.tree import Tree
+
+from fsmkit.cli._chart_json import chart_document
+from fsmkit.cli._chart_tree import chart_tree
+from fsmkit.cli._origins import origins
+from fsmkit.cli._plan_tree import plan_document, plan_tree
+from fsmkit.cli._system_tree import system_document, system_tree
+from fsmkit.cli.console import out, print_json, report
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.loading import read_documents
+from fsmkit.model.elaborate import elaborate
+from fsmkit.plan.lower import lower
+from fsmkit.verify.reader import is_system_file, load_system
+
+LONGEST_LINE = 10_000
+"""Characters of a line in a pipe."""
+EPILOG = """\b
+Examples:
+  fsmkit show feeder.yaml
+  fsmkit show feeder.yaml --origin
+  fsmkit show feeder.scxml --plan
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--origin", is_flag=True, help="Say where each item comes from.")
+@click.option("--plan", is_flag=True, help="Show what a machine executes, too.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def command(file: Path, origin: bool, plan: bool, as_json: bool) -> int:
+    """Show a chart as it is understood: inheritance resolved, names bound, types known.
+
+    Inherited items are dim, overridden ones yellow.
+    """
+    if is_system_file(file):
+        return _show_system(file, as_json=as_json)
+    findings = Findings()
+    documents = read_documents(file, findings)
+    chart = elaborate(documents, findings)
+    if chart is None:
+        raise FsmkitError(findings)
+    report(findings)
+    where = origins(documents)
+    if as_json:
+        lowered = {"plan": plan_document(lower(chart))} if plan else {}
+        print_json({**chart_document(chart, where), **lowered})
+        return 0
+    print_tree(chart_tree(chart, where, with_origin=origin))
+    if plan:
+        print_tree(plan_tree(lower(chart)))
+    return 0
+
+
+def _show_system(file: Path, *, as_json: bool) -> int:
+    findings = Findings()
+    system = load_system(file, findings)
+    report(findings)
+    if as_json:
+        print_json(system_document(system))
+    else:
+        print_tree(system_tree(system))
+    return 0
+
+
+def print_tree(tree: Tree) -> None:
+    """Print a tree: wrapped on a terminal, a line an item in a pipe."""
+    if out.is_terminal:
+        out.print(tree, soft_wrap=False)
+    else:
+        Console(file=out.file, width=LONGEST_LINE, highlight=False).print(tree)

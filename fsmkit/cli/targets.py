@@ -1,0 +1,44 @@
+"""``fsmkit targets``: what can be written."""
+
+from __future__ import annotations
+
+import click
+from rich.markup import escape
+
+from fsmkit.cli.console import out, print_json
+from fsmkit.plugins import Drawing, FrontEnd, Target, plugins
+
+EPILOG = """\b
+Example:
+  fsmkit targets
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def command(as_json: bool) -> int:
+    """List what machines can be compiled to, and the notations of charts and diagrams."""
+    targets = plugins(Target)
+    notations = plugins(FrontEnd)
+    drawings = plugins(Drawing)
+    if as_json:
+        print_json(
+            {
+                "targets": [{"name": t.name, "summary": t.summary} for t in targets],
+                "notations": [{"name": n.name, "suffixes": list(n.suffixes)} for n in notations],
+                "drawings": [{"name": d.name, "suffixes": list(d.suffixes)} for d in drawings],
+            }
+        )
+        return 0
+    lines = [
+        *(("compile --target", t.name, t.summary) for t in targets),
+        *(("convert --to", n.name, f"charts in {_list(n.suffixes)}") for n in notations),
+        *(("draw --out", d.name, f"diagrams in {_list(d.suffixes)}") for d in drawings),
+    ]
+    for verb, name, summary in lines:
+        out.print(f"{verb:17} [bold]{name:12}[/] {escape(summary)}")
+    return 0
+
+
+def _list(suffixes: tuple[str, ...]) -> str:
+    return " or ".join(suffixes)
