@@ -98,10 +98,10 @@ def _in_state(binder: Binder, node: CallNode) -> Expr | None:
 
 
 def _length(binder: Binder, node: CallNode) -> Expr | None:
-    arguments = [binder.value(argument) for argument in node.arguments]
-    if None in arguments:
+    argument = binder.value(node.arguments[0]) if len(node.arguments) == 1 else None
+    if argument is None and len(node.arguments) == 1:
         return None
-    type_ = arguments[0].type if len(arguments) == 1 and arguments[0] is not None else None
+    type_ = None if argument is None else argument.type
     if not isinstance(type_, ArrayType):
         message = "`len` takes one array"
         return binder.context.report("wrong-arguments", message, binder.span(node))
@@ -109,11 +109,13 @@ def _length(binder: Binder, node: CallNode) -> Expr | None:
 
 
 def _apply(binder: Binder, node: CallNode, function: Function) -> Expr | None:
-    arguments = [binder.value(argument) for argument in node.arguments]
-    present = tuple(argument for argument in arguments if argument is not None)
-    if len(present) < len(arguments):
-        return None
-    return type_apply(binder.context, function, present, binder.span(node))
+    arguments = []
+    for each in node.arguments:
+        argument = binder.value(each)
+        if argument is None:
+            return None
+        arguments.append(argument)
+    return type_apply(binder.context, function, tuple(arguments), binder.span(node))
 
 
 def _whole_quotient(binder: Binder, node: CallNode, name: str) -> Expr | None:

@@ -56,10 +56,10 @@ def bind_array(binder: Binder, node: ArrayNode, hint: Type | None) -> Expr | Non
     """Type an array of constants; a whole of its own, or made for the array type ``hint``."""
     context = binder.context
     wanted = hint.element if isinstance(hint, ArrayType) else None
-    items = [binder.value(item, wanted) for item in node.items]
-    type_: Type | None = wanted if not items else None
+    type_: Type | None = None
     values = []
-    for item in items:
+    for each in node.items:
+        item = binder.value(each, wanted)
         if item is None:
             return None
         if not isinstance(item, Literal):

@@ -6,12 +6,15 @@
 from __future__ import annotations
 
 from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.expressions.arithmetic import exact
 from fsmkit.expressions.binding import Binder
 from fsmkit.expressions.conversion import bounds, can_convert, convert, whole
 from fsmkit.expressions.durations import duration_of
+from fsmkit.expressions.folding import fold
 from fsmkit.expressions.names import Context
 from fsmkit.expressions.operators import described, type_binary
 from fsmkit.expressions.scope import Scope
+from fsmkit.expressions.spelling import spell
 from fsmkit.expressions.syntax import CallNode, Node, SyntaxFault, parse
 from fsmkit.expressions.tree import (
     Binary,
@@ -38,6 +41,7 @@ from fsmkit.expressions.types import (
     IntType,
     Overflow,
     Type,
+    Value,
 )
 
 
@@ -185,8 +189,8 @@ def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) 
     if source == expected:
         return expr
     if isinstance(expr, Literal) and not isinstance(source, ArrayType):
-        item = fit(context, expr, expected.element)
-        if not isinstance(item, Literal):
+        item = _constant(context, expr, expected.element)
+        if item is None:
             return None
         return Literal((item.value,) * expected.length, expected, expr.span)
     if isinstance(expr, Literal) and isinstance(source, ArrayType):
@@ -194,15 +198,35 @@ def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) 
         if source.length != expected.length:
             message = f"{source.length} elements where `{expected}` is expected"
             return context.report("type-mismatch", message, expr.span)
-        parts = [Literal(v, source.element, expr.span) for v in expr.value]
-        items = [fit(context, part, expected.element) for part in parts]
-        values = [item.value for item in items if isinstance(item, Literal)]
-        if len(values) == len(items):
-            return Literal(tuple(values), expected, expr.span)
-        return None
+        values = []
+        for value in expr.value:
+            part = Literal(value, _own_type(value, source.element), expr.span)
+            item = _constant(context, part, expected.element)
+            if item is None:
+                return None
+            values.append(item.value)
+        return Literal(tuple(values), expected, expr.span)
     return context.report(
         "type-mismatch", f"{described(source)} where {described(expected)} is expected", expr.span
     )
+
+
+def _constant(context: Context, expr: Literal, type_: Type) -> Literal | None:
+    """Return a constant as a value of a type, reporting one that storing would change."""
+    before = len(context.findings)
+    fitted = fit(context, expr, type_)
+    folded = None if fitted is None else fold(fitted)
+    if isinstance(folded, Literal):
+        return folded
+    if len(context.findings) == before:
+        message = f"{spell(expr)} is no value of `{type_}`"
+        context.report("type-mismatch", message, expr.span)
+    return None
+
+
+def _own_type(value: Value, type_: Type) -> Type:
+    """Return the type of an element of a constant array, as if it stood alone."""
+    return exact(value, value) if isinstance(type_, IntType) and isinstance(value, int) else type_
 
 
 def _duration_literal(context: Context, expr: Literal) -> Expr | None:

@@ -5,12 +5,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.model.document import Block, DocArgument, DocCancel, DocRaise, DocSend, DocUnreadable
 from fsmkit.model.statement_tokens import Cursor, Lexeme
 from fsmkit.model.statement_words import CLAUSES, LITERAL_DELAY, NAME, NEW_LINES, unquoted
+
+MOST_FINDINGS = 50
+"""Findings that one text of statements can give rise to."""
 
 
 @dataclass(slots=True)
@@ -20,12 +23,15 @@ class EventReader:
     text: Text
     at: Cursor
     findings: Findings
+    reported: int = field(default=0, init=False)
 
     def report(
         self, message: str, start: int, end: int, advice: str | None, rule: str = "statement-syntax"
     ) -> None:
-        """Add a finding at a place of the text."""
-        self.findings.add(rule, message, self.text.span_of(start, end), help=advice)
+        """Add a finding at a place of the text; of very many, only the first are told."""
+        self.reported += 1
+        if self.reported <= MOST_FINDINGS:
+            self.findings.add(rule, message, self.text.span_of(start, end), help=advice)
 
     def _place(self, token: Lexeme) -> tuple[int, int]:
         return token.start, max(token.end, token.start + 1)
@@ -116,6 +122,7 @@ class EventReader:
             elif self.at.here.text != ")":
                 message = "the arguments are not closed"
                 self.report(message, opening.start, opening.end, "close them with `)`")
+                self.at.skip_statement()
                 return tuple(found)
             elif self.at.index == before:
                 self.at.take()

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from itertools import islice
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.model.document import (
@@ -26,7 +27,7 @@ from fsmkit.model.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.model.statement_events import EventReader
+from fsmkit.model.statement_events import MOST_FINDINGS, EventReader
 from fsmkit.model.statement_tokens import Cursor, Lexeme, lexemes, without_comments
 from fsmkit.model.statement_words import (
     ASSIGNMENT,
@@ -54,7 +55,7 @@ def read_statements(text: Text, findings: Findings) -> Block:
             help="call operations of the host instead",
         )
         return (DocUnreadable("too long", text.span),)
-    for match in SUSPECT_COMMENT.finditer(text.value):
+    for match in islice(SUSPECT_COMMENT.finditer(text.value), MOST_FINDINGS):
         at = text.value.index("//", match.start())
         findings.add(
             "comment-or-division",
@@ -69,7 +70,7 @@ def read_statements(text: Text, findings: Findings) -> Block:
 
 @dataclass(slots=True)
 class _Reader(EventReader):
-    depth: int = field(default=0)
+    depth: int = field(default=0, init=False)
 
     # --- the frame --------------------------------------------------------------------------
 

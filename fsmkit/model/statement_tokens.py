@@ -10,9 +10,10 @@ import re
 from dataclasses import dataclass
 
 STRING = r"\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'"
-COMMENT = re.compile(rf"({STRING})|//[^\n]*|/\*.*?(?:\*/|\Z)|\#[^\n]*", re.DOTALL)
+COMMENT = re.compile(rf"({STRING}|[\"'][^\n]*)|//[^\n]*|/\*[\s\S]*?(?:\*/|\Z)|\#[^\n]*")
 TOKEN = re.compile(
     rf"""(?P<string>{STRING})
+    |(?P<open>["'][^\n]*)
     |(?P<word>[^\W\d][\w$]*|\$[\w$]*)
     |(?P<number>(?:\d|\.\d)[\w.]*)
     |(?P<newline>\n)

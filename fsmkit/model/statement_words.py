@@ -44,11 +44,11 @@ CLAUSES = {
 }
 """What may follow `send`: what a name or a string after it is, and an expression in parentheses."""
 
-NEW_LINES = re.compile(rf"({STRING})|[^\S\n]*\n\s*")
+NEW_LINES = re.compile(rf"({STRING}|[\"'][^\n]*)|(?<![^\S\n])[^\S\n]*\n\s*")
 """A string, or a new line with the white space around it."""
 NAME = re.compile(r"[^\s(){}\[\];,\"'=]+")
 """A name of an event, a peer or an id, where it needs no quotes."""
-LITERAL_DELAY = re.compile(r"(\d+\.?\d*|\.\d+)(us|ms|s|m|h|d)?|[^\W\d]\w*")
+LITERAL_DELAY = re.compile(r"(\d+(\.\d*)?|\.\d+)(us|ms|s|m|h|d)?|[^\W\d]\w*")
 """A delay that is a duration or the name of a constant."""
 
 GOES_ON = frozenset(

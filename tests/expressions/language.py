@@ -197,6 +197,14 @@ CONDITIONS = st.recursive(
     ),
     max_leaves=5,
 )
+CONSTANTS = st.recursive(
+    st.integers(0, 70).map(str) | st.sampled_from(["0.5", "2.0", "1e300"]),
+    lambda below: st.one_of(
+        st.builds("({} {} {})".format, below, st.sampled_from(list("+-*/%<|")), below),
+        st.builds("-{}".format, below),
+    ),
+    max_leaves=5,
+)
 EXPRESSIONS = st.one_of(INTEGERS, FLOATS, CONDITIONS)
 
 
