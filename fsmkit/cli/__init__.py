@@ -5,15 +5,20 @@ A module of this package that defines ``command`` (a `click.Command`) is a verb.
 
 from __future__ import annotations
 
+import json
 import sys
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
 import click
 
 import fsmkit
-from fsmkit.cli.console import crash, interrupted, report
+from fsmkit.cli.console import crash, interrupted, report, reported
+from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics.sarif import sarif_log
 
 OK, FINDINGS, USAGE, BUG, INTERRUPTED = 0, 1, 2, 3, 130
 NO_VERBS = {"console", "writing"}
@@ -38,18 +43,32 @@ class Verbs(click.Group):
         return command
 
 
-@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@dataclass
+class Options:
+    """What is said before the verb."""
+
+    sarif: Path | None = None
+
+
+EPILOG = """\b
+Examples:
+  fsmkit check machine.yaml
+  fsmkit compile machine.scxml --out generated
+  fsmkit --sarif findings.sarif check machine.yaml
+"""
+
+
+@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]}, epilog=EPILOG)
 @click.version_option(fsmkit.__version__, package_name="fsmkit")
-def cli() -> None:
-    r"""Statecharts for control engineers: compile, check, run, draw.
+@click.option("--sarif", type=click.Path(path_type=Path), help="Write the findings as SARIF, too.")
+@click.pass_obj
+def cli(options: Options | None, sarif: Path | None) -> None:
+    """Statecharts for control engineers: compile, check, run, draw.
 
     Exit codes: 0 fine, 1 findings or a violated property, 2 usage, 3 a bug of ours.
-
-    \b
-    Example:
-      fsmkit check machine.yaml
-      fsmkit compile machine.scxml --out generated
     """
+    if options is not None:
+        options.sarif = sarif
 
 
 def main() -> None:
@@ -59,8 +78,27 @@ def main() -> None:
 
 def run(arguments: list[str]) -> int:
     """Run one command line and return its exit code."""
+    options = Options()
+    reported.clear()
+    code = _guarded(
+        lambda: cli.main(arguments, prog_name="fsmkit", standalone_mode=False, obj=options) or OK
+    )
+    if options.sarif is not None:
+        path = options.sarif
+        code = _guarded(lambda: _write_sarif(path)) or code
+    return code
+
+
+def _write_sarif(path: Path) -> int:
+    log = sarif_log(reported, fsmkit.__version__)
+    write_files({path: json.dumps(log, indent=2, ensure_ascii=False) + "\n"})
+    return OK
+
+
+def _guarded(body: Callable[[], int]) -> int:
+    """Return the exit code of a body, whatever it raises."""
     try:
-        return cli.main(arguments, prog_name="fsmkit", standalone_mode=False) or OK
+        return body()
     except FsmkitError as error:
         report(error.diagnostics)
         return FINDINGS

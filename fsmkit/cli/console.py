@@ -21,10 +21,14 @@ STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.
 out = Console(highlight=False, soft_wrap=True)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
 
+reported: list[Diagnostic] = []
+"""The findings of the command line at hand, for the SARIF log."""
+
 
 def report(diagnostics: Iterable[Diagnostic]) -> None:
     """Print findings as text on standard error, then how many there were."""
     found = tuple(diagnostics)
+    reported.extend(found)
     for diagnostic in found:
         text = Text(render(diagnostic))
         text.stylize(STYLES[diagnostic.severity], 0, len(diagnostic.severity.value))
