@@ -14,7 +14,7 @@ from typing import Any
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-DEEPEST = 200
+DEEPEST = 100
 """Levels an expression may nest; operators in a row nest too."""
 LONGEST = 200_000
 """Characters of an expression."""

@@ -8,8 +8,8 @@ from fsmkit.diagnostics import Text
 from fsmkit.expressions.syntax import unescape
 from fsmkit.model.statement_tokens import STRING, Lexeme
 
-DEEPEST = 50
-"""Levels that statements may nest."""
+DEEPEST = 16
+"""Levels that statements may nest: fewer than any target bounds the nesting of loops to."""
 LONGEST = 200_000
 """Characters of one text of statements."""
 
