@@ -1,0 +1,136 @@
+"""``fsmkit compile``: machines in C or Python."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+from rich.markup import escape
+
+from fsmkit.cli.console import out, print_json, report
+from fsmkit.cli.writing import write_files
+from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.diagnostics.as_json import as_json
+from fsmkit.loading import load_with_findings
+from fsmkit.model.chart import Chart
+from fsmkit.plugins import Generated, Target, plugin
+from fsmkit.verify.reader import is_system_file, load_system
+
+EPILOG = """\b
+Examples:
+  fsmkit compile feeder.yaml
+  fsmkit compile feeder.scxml --target python --out generated
+  fsmkit compile cell.yaml --out generated
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--target", "name", default="c", show_default=True, help="The language: c or python.")
+@click.option(
+    "--out",
+    "folder",
+    type=click.Path(path_type=Path),
+    default="generated",
+    show_default=True,
+    help="The folder to write to.",
+)
+@click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
+@click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+def command(file: Path, name: str, folder: Path, prefix: str | None, as_json_document: bool) -> int:
+    """Write the machine of a chart, or all machines of a system.
+
+    Prints the files, what the machine takes, and its capacities. Either all files are written or
+    none.
+    """
+    target = plugin(Target, name)
+    findings = Findings()
+    charts = machines(file, findings)
+    if prefix is not None and len(charts) > 1:
+        raise click.UsageError("--prefix names one machine; a system has several")
+    if prefix is not None and not re.fullmatch(r"[A-Za-z]\w*", prefix, re.ASCII):
+        raise click.UsageError(f"--prefix `{prefix}` is no identifier")
+    options = {} if prefix is None else {"prefix": prefix}
+    generated = []
+    for chart in charts:
+        made = target.generate(chart, findings, options)
+        if made is not None:
+            generated.append((chart, made))
+    if len(generated) < len(charts) or findings.has_errors:
+        raise FsmkitError(findings)
+    files = {folder / path: text for path, text in united(made for _, made in generated).items()}
+    write_files(files)
+    report(findings)
+    if as_json_document:
+        print_json(document(tuple(files), generated, findings))
+    else:
+        for path in files:
+            out.print(escape(str(path)))
+        for chart, made in generated:
+            out.print(escape(told(chart, made)))
+    return 0
+
+
+def machines(file: Path, findings: Findings) -> tuple[Chart, ...]:
+    """Return the chart of a file, or each chart of a system once, in the order of the file."""
+    if not is_system_file(file):
+        return (load_with_findings(file, findings),)
+    system = load_system(file, findings)
+    found: list[Chart] = []
+    for machine in system.machines:
+        if machine.chart not in found:
+            found.append(machine.chart)
+    return tuple(found)
+
+
+def united(generated: Iterable[Generated]) -> dict[str, str]:
+    """Return the files of several machines; what they share is there once."""
+    files: dict[str, str] = {}
+    for made in generated:
+        for path, text in made.files.items():
+            if files.setdefault(path, text) != text:
+                raise fail(
+                    "duplicate-output",
+                    f"two machines would be written to `{path}`",
+                    help="give the charts different names",
+                )
+    return files
+
+
+def told(chart: Chart, made: Generated) -> str:
+    """Return a line on the size and the bounds of a machine."""
+    figures = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in made.figures.items())
+    return f"{chart.name}: {figures}"
+
+
+def capacities(chart: Chart, made: Generated) -> dict[str, int]:
+    """Return the bounds of a machine: those of its chart, and what the target says of them."""
+    bounds = {**asdict(chart.capacities), **made.figures}
+    bounds.pop("struct_bytes", None)
+    return bounds
+
+
+def document(
+    files: tuple[Path, ...], generated: list[tuple[Chart, Generated]], findings: Findings
+) -> dict[str, object]:
+    """Return what ``--json`` prints; of a system also each machine by name."""
+    each = [
+        {
+            "name": chart.name,
+            "struct_bytes": made.figures.get("struct_bytes"),
+            "capacities": capacities(chart, made),
+        }
+        for chart, made in generated
+    ]
+    sizes = [made.figures.get("struct_bytes") for _, made in generated]
+    known = [size for size in sizes if size is not None]
+    return {
+        "files": [str(path) for path in files],
+        "struct_bytes": sum(known) if len(known) == len(sizes) else None,
+        "capacities": capacities(*generated[0]) if len(generated) == 1 else {},
+        "machines": each,
+        "findings": [as_json(finding) for finding in findings],
+    }
