@@ -128,7 +128,7 @@ def _events(choices: Choices) -> tuple[Event, ...]:
     events = [Event("e0", (), received)]
     for n in range(1, choices.integer(1, 4)):
         name = choices.pick((f"e{n}", f"e{n}", f"group.g{n}"))
-        reply = choices.pick(REPLIES) if choices.chance(15) else None
+        reply = choices.pick(REPLIES) if choices.chance(40) else None
         events.append(Event(name, _fields(choices, 2), received, reply))
     inner, out = frozenset({Direction.INTERNAL}), frozenset({Direction.OUT})
     count = choices.integer(0, 2)

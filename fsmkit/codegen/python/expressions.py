@@ -38,6 +38,7 @@ from fsmkit.expressions import (
     UnaryOp,
     Value,
     Variable,
+    fold,
 )
 
 CHOICE, OR, AND, NOT, COMPARE, BITOR, BITXOR, BITAND, SHIFT, SUM, PRODUCT, SIGN, ATOM = range(1, 14)
@@ -85,8 +86,8 @@ class Printer:
     """None where it is not known which event is at hand: looked up when needed."""
 
     def print(self, expr: Expr) -> str:
-        """Return an expression as text."""
-        return self.fragment(expr).text
+        """Return an expression as text, what is constant in it computed."""
+        return self.fragment(fold(expr)).text
 
     def frozen(self, expr: Expr) -> str:
         """Return an expression whose value later assignments do not change."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Iterator
 
 from fsmkit.codegen.python import movement, sending, template
 from fsmkit.codegen.python.content import ContentPrinter, Needs
@@ -15,6 +17,8 @@ from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
 from fsmkit.plan import Plan, lower
 
+WIDTH = 100
+"""Columns of the generated text, comments and long expressions aside."""
 HEADER = '''\
 """{doc}
 
@@ -48,20 +52,17 @@ def module_text(chart: Chart) -> str:
     _tables(body, names)
     head = Lines(1)
     _class_head(head, plan, names, needs)
-    text = head.finish() + "\n" + template.machine().body + "\n\n" + body.finish()
+    text = f"{head.finish()}\n{template.machine().body}\n{body.finish()}"
     arithmetic = template.arithmetic(text)
-    return "\n".join(
-        (
-            _header(chart, arithmetic),
-            _types(chart),
-            arithmetic,
-            "",
-            "",
-            _host(chart, names, needs),
-            f"class {names.machine}:",
-            text,
-        )
+    parts = (
+        _header(chart, arithmetic),
+        *_enumerations(chart),
+        _bits(chart, names),
+        arithmetic,
+        _host(chart, names, needs),
+        f"class {names.machine}:\n{text}",
     )
+    return "\n\n\n".join(part.strip("\n") for part in parts if part) + "\n"
 
 
 def _header(chart: Chart, arithmetic: str) -> str:
@@ -76,23 +77,24 @@ def _header(chart: Chart, arithmetic: str) -> str:
     )
 
 
-def _types(chart: Chart) -> str:
-    out = Lines()
+def _enumerations(chart: Chart) -> Iterator[str]:
     for type_ in chart.types:
         if isinstance(type_, EnumType):
-            out.line()
+            out = Lines()
             with out.suite(f"class {identifier(type_.name)}(IntEnum):"):
                 out.line('"""An enumeration of the chart."""')
                 out.line()
                 for place, member in enumerate(type_.members):
                     name = identifier(member)
-                    out.line(
-                        f"{name if name not in ('mro', 'name', 'value') else name + '_'} = {place}"
-                    )
-            out.line()
-    for state, name in zip(chart.states, names_of(chart).states, strict=True):
-        out.line(f"{name} = {1 << state.index:#x}")
-    return out.finish() + "\n"
+                    clash = "_" if name in {"mro", "name", "value"} else ""
+                    out.line(f"{name}{clash} = {place}")
+            yield out.finish()
+
+
+def _bits(chart: Chart, names: Names) -> str:
+    """Return the constants of the states: a bit each, in document order."""
+    pairs = zip(chart.states, names.states, strict=True)
+    return "\n".join(f"{name} = {1 << state.index:#x}" for state, name in pairs)
 
 
 def _host(chart: Chart, names: Names, needs: Needs) -> str:
@@ -102,10 +104,10 @@ def _host(chart: Chart, names: Names, needs: Needs) -> str:
     out = Lines()
     with out.suite(f"class {names.machine}Host(Protocol):"):
         out.line('"""What the machine asks of its host: methods of a subclass, or of an object."""')
-        for name, passed, result in methods:
-            with out.method(name, "Do it.", ", ".join(passed), result):
+        for name, passed, result, doc in methods:
+            with out.method(name, doc, ", ".join(passed), result):
                 out.line("...")
-    return out.finish() + "\n"
+    return out.finish()
 
 
 def _class_head(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
@@ -120,6 +122,10 @@ def _class_head(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
         out.lines(f'"{slot}",' for slot in sorted({*template.machine().slots, *own}))
     out.line(")")
     out.line()
+    for variable in variables:
+        out.line(f"{names.variables[variable.name]}: {sending.annotation(variable.type)}")
+    out.lines(f"{name}: {type_}" for name, type_ in template.machine().variables.items())
+    out.line()
     _constants(out, plan, names, needs)
     with out.method(
         "__init__",
@@ -130,12 +136,12 @@ def _class_head(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
             out.line(f"self._copy_{number}: list[Any] = [None] * {length}")
         for variable in chart.inputs:
             value = _start(variable.init.value, variable.type)
-            out.line(f"self.{names.variables[variable.name]}: Any = {value}")
+            out.line(f"self.{names.variables[variable.name]} = {value}")
         out.line("self._prepare(operations)")
     with out.method("_reset_data", "Give data, outputs and histories their start values."):
         for variable in (*chart.data, *chart.outputs):
             value = _start(variable.init.value, variable.type)
-            out.line(f"self.{names.variables[variable.name]}: Any = {value}")
+            out.line(f"self.{names.variables[variable.name]} = {value}")
         for state in chart.states:
             if state.is_history:
                 out.line(f"self._history_{names.bare[state.index]} = 0")
@@ -157,7 +163,7 @@ def _constants(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
     ]
     periods = [t.delay if t.trigger is Trigger.EVERY else 0 for t in chart.transitions]
     fields = [{f.name: place for place, f in enumerate(e.fields)} for e in chart.events]
-    hosts = [name for name, _, _ in sending.host_methods(chart, names, needs)]
+    hosts = [name for name, *_ in sending.host_methods(chart, names, needs)]
     postable = {e.name: (e.index, len(e.fields)) for e in chart.events}
     constants: dict[str, object] = {
         "NAME": chart.name,
@@ -182,7 +188,7 @@ def _constants(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
         **movement.conflict_tables(plan),
     }
     for name, value in constants.items():
-        out.line(f"{name}: {template.machine().constants[name]} = {value!r}")
+        _constant(out, name, value)
 
 
 def _select(out: Lines, chart: Chart, names: Names) -> None:
@@ -203,7 +209,8 @@ def _guards(out: Lines, chart: Chart, names: Names) -> None:
         name = f"_guard_{names.transitions[transition.index]}"
         with out.method(name, f"The guard of {place_of(chart, transition.index)}.", result="bool"):
             printer = Printer(names, payload_of(chart, transition))
-            out.line(f"return {printer.print(transition.guard)}")
+            out.line(f"held: bool = {printer.print(transition.guard)}")
+            out.line("return held")
 
 
 def _has_guard_method(chart: Chart, index: int) -> bool:
@@ -223,7 +230,8 @@ def _conditions(out: Lines, needs: Needs) -> None:
             f"_holds_{number}", "A condition; false if it cannot be evaluated.", result="bool"
         ):
             with out.suite("try:"):
-                out.line(f"return {text}")
+                out.line(f"held: bool = {text}")
+                out.line("return held")
             with out.suite("except ContentError:"):
                 out.line("self._error_execution()")
                 out.line("return False")
@@ -234,9 +242,7 @@ def _tables(out: Lines, names: Names) -> None:
 
     def table(name: str, methods: list[str]) -> None:
         entries = [m if f"    def {m}(" in text else "None" for m in methods]
-        type_ = template.machine().constants[name]
-        comma = "," if len(entries) == 1 else ""
-        out.line(f"{name}: {type_} = ({', '.join(entries)}{comma})")
+        _wrapped(out, f"{name}: {template.machine().constants[name]} = (", entries, ")")
 
     out.line()
     states, transitions = names.bare, names.transitions
@@ -251,3 +257,39 @@ def _tables(out: Lines, names: Names) -> None:
         ("_GUARDS", "guard"),
     ):
         table(name, [f"_{verb}_{transition}" for transition in transitions])
+
+
+def _constant(out: Lines, name: str, value: object) -> None:
+    opening = f"{name}: {template.machine().constants[name]} = "
+    match value:
+        case tuple():
+            _wrapped(out, f"{opening}(", [_spelled(part) for part in value], ")")
+        case dict():
+            parts = [f"{_spelled(key)}: {_spelled(part)}" for key, part in value.items()]
+            _wrapped(out, f"{opening}{{", parts, "}")
+        case _:
+            out.line(opening + _spelled(value))
+
+
+def _spelled(value: object) -> str:
+    return json.dumps(value) if isinstance(value, str) else repr(value)
+
+
+def _wrapped(out: Lines, opening: str, parts: list[str], closing: str) -> None:
+    """Print a sequence on one line, or else on as many as it takes."""
+    comma = "," if len(parts) == 1 and closing == ")" else ""
+    whole = f"{opening}{', '.join(parts)}{comma}{closing}"
+    if len(whole) + 4 <= WIDTH:
+        out.line(whole)
+        return
+    rows, row = [], ""
+    for part in parts:
+        if row and len(row) + len(part) + 10 > WIDTH:
+            rows.append(row.rstrip())
+            row = ""
+        row += f"{part}, "
+    rows.append(row.rstrip())
+    out.line(opening)
+    with out.indented():
+        out.lines(rows)
+    out.line(closing)

@@ -20,8 +20,8 @@ from fsmkit.expressions import (
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Direction
 
-Method = tuple[str, tuple[str, ...], str]
-"""Name, arguments with types, result."""
+Method = tuple[str, tuple[str, ...], str, str]
+"""Name, arguments with types, result, description."""
 
 
 def host_methods(chart: Chart, names: Names, needs: Needs) -> tuple[Method, ...]:
@@ -30,12 +30,15 @@ def host_methods(chart: Chart, names: Names, needs: Needs) -> tuple[Method, ...]
     for operation in chart.operations:
         passed = tuple(f"{p.name}: {annotation(p.type)}" for p in _named(operation.parameters))
         result = "None" if operation.result is None else annotation(operation.result)
-        found.append((names.operations[operation.name], passed, result))
+        found.append(
+            (names.operations[operation.name], passed, result, f"Operation `{operation.name}`.")
+        )
     for event in sorted(needs.emitted):
         fields = _named(chart.events[event].fields)
         passed = tuple(f"{f.name}: {annotation(f.type)}" for f in fields)
         peer = ("peer: str | None",) if has_peer(chart, event) else ()
-        found.append((f"send_{names.events[event]}", passed + peer, "None"))
+        doc = f"Event `{chart.events[event].name}` leaves the machine."
+        found.append((f"send_{names.events[event]}", passed + peer, "None", doc))
     return tuple(found)
 
 

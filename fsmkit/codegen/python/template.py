@@ -77,4 +77,5 @@ def _pieces(text: str) -> Iterator[tuple[str, str]]:
     lines = text.splitlines()
     for node in ast.parse(text).body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
-            yield node.name, "\n".join(lines[node.lineno - 1 : node.end_lineno])
+            piece = "\n".join(lines[node.lineno - 1 : node.end_lineno])
+            yield node.name, re.sub(r"  # noqa.*", "", piece)
