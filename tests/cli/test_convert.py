@@ -25,16 +25,16 @@ def test_writes_a_file_that_finds_its_base(notation: str, tmp_path: Path) -> Non
     assert load(out) == load(CELL / "feeder.yaml")
 
 
-@pytest.mark.parametrize("name", ["module", "molder", "plant"])
+@pytest.mark.parametrize("name", ["module.scxml", "molder.yaml", "plant.yaml"])
 def test_there_and_back(name: str, tmp_path: Path) -> None:
     first, second = tmp_path / "a.scxml", tmp_path / "b.yaml"
-    assert run(["convert", str(CELL / f"{name}.yaml"), "--to", "scxml", "--out", str(first)]) == 0
+    assert run(["convert", str(CELL / name), "--to", "scxml", "--out", str(first)]) == 0
     assert run(["convert", str(first), "--to", "yaml", "--out", str(second)]) == 0
-    assert load(second) == load(CELL / f"{name}.yaml")
+    assert load(second) == load(CELL / name)
 
 
 def test_json(capsys: pytest.CaptureFixture[str]) -> None:
-    path = CELL / "module.yaml"
+    path = CELL / "module.scxml"
     assert run(["convert", str(path), "--to", "yaml", "--json"]) == 0
     text = json.loads(capsys.readouterr().out)["text"]
     assert text.startswith("chart: Module\n")
