@@ -1,0 +1,53 @@
+"""The language of Graphviz: statements with attributes, and labels in its HTML-like markup."""
+
+from __future__ import annotations
+
+import html
+import re
+
+UNPRINTABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+
+
+def statement(head: str, **given: str | float) -> str:
+    """Return a statement with attributes; a value in ``<>`` is a label in markup."""
+    pairs = (f"{key}={_value(value)}" for key, value in given.items())
+    return f"{head} [{', '.join(pairs)}];"
+
+
+def _value(value: str | float) -> str:
+    text = str(value)
+    return text if text.startswith("<") and text.endswith(">") else quoted(text)
+
+
+def quoted(text: str) -> str:
+    """Return a text in double quotes."""
+    clean = UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)
+    return '"' + clean.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+
+
+def escaped(text: str) -> str:
+    """Return a text for a label in markup; white space at its start is kept."""
+    clean = html.escape(UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)).replace("\n", " ")
+    margin = len(clean) - len(clean.lstrip(" "))
+    return "&#160;" * margin + clean[margin:]
+
+
+def font(text: str, color: str, size: int) -> str:
+    """Return markup in a colour and size (in points)."""
+    return f'<font color="{color}" point-size="{size}">{text}</font>'
+
+
+def left(texts: tuple[str, ...]) -> str:
+    """Return lines, aligned at the left."""
+    return "".join(f'{escaped(text)}<br align="left"/>' for text in texts)
+
+
+def titled(title: str, body: str, align: str) -> str:
+    """Return a label: a title, and text beneath it if there is any."""
+    if not body:
+        return f"<{title}>"
+    return (
+        '<<table border="0" cellborder="0" cellspacing="0" cellpadding="1">'
+        f'<tr><td align="{align}">{title}</td></tr>'
+        f'<tr><td align="left" balign="left">{body}</td></tr></table>>'
+    )

@@ -1,0 +1,20 @@
+"""Graphviz as a plug-in."""
+
+from __future__ import annotations
+
+from fsmkit.diagram.dot.draw import draw
+from fsmkit.model.chart import Chart
+
+
+class Dot:
+    """Draws charts in the language of Graphviz's ``dot``."""
+
+    name = "dot"
+    suffixes = (".dot", ".gv")
+
+    def draw(self, chart: Chart, active: frozenset[int]) -> str:
+        """Return a diagram in which the given states stand out."""
+        return draw(chart, active)
+
+
+PLUGIN = Dot()

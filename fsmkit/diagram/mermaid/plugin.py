@@ -1,0 +1,20 @@
+"""Mermaid as a plug-in."""
+
+from __future__ import annotations
+
+from fsmkit.diagram.mermaid.draw import draw
+from fsmkit.model.chart import Chart
+
+
+class Mermaid:
+    """Draws charts as Mermaid's state diagrams, which Git forges and wikis show."""
+
+    name = "mermaid"
+    suffixes = (".mmd", ".mermaid")
+
+    def draw(self, chart: Chart, active: frozenset[int]) -> str:
+        """Return a diagram in which the given states stand out."""
+        return draw(chart, active)
+
+
+PLUGIN = Mermaid()

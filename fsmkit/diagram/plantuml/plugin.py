@@ -1,0 +1,20 @@
+"""PlantUML as a plug-in."""
+
+from __future__ import annotations
+
+from fsmkit.diagram.plantuml.draw import draw
+from fsmkit.model.chart import Chart
+
+
+class PlantUml:
+    """Draws charts as PlantUML's state diagrams."""
+
+    name = "plantuml"
+    suffixes = (".puml", ".plantuml")
+
+    def draw(self, chart: Chart, active: frozenset[int]) -> str:
+        """Return a diagram in which the given states stand out."""
+        return draw(chart, active)
+
+
+PLUGIN = PlantUml()
