@@ -15,7 +15,7 @@ CELL = ROOT / "machines/production_cell"
 
 def test_prints(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["convert", str(CELL / "feeder.yaml"), "--to", "yaml"]) == 0
-    assert capsys.readouterr().out.startswith("chart: Feeder\nextends: module.yaml\n")
+    assert capsys.readouterr().out.startswith("chart: Feeder\nextends: module.scxml\n")
 
 
 @pytest.mark.parametrize("notation", ["yaml", "scxml"])
