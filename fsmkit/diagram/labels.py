@@ -103,8 +103,8 @@ def _branches(head: str, statement: If, chart: Chart, width: int) -> tuple[str, 
         if branch.condition is not None:
             opening += f"if {spell(branch.condition, chart.capacities.tick)} "
         lines += wrapped(opening + "{", width, MARGIN * 2)
-        inner = actions("", branch.body, chart, width - len(MARGIN) * 2)
-        lines += (MARGIN * 2 + line for line in inner)
+        inner = actions(MARGIN, branch.body, chart, width - len(MARGIN))
+        lines += (MARGIN + line for line in inner)
     return (*lines, MARGIN + "}")
 
 

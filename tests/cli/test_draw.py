@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli import run
+
+CELL = Path(__file__).parents[2] / "machines/production_cell"
+FEEDER = str(CELL / "feeder.yaml")
+
+
+def test_prints_dot(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["draw", FEEDER, "--active", "pushing, error"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith('digraph "Feeder" {')
+    assert text.count("#ffd66b") == 2
+
+
+def test_writes_texts(tmp_path: Path) -> None:
+    outs = [tmp_path / f"new/feeder.{suffix}" for suffix in ("dot", "mmd", "puml")]
+    assert run(["draw", FEEDER, *(word for out in outs for word in ("--out", str(out)))]) == 0
+    first = [out.read_text().splitlines()[0] for out in outs]
+    assert first == ['digraph "Feeder" {', "---", "@startuml"]
+
+
+@pytest.mark.skipif(shutil.which("dot") is None, reason="graphviz is not installed")
+@pytest.mark.parametrize(
+    ("suffix", "head"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")]
+)
+def test_writes_pictures(suffix: str, head: bytes, tmp_path: Path) -> None:
+    out = tmp_path / f"feeder.{suffix}"
+    assert run(["draw", FEEDER, "--out", str(out)]) == 0
+    assert out.read_bytes().startswith(head)
+
+
+def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "feeder.mmd"
+    assert run(["draw", FEEDER, "--json", "--out", str(out)]) == 0
+    assert json.loads(capsys.readouterr().out) == {"chart": "Feeder", "files": [str(out)]}
+
+
+def test_without_graphviz(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    outs = [tmp_path / "a.mmd", tmp_path / "a.svg"]
+    assert run(["draw", FEEDER, "--out", str(outs[0]), "--out", str(outs[1])]) == 1
+    assert "missing-graphviz" in capsys.readouterr().err
+    assert not any(out.exists() for out in outs)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "rule", "advice"),
+    [
+        (["--active", "pushin"], "unknown-name", "did you mean `pushing`?"),
+        (["--out", "a.gif"], "unknown-suffix", ".svg"),
+        (["--out", "/dev/null/a.mmd"], "unwritable-output", "--out"),
+    ],
+)
+def test_what_goes_wrong(
+    arguments: list[str], rule: str, advice: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["draw", FEEDER, *arguments]) == 1
+    told = capsys.readouterr().err
+    assert rule in told
+    assert advice in told

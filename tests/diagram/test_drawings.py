@@ -1,0 +1,160 @@
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+
+from fsmkit.diagnostics import Findings
+from fsmkit.diagram.labels import MOST_LINES, WIDTH, box_lines, is_inside, label
+from fsmkit.loading import load
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Document, Kind, Trigger
+from fsmkit.model.elaborate import elaborate
+from fsmkit.plugins import Drawing, plugin, plugins
+from fsmkit.testing.charts import documents
+
+ROOT = Path(__file__).parents[2]
+GOLDEN = ROOT / "tests/golden/diagram"
+CHARTS = [
+    GOLDEN / "lamp.yaml",
+    *sorted((ROOT / "machines/production_cell").glob("[fmp]*.yaml")),
+]
+DRAWINGS = [drawing.name for drawing in plugins(Drawing)]
+needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="graphviz is not installed")
+
+
+def drawn(name: str, chart: Chart, *active: str) -> str:
+    states = {chart.state_index[state] for state in active}
+    around = {outer for state in states for outer in chart.ancestors(state)}
+    return plugin(Drawing, name).draw(chart, frozenset(states | around))
+
+
+@pytest.mark.parametrize("name", ["dot", "mermaid", "plantuml"])
+def test_golden(name: str) -> None:
+    path = GOLDEN / f"lamp{plugin(Drawing, name).suffixes[0]}"
+    text = drawn(name, load(GOLDEN / "lamp.yaml"), "left_one", "right_one")
+    if os.environ.get("FSMKIT_BLESS"):
+        path.write_text(text)
+    assert text == path.read_text(), "run `make bless` and look at the difference"
+
+
+@pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
+def test_every_state_is_declared_once(path: Path) -> None:
+    chart = load(path)
+    for state in chart.states[1:]:
+        is_cluster = state.kind in (Kind.COMPOUND, Kind.PARALLEL)
+        dot = rf"subgraph \"cluster_{state.index}\"" if is_cluster else rf"^ +s{state.index} \["
+        is_choice = state.kind is Kind.CHOICE
+        mermaid = rf"state s{state.index} <<choice>>" if is_choice else rf'" as s{state.index}\b'
+        assert len(re.findall(dot, drawn("dot", chart), re.MULTILINE)) == 1
+        assert len(re.findall(mermaid, drawn("mermaid", chart))) == 1
+        assert len(re.findall(rf'" as s{state.index}\b', drawn("plantuml", chart))) == 1
+
+
+@pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("name", ["mermaid", "plantuml"])
+def test_every_transition_is_an_arrow(path: Path, name: str) -> None:
+    chart = load(path)
+    arrows = re.findall(
+        r"^ *(?:s\d+|fork_\d+) -\S*> (?:s\d+|fork_\d+)", drawn(name, chart), re.MULTILINE
+    )
+    wanted = 0
+    for transition in chart.transitions:
+        is_default = transition.trigger is Trigger.INITIAL
+        if is_inside(transition) or (is_default and not chart.states[transition.source].is_history):
+            continue
+        wanted += 1 if len(transition.targets) == 1 else 1 + len(transition.targets)
+    assert len(arrows) == wanted
+
+
+def test_what_stands_out() -> None:
+    chart = load(ROOT / "machines/production_cell/feeder.yaml")
+    text = drawn("dot", chart, "pushing")
+    lines = text.splitlines()
+    active = [line for line in lines if "#ffd66b" in line]
+    assert len(active) == 1
+    assert "pushing" in active[0]
+    assert sum("#fff8e1" in line for line in lines) == 3  # operational, running, working
+    inherited = next(line for line in lines if "<b>unhomed</b>" in line)
+    own = next(line for line in lines if "<b>withdrawing</b>" in line)
+    assert "#8490a0" in inherited
+    assert "#8490a0" not in own
+    assert sum("dashed" in line for line in lines) >= 3  # watchdogs
+
+
+def test_parallel_regions_histories_finals_and_forks() -> None:
+    text = drawn("dot", load(GOLDEN / "lamp.yaml"))
+    assert text.count("rounded,filled,dashed") == 2
+    assert 'label="H*"' in text
+    assert 'label="H"' in text
+    assert "doublecircle" in text
+    assert "diamond" in text
+    assert len(re.findall(r"fork_\d+ -> ", text)) == 2
+    assert "[else]" in text
+
+
+def test_texts_are_escaped() -> None:
+    chart = load(GOLDEN / "lamp.yaml")
+    assert "a &amp; b &lt;" in drawn("dot", chart)
+    assert "a #38; b #60;" in drawn("mermaid", chart)
+    assert "a & b <U+003C>" in drawn("plantuml", chart)
+
+
+@settings(max_examples=25)
+@given(documents())
+def test_labels_are_wrapped(document: Document) -> None:
+    chart = elaborate((document,), Findings())
+    assert chart is not None
+    for transition in chart.transitions:
+        text = label(chart, transition)
+        assert len(text.actions) <= MOST_LINES
+        for line in text.lines:
+            words = line.split()
+            assert len(line) <= WIDTH or len(words) <= 3  # a long word stands alone
+    for state in chart.states:
+        assert all(line.strip() for line in box_lines(chart, state))
+    for name in DRAWINGS:
+        assert drawn(name, chart) == drawn(name, chart)
+
+
+def test_names_from_anywhere(tmp_path: Path) -> None:
+    path = tmp_path / "odd.yaml"
+    path.write_text(
+        'chart: "a\\"b<c>"\ninitial: "x\\\\y"\nstates:\n  "x\\\\y": {on: {e: "</b>&"}}\n'
+        '  "</b>&": {on: {e: "é{}"}}\n  "é{}": {}\nevents: {in: [e]}\n'
+    )
+    chart = load(path)
+    for name in DRAWINGS:
+        assert drawn(name, chart)
+    assert "&lt;/b&gt;&amp;" in drawn("dot", chart)
+    if shutil.which("dot"):
+        assert layout(drawn("dot", chart)) == ""
+
+
+def layout(text: str) -> str:
+    """Lay a graph out and return what Graphviz complains about."""
+    done = subprocess.run(
+        ["dot", "-Tplain"], input=text, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stderr
+
+
+@needs_dot
+@pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
+def test_graphviz_has_nothing_to_complain_about(path: Path) -> None:
+    assert layout(drawn("dot", load(path))) == ""
+
+
+@needs_dot
+@settings(max_examples=10)
+@given(documents())
+def test_graphviz_lays_out_random_charts(document: Document) -> None:
+    chart = elaborate((document,), Findings())
+    assert chart is not None
+    assert layout(drawn("dot", chart)) == ""
