@@ -11,7 +11,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.types import COMPUTED, SUFFIX, UNSIGNED, computed, integer, interval, storage
+from fsmkit.codegen.c.types import (
+    COMPUTED,
+    SUFFIX,
+    UNSIGNED,
+    computed,
+    integer,
+    interval,
+    storage,
+    wrapping,
+)
 from fsmkit.expressions import (
     LONGEST_DURATION,
     Apply,
@@ -217,17 +226,17 @@ class Printer:
         if expr.op is UnaryOp.NOT:
             return Fragment(f"!{operand.at(PREFIX)}", "bool", PREFIX)
         if isinstance(expr.type, FloatType):
-            return Fragment(f"-{self._double(operand)}", "double", PREFIX)
+            return Fragment(f"-{_apart(self._double(operand))}", "double", PREFIX)
         assert isinstance(expr.type, IntType)  # noqa: S101
         if expr.type.overflow is Overflow.WRAP:
-            ctype = computed(expr.type) or "uint64_t"
+            ctype = wrapping(expr.type)
             unsigned = UNSIGNED[ctype]
             inner = self._as(operand, unsigned)
             text = f"0u - {inner}" if expr.op is UnaryOp.NEGATE else f"~{inner}"
             return self._reduced(Fragment(text, unsigned, SUM), ctype)
         ctype = self._common(expr.type, interval(expr.operand.type))
         sign = "-" if expr.op is UnaryOp.NEGATE else "~"
-        return Fragment(f"{sign}{self._as(operand, ctype)}", ctype, PREFIX)
+        return Fragment(f"{sign}{_apart(self._as(operand, ctype))}", ctype, PREFIX)
 
     def _binary(self, expr: Binary) -> Fragment:
         op = expr.op
@@ -277,9 +286,26 @@ class Printer:
     def _compare(self, expr: Binary, left: Fragment, right: Fragment) -> Fragment:
         if isinstance(expr.left.type, BoolType):
             return Fragment(f"{left.at(SHIFT)} {expr.op.value} {right.at(SHIFT)}", "bool", COMPARE)
-        ctype = self._common(interval(expr.left.type), interval(expr.right.type))
+        spans = interval(expr.left.type), interval(expr.right.type)
+        if computed(*spans) is None:
+            return self._compare_widest(expr.op, left, right)
+        ctype = self._common(*spans)
         a, b = self._as(left, ctype, SHIFT), self._as(right, ctype, SHIFT)
         return Fragment(f"{a} {expr.op.value} {b}", "bool", COMPARE)
+
+    def _compare_widest(self, op: BinaryOp, left: Fragment, right: Fragment) -> Fragment:
+        """Compare a uint64_t with what may be negative: by value, as no C type holds both."""
+        signed = self.temporary(Fragment("", "int64_t"))
+        if left.ctype == "uint64_t":
+            before = f"{signed.text} = {self.cast(right, 'int64_t')}"
+            is_so = op in (BinaryOp.GT, BinaryOp.GE, BinaryOp.NE)
+            test = f"{left.at(SHIFT)} {op.value} (uint64_t){signed.text}"
+        else:
+            before = f"{signed.text} = {self.cast(left, 'int64_t')}"
+            is_so = op in (BinaryOp.LT, BinaryOp.LE, BinaryOp.NE)
+            test = f"(uint64_t){signed.text} {op.value} {right.at(SHIFT)}"
+        negative = f"{signed.text} < 0 || " if is_so else f"{signed.text} >= 0 && "
+        return Fragment(f"({before}, {negative}{test})", "bool")
 
     def _exact(self, expr: Binary, left: Fragment, right: Fragment, type_: IntType) -> Fragment:
         op = expr.op
@@ -305,7 +331,7 @@ class Printer:
 
     def _wrapping(self, expr: Binary, left: Fragment, right: Fragment, type_: IntType) -> Fragment:
         op = expr.op
-        ctype = computed(type_) or "uint64_t"
+        ctype = wrapping(type_)
         unsigned = UNSIGNED[ctype]
         if op in (BinaryOp.DIV, BinaryOp.REM):
             a, b = self._as(left, ctype), self._as(right, ctype)
@@ -451,10 +477,15 @@ class Printer:
             bits = (hi - lo + 1).bit_length() - 1
             if hi - lo + 1 == 1 << bits and bits in unsigned and lo in (0, -(1 << (bits - 1))):
                 narrow = unsigned[bits] if lo == 0 else unsigned[bits][1:]
-                wide = UNSIGNED.get(fragment.ctype, "uint32_t")
-                inner = f"({unsigned[bits]}){self._as(fragment, wide)}"
+                # to 64 bits at once: a negative int as uint32_t would lose its sign
+                wide = unsigned[64] if bits == 64 else UNSIGNED.get(fragment.ctype, "uint32_t")
+                inner = self._as(fragment, wide)
+                inner = inner if wide == unsigned[bits] else f"({unsigned[bits]}){inner}"
                 text = inner if narrow == unsigned[bits] else f"({narrow}){inner}"
                 return self._widened(Fragment(text, narrow, PREFIX), ctype)
+            if fragment.ctype == "uint64_t":  # what lies beyond int64_t would change its remainder
+                rest = f"{fragment.at(PRODUCT)} % {integer(hi - lo + 1, 'uint64_t')}"
+                fragment = Fragment(rest, "uint64_t", PRODUCT)
             text = (
                 f"fsm_wrap({self.cast(fragment, 'int64_t')}, "
                 f"{integer(lo, 'int64_t')}, {integer(hi, 'int64_t')})"
@@ -483,6 +514,11 @@ class Printer:
         if fragment.ctype == ctype:
             return fragment
         return Fragment(f"({ctype}){fragment.at(PREFIX)}", ctype, PREFIX)
+
+
+def _apart(text: str) -> str:
+    """Return an operand that does not melt into a sign before it: ``--x`` counts down."""
+    return f"({text})" if text.startswith("-") else text
 
 
 def _result(ctype: str) -> str:

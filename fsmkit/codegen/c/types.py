@@ -92,6 +92,11 @@ def computed(*types: IntType) -> str | None:
     return None
 
 
+def wrapping(type_: IntType) -> str:
+    """Return the C type of arithmetic that wraps around: its results must be of just that width."""
+    return next(text for text, t in COMPUTED.items() if (t.lo, t.hi) == (type_.lo, type_.hi))
+
+
 def interval(type_: Type | None) -> IntType:
     """Return the integers that a value of a discrete type is stored as."""
     match type_:
