@@ -1,8 +1,13 @@
 /* loop.c: feeder and molder in a 1 kHz loop, against simulated axes.
  *
  * Usage: loop SECONDS. Prints what the machines do, one line each: time in milliseconds, machine,
- * operation or event or the states it came to rest in. On a board, a periodic task takes the place
- * of main's loop, and drivers that of the axes and of the blocks. */
+ * operation or event or the states it came to rest in. `make demo` builds it; by hand:
+ *
+ *   fsmkit compile cell.yaml --out generated
+ *   cc -Igenerated controller/loop.c controller/axis.c generated/[fm]*.c -o loop
+ *
+ * On a board, a periodic task takes the place of main's loop, and drivers that of the axes and of
+ * the blocks. loop.py is the same program, section by section. */
 #include "axis.h"
 #include "feeder.h"
 #include "molder.h"
@@ -15,7 +20,7 @@ enum { HOME = 0, OFFSET = 100, PUSHED = 2800, OPEN = 1500 };
 
 /* Milliseconds. */
 enum { POWER_ON = 100, BELT_TIME = 1000, EXTRACT_TIME = 1500, RELAY_TIME = 1000 };
-enum { PAUSE_AT = 20000, RESUME_AT = 22000, ESTOP_AT = 40000 };
+enum { PAUSE_AT = 20000, RESUME_AT = 22000, STOP_AT = 30000, ESTOP_AT = 40000 };
 
 static struct {
     uint32_t now;
@@ -26,39 +31,16 @@ static struct {
     uint32_t belt_due, extract_due;    /* 0: nothing on its way */
     uint32_t release_due;              /* of the safety relay */
     bool feeder_ready, molder_ready;
+    unsigned blocks;                   /* moulded and taken out */
 } cell;
 
-/* --- what the machines call -------------------------------------------------------------------- */
+static void trip(void);
+static void start_when_ready(void);
 
 static void say(const char *machine, const char *what)
 {
     printf("%u %s %s\n", (unsigned)cell.now, machine, what);
 }
-
-void feeder_motor_enable(feeder *m) { (void)m; say("feeder", "motor_enable"); cell.pusher.enabled = true; }
-void feeder_motor_disable(feeder *m) { (void)m; say("feeder", "motor_disable"); axis_stop(&cell.pusher); cell.pusher.enabled = false; }
-void feeder_hold(feeder *m) { (void)m; say("feeder", "hold"); axis_stop(&cell.pusher); }
-void feeder_seek(feeder *m, uint8_t speed) { (void)m; say("feeder", "seek"); axis_seek(&cell.pusher, speed); }
-void feeder_goto(feeder *m, uint16_t position, uint8_t speed)
-{
-    (void)m;
-    printf("%u feeder goto %u %u\n", (unsigned)cell.now, position, speed);
-    axis_goto(&cell.pusher, position, speed);
-}
-
-void molder_motor_enable(molder *m) { (void)m; say("molder", "motor_enable"); cell.door.enabled = true; }
-void molder_motor_disable(molder *m) { (void)m; say("molder", "motor_disable"); axis_stop(&cell.door); cell.door.enabled = false; }
-void molder_hold(molder *m) { (void)m; say("molder", "hold"); axis_stop(&cell.door); }
-void molder_seek(molder *m, uint8_t speed) { (void)m; say("molder", "seek"); axis_seek(&cell.door, speed); }
-void molder_goto(molder *m, uint16_t position, uint8_t speed)
-{
-    (void)m;
-    printf("%u molder goto %u %u\n", (unsigned)cell.now, position, speed);
-    axis_goto(&cell.door, position, speed);
-}
-void molder_heat(molder *m, bool on) { (void)m; say("molder", on ? "heat on" : "heat off"); }
-
-/* --- what they send: to each other, to the neighbours, to the panel ---------------------------- */
 
 /* A full queue would show here; `fsmkit check cell.yaml` proves that it never is. */
 static void must(bool posted)
@@ -66,6 +48,177 @@ static void must(bool posted)
     if (!posted)
         say("cell", "QUEUE FULL");
 }
+
+/* --- the feeder: what it calls, and what it sends --------------------------------------------- */
+
+void feeder_motor_enable(feeder *m)
+{
+    (void)m;
+    say("feeder", "motor_enable");
+    cell.pusher.enabled = true;
+}
+
+void feeder_motor_disable(feeder *m)
+{
+    (void)m;
+    say("feeder", "motor_disable");
+    axis_stop(&cell.pusher);
+    cell.pusher.enabled = false;
+}
+
+void feeder_hold(feeder *m)
+{
+    (void)m;
+    say("feeder", "hold");
+    axis_stop(&cell.pusher);
+}
+
+void feeder_seek(feeder *m, uint8_t speed)
+{
+    (void)m;
+    say("feeder", "seek");
+    axis_seek(&cell.pusher, speed);
+}
+
+void feeder_goto(feeder *m, uint16_t position, uint8_t speed)
+{
+    (void)m;
+    printf("%u feeder goto %u %u\n", (unsigned)cell.now, position, speed);
+    axis_goto(&cell.pusher, position, speed);
+}
+
+void feeder_send_pushed(feeder *m)
+{
+    (void)m;
+    say("feeder", "!pushed");
+    must(molder_post_pushed(&cell.molder));
+}
+
+void feeder_send_feeder_clear(feeder *m)
+{
+    (void)m;
+    say("feeder", "!feeder_clear");
+    must(molder_post_feeder_clear(&cell.molder));
+}
+
+void feeder_send_pocket_free(feeder *m)
+{
+    (void)m;
+    say("feeder", "!pocket_free");
+    if (cell.belt_due == 0)
+        cell.belt_due = cell.now + BELT_TIME;
+}
+
+void feeder_send_is_homed(feeder *m)
+{
+    (void)m;
+    say("feeder", "!is_homed");
+    must(molder_post_home_permit(&cell.molder));
+}
+
+void feeder_send_is_ready(feeder *m)
+{
+    (void)m;
+    say("feeder", "!is_ready");
+    cell.feeder_ready = true;
+    start_when_ready();
+}
+
+void feeder_send_has_fault(feeder *m, uint8_t code)
+{
+    (void)m;
+    printf("%u feeder !has_fault %u\n", (unsigned)cell.now, code);
+    trip();
+}
+
+/* --- the molder: what it calls, and what it sends --------------------------------------------- */
+
+void molder_motor_enable(molder *m)
+{
+    (void)m;
+    say("molder", "motor_enable");
+    cell.door.enabled = true;
+}
+
+void molder_motor_disable(molder *m)
+{
+    (void)m;
+    say("molder", "motor_disable");
+    axis_stop(&cell.door);
+    cell.door.enabled = false;
+}
+
+void molder_hold(molder *m)
+{
+    (void)m;
+    say("molder", "hold");
+    axis_stop(&cell.door);
+}
+
+void molder_seek(molder *m, uint8_t speed)
+{
+    (void)m;
+    say("molder", "seek");
+    axis_seek(&cell.door, speed);
+}
+
+void molder_goto(molder *m, uint16_t position, uint8_t speed)
+{
+    (void)m;
+    printf("%u molder goto %u %u\n", (unsigned)cell.now, position, speed);
+    axis_goto(&cell.door, position, speed);
+}
+
+void molder_heat(molder *m, bool on)
+{
+    (void)m;
+    say("molder", on ? "heat on" : "heat off");
+}
+
+void molder_send_mold_ready(molder *m)
+{
+    (void)m;
+    say("molder", "!mold_ready");
+    must(feeder_post_mold_ready(&cell.feeder));
+}
+
+void molder_send_mold_done(molder *m)
+{
+    (void)m;
+    say("molder", "!mold_done");
+    must(feeder_post_mold_done(&cell.feeder));
+}
+
+void molder_send_extract_ready(molder *m)
+{
+    (void)m;
+    say("molder", "!extract_ready");
+    if (cell.extract_due == 0)
+        cell.extract_due = cell.now + EXTRACT_TIME;
+}
+
+void molder_send_is_homed(molder *m)
+{
+    (void)m;
+    say("molder", "!is_homed");
+}
+
+void molder_send_is_ready(molder *m)
+{
+    (void)m;
+    say("molder", "!is_ready");
+    cell.molder_ready = true;
+    start_when_ready();
+}
+
+void molder_send_has_fault(molder *m, uint8_t code)
+{
+    (void)m;
+    printf("%u molder !has_fault %u\n", (unsigned)cell.now, code);
+    trip();
+}
+
+/* --- the panel -------------------------------------------------------------------------------- */
 
 static void trip(void)
 {
@@ -82,6 +235,14 @@ static void home(void)
     must(feeder_post_home_permit(&cell.feeder));
 }
 
+static void stop(void)
+{
+    say("panel", "stop");
+    cell.feeder_ready = cell.molder_ready = false;
+    must(feeder_post_stop(&cell.feeder));
+    must(molder_post_stop(&cell.molder));
+}
+
 static void start_when_ready(void)
 {
     if (!cell.feeder_ready || !cell.molder_ready)
@@ -92,22 +253,6 @@ static void start_when_ready(void)
     if (cell.pocket)
         must(feeder_post_block_ready(&cell.feeder));
 }
-
-void feeder_send_pushed(feeder *m) { (void)m; say("feeder", "!pushed"); must(molder_post_pushed(&cell.molder)); }
-void feeder_send_feeder_clear(feeder *m) { (void)m; say("feeder", "!feeder_clear"); must(molder_post_feeder_clear(&cell.molder)); }
-void feeder_send_pocket_free(feeder *m) { (void)m; say("feeder", "!pocket_free"); cell.belt_due = cell.now + BELT_TIME; }
-void feeder_send_is_homed(feeder *m) { (void)m; say("feeder", "!is_homed"); must(molder_post_home_permit(&cell.molder)); }
-void feeder_send_is_ready(feeder *m) { (void)m; say("feeder", "!is_ready"); cell.feeder_ready = true; start_when_ready(); }
-void feeder_send_has_fault(feeder *m, uint8_t code) { (void)m; (void)code; say("feeder", "!has_fault"); trip(); }
-
-void molder_send_mold_ready(molder *m) { (void)m; say("molder", "!mold_ready"); must(feeder_post_mold_ready(&cell.feeder)); }
-void molder_send_mold_done(molder *m) { (void)m; say("molder", "!mold_done"); must(feeder_post_mold_done(&cell.feeder)); }
-void molder_send_extract_ready(molder *m) { (void)m; say("molder", "!extract_ready"); cell.extract_due = cell.now + EXTRACT_TIME; }
-void molder_send_is_homed(molder *m) { (void)m; say("molder", "!is_homed"); }
-void molder_send_is_ready(molder *m) { (void)m; say("molder", "!is_ready"); cell.molder_ready = true; start_when_ready(); }
-void molder_send_has_fault(molder *m, uint8_t code) { (void)m; (void)code; say("molder", "!has_fault"); trip(); }
-
-/* --- the rest of the cell ---------------------------------------------------------------------- */
 
 static void panel(void)
 {
@@ -125,6 +270,9 @@ static void panel(void)
         must(feeder_post_resume(&cell.feeder));
         must(molder_post_resume(&cell.molder));
         break;
+    case STOP_AT:
+        stop();
+        break;
     case ESTOP_AT:
         trip();
         break;
@@ -141,6 +289,8 @@ static void panel(void)
     }
 }
 
+/* --- the rest of the cell --------------------------------------------------------------------- */
+
 static void neighbours(void)
 {
     if (cell.belt_due != 0 && cell.now == cell.belt_due) {
@@ -151,6 +301,7 @@ static void neighbours(void)
     if (cell.extract_due != 0 && cell.now == cell.extract_due) {
         cell.extract_due = 0;
         cell.cavity = false;
+        cell.blocks++;
         must(molder_post_extract_clear(&cell.molder));
     }
 }
@@ -244,5 +395,6 @@ int main(int argc, char **argv)
         print_feeder(feeder_was);
         print_molder(molder_was);
     }
+    printf("%u cell %u blocks moulded\n", (unsigned)end, cell.blocks);
     return fflush(stdout) == 0 ? 0 : 1;
 }
