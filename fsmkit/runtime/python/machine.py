@@ -78,10 +78,11 @@ class Machine(Stepping):
         """Put an event into the queue; False if that is full or the machine does not run."""
         return self._place(*self._named(event, payload), payload)
 
-    def dispatch(self, event: str, *payload: Any) -> bool:
+    def dispatch(self, event: str, *payload: Any, now: int | None = None) -> bool:
         """Process one event at once, ahead of the queue; whether it enabled a transition.
 
-        A value given by ``reply`` is then in `reply`.
+        At a time in ticks, else at that of the last call. A value given by ``reply`` is then in
+        `reply`.
         """
         index, _ = self._named(event, payload)
         self._claim()
@@ -89,6 +90,8 @@ class Machine(Stepping):
             self.reply = None
             if not self._running:
                 return False
+            if now is not None:
+                self._now = now & CLOCK
             self._fields[: len(payload)] = payload
             self._open(index)
             is_handled = self._react(index, may_defer=False)
@@ -131,6 +134,8 @@ class Machine(Stepping):
 
     def is_in(self, state: str) -> bool:
         """Whether the state of that name is active."""
+        if state not in self.STATES:
+            raise ValueError(f"{self.NAME} has no state {state!r}")
         return bool(self._active >> self.STATES.index(state) & 1)
 
     @property

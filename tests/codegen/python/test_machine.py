@@ -129,7 +129,12 @@ def test_dispatch_answers(press: Any) -> None:
     press.run(1001)
     assert press.dispatch_query()
     assert press.reply == 4
-    assert press.dispatch("query")
+    assert press.dispatch("query", now=1500)
+    press.loaded = True
+    assert press.dispatch_arrived()
+    assert press.next_deadline() == 1530
+    press.loaded = False
+    press.run(1600)
     assert not press.dispatch("arrived")
     assert press.reply is None
 
@@ -176,6 +181,8 @@ def test_a_host_that_lacks_an_operation_is_told_which(chart: Chart) -> None:
 def test_wrong_events_are_told(press: Any) -> None:
     with pytest.raises(ValueError, match="receives no event 'arived', but arrived, fault"):
         press.post("arived")
+    with pytest.raises(ValueError, match="Press has no state 'idel'"):
+        press.is_in("idel")
     with pytest.raises(TypeError, match="fault carries 1 values, not 0"):
         press.post("fault")
 
