@@ -52,8 +52,8 @@ def _numbers(
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     number = [0] * len(chart.states)
     for region in regions:
-        for place, state in enumerate(region.states):
-            number[state] = place + 1
+        for place, index in enumerate(region.states):
+            number[index] = place + 1
     last = list(number)
     for state in reversed(chart.states[1:]):
         parent = state.parent

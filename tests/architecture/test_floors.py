@@ -1,4 +1,4 @@
-"""The floors of docs/explanation/architecture.md, enforced: a package imports only what it stands on."""
+"""The floors of docs/explanation/architecture.md, enforced: imports point down only."""
 
 from __future__ import annotations
 
