@@ -22,7 +22,6 @@ from fsmkit.expressions import (
     RecordType,
     SymbolType,
     Type,
-    Variable,
 )
 from fsmkit.model.statements import (
     Assign,
@@ -171,11 +170,11 @@ class ContentPrinter:
         place = printer.place(location)
         is_simple = not can_fail(value) and not can_fail(location)
         if is_simple and not needs_order(location, value):
-            out.line(f"{place} = {printer.value(value)};")
+            out.line(f"{place} = {printer.value(value, target)};")
             return
         stored = storage(target, self._names.records).text
         with out.block("{"):
-            out.line(f"{stored} value = {printer.value(value)};")
+            out.line(f"{stored} value = {printer.value(value, target)};")
             self._check(out, value)
             if can_fail(location):
                 out.line(f"{stored} *place = &{place};")

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from fsmkit.codegen.c.constancy import joint_outcome, outcome
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.types import (
     COMPUTED,
@@ -22,6 +23,7 @@ from fsmkit.codegen.c.types import (
     wrapping,
 )
 from fsmkit.expressions import (
+    BOOL,
     LONGEST_DURATION,
     Apply,
     ArrayType,
@@ -200,7 +202,7 @@ class Printer:
     def index(self, index: Expr, length: int) -> str:
         """Return an index, checked unless it cannot be outside."""
         fragment = self.fragment(index)
-        if 0 <= interval(index.type).lo and interval(index.type).hi < length:
+        if interval(index.type).lo >= 0 and interval(index.type).hi < length:
             return fragment.text
         return f"fsm_place(&m->failed, {self.cast(fragment, 'int64_t')}, {length}u)"
 
@@ -241,16 +243,32 @@ class Printer:
     def _binary(self, expr: Binary) -> Fragment:
         op = expr.op
         if op in (BinaryOp.AND, BinaryOp.OR):
+            known = False if self._exclude_each_other(expr) else joint_outcome(expr)
+            if known is not None:
+                return self.literal(known, BOOL)
             left, right = self.fragment(expr.left), self.fragment(expr.right)
             binds = AND if op is BinaryOp.AND else OR
             # -Wparentheses wants mixed && and || bracketed
             at = COMPARE
             return Fragment(f"{left.at(at)} {op.value} {right.at(at)}", "bool", binds)
+        known = outcome(expr)
+        if known is not None and not has_effect(expr) and not can_fail(expr):
+            return self.literal(known, BOOL)
         before, left, right = self._pair(expr.left, expr.right)
         result = self._operator(expr, left, right)
         if before:
             return Fragment(f"({before}, {result.text})", result.ctype)
         return result
+
+    def _exclude_each_other(self, expr: Binary) -> bool:
+        """Whether this is ``In(a) && In(b)`` of two states of which one at most is active."""
+        match expr:
+            case Binary(BinaryOp.AND, InState(a), InState(b)) if a != b:
+                plan = self.names.plan
+                related = plan.chart.is_descendant(a, b) or plan.chart.is_descendant(b, a)
+                return plan.region_of[a] == plan.region_of[b] and not related
+            case _:
+                return False
 
     def _pair(self, left: Expr, right: Expr) -> tuple[str, Fragment, Fragment]:
         """Print two operands; through temporaries if the order in which they happen matters."""
@@ -527,7 +545,7 @@ def _result(ctype: str) -> str:
 
 def floating(value: float) -> str:
     """Spell a double, exactly; infinities and NaN as quotients."""
-    if value != value:  # noqa: PLR0124  (not a number)
+    if value != value:
         return "(0.0 / 0.0)"
     if value in (float("inf"), float("-inf")):
         return "(1.0 / 0.0)" if value > 0 else "(-1.0 / 0.0)"

@@ -43,6 +43,7 @@ class MovePrinter:
         out.line(f"FSM_HOOK_ENTER(m, {names.states[state]});")
         for transition in self._timed(state):
             delay = self.chart.transitions[transition].delay
+            names.used.add("arm")
             out.line(f"{self.prefix}_arm(m, {transition}u, {delay}u);")
         what = f"entry of {self.chart.states[state].id}"
         for block in self.chart.states[state].on_entry:
@@ -319,6 +320,36 @@ class MovePrinter:
         if condition.first == condition.last:
             return f"{variable} == {condition.first}u"
         return f"{variable} >= {condition.first}u && {variable} <= {condition.last}u"
+
+
+def entered(plan: Plan) -> frozenset[int]:
+    """Return the states that some start, transition or history can enter."""
+    found: set[int] = set()
+    chart = plan.chart
+    waiting = list(plan.start)
+    for transition in chart.transitions:
+        if transition.trigger is not Trigger.INITIAL:
+            for variant in plan.moves[transition.index].variants:
+                waiting += variant.entry
+    restored: set[Restore] = set()
+    while waiting:
+        op = waiting.pop()
+        match op:
+            case Enter(state):
+                found.add(state)
+            case Branch(_, recorded, unrecorded):
+                waiting += (*recorded, *unrecorded)
+            case Restore(history, below) if op not in restored:
+                restored.add(op)
+                if chart.states[history].kind is Kind.SHALLOW_HISTORY:
+                    for child in chart.states[below].children:
+                        if not chart.states[child].is_history:
+                            waiting += entry_by_default(chart, child)
+                else:
+                    found |= set(range(below + 1, chart.states[below].last_descendant + 1))
+            case _:
+                pass
+    return frozenset(found)
 
 
 class _Case:

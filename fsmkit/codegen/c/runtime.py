@@ -28,11 +28,11 @@ static void @_stop(@ *m, fsm_fault fault, const char *why)
 }
 
 /* Take an event out of a queue; what it frees is zero, so that equal queues are equal bytes. */
-static @_event @_take_out(@_event *queue, uint8_t *count, uint8_t place)
+static @_event @_take_out(@_event *queue, uint8_t *count, uint8_t room, uint8_t place)
 {
     @_event e = queue[place];
     (*count)--;
-    for (; place < *count; place++)
+    for (; place + 1u < room && place < *count; place++)
         queue[place] = queue[place + 1u];
     queue[place] = no_event;
     return e;
@@ -207,7 +207,7 @@ static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint1
     uint8_t rank = 0u;
     for (uint8_t i = 0u; i < place; i++)
         rank = (uint8_t)(rank + (m->timers[i].what == FSM_TIMER_SEND ? 1u : 0u));
-    for (uint8_t i = m->delayed_count; i > rank; i--)
+    for (uint8_t i = %_DELAYED - 1u; i > rank; i--)
         m->delayed[i] = m->delayed[i - 1u];
     m->delayed_count++;
     m->delayed[rank].e = *e;
@@ -220,7 +220,7 @@ static @_delayed @_undelay(@ *m, uint8_t rank)
     static const @_delayed none = {%_NO_EVENT, 0u, 0u};
     @_delayed found = m->delayed[rank];
     m->delayed_count--;
-    for (; rank < m->delayed_count; rank++)
+    for (; rank + 1u < %_DELAYED && rank < m->delayed_count; rank++)
         m->delayed[rank] = m->delayed[rank + 1u];
     m->delayed[rank] = none;
     return found;
@@ -266,8 +266,8 @@ NEEDS = {
 """Which helpers call which."""
 
 ORDER = (
-    "raise error end_block send clamp clamp_u clamp_f truncate_f fault fault_u fault_f holds guard_holds arm delay "
-    "cancel cancel_nothing"
+    "raise error end_block send clamp clamp_u clamp_f truncate_f fault fault_u fault_f "
+    "holds guard_holds arm delay cancel cancel_nothing"
 ).split()
 
 SELECTION = """
@@ -333,7 +333,7 @@ static void @_remove_conflicts(const @ *m, @_selection *found)
     *found = kept;
 }
 
-/* Leave, act, enter: Appendix D, microstep. Domains do not overlap, so their order is the states'. */
+/* Leave, act, enter (Appendix D, microstep), in the order of the domains: none is in another. */
 static void @_microstep(@ *m, const @_selection *found)
 {
     uint16_t domains[%_REGIONS];
@@ -457,20 +457,20 @@ static bool @_settle(@ *m)
             @_stop(m, FSM_FAULT_MICROSTEPS, "microsteps");
             break;
         }
-        @_event e = @_take_out(m->internal, &m->internal_count, 0u);
+        @_event e = @_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
         (void)@_react(m, &e, false);
     }
     if (m->fault != FSM_NO_FAULT) {
         m->running = false;
         m->finished = false;
         while (m->internal_count > 0u)
-            (void)@_take_out(m->internal, &m->internal_count, 0u);
+            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
     } else if (!m->running) {
         @_leave_0(m, 0u, true);
         while (m->internal_count > 0u)
-            (void)@_take_out(m->internal, &m->internal_count, 0u);
+            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
         while (m->queue_count > 0u)
-            (void)@_take_out(m->queue, &m->queue_count, 0u);
+            (void)@_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
 $CLEAR
     }
     m->event = no_event;
@@ -505,7 +505,7 @@ bool @_step_event(@ *m)
 $RECALL
     if (m->queue_count == 0u)
         return false;
-    @_event e = @_take_out(m->queue, &m->queue_count, 0u);
+    @_event e = @_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
     (void)@_macrostep(m, &e, true);
     return true;
 }

@@ -7,6 +7,8 @@ number of each region.
 
 from __future__ import annotations
 
+import re
+
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.expressions import Printer, can_fail, has_effect
 from fsmkit.codegen.c.names import Names
@@ -80,20 +82,39 @@ class SelectionPrinter:
         found = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
         return [t for t in found if t.trigger is trigger]
 
+    def _needed(self, trigger: Trigger) -> frozenset[int]:
+        """Return the states whose own function is called for an active state at or below them."""
+        needed: set[int] = set()
+        for leaf in self.chart.states[1:]:
+            if not leaf.is_leaf:
+                continue
+            for state in self.plan.chains[leaf.index]:
+                if state in needed:
+                    break
+                own = self.own(state, trigger)
+                is_event = trigger is Trigger.EVENT
+                if own or (is_event and self.chart.states[state].defer):
+                    needed.add(state)
+                if not is_event and any(t.guard is None for t in own):
+                    break  # one of them is taken: nobody asks the states above
+        return frozenset(needed)
+
     def finders(self, out: Emitter, trigger: Trigger) -> dict[int, str]:
         """Print the functions of one trigger; return for each state the call for it.
 
         Outer states come first, so that inner ones can go on with them.
         """
         calls: dict[int, str] = {0: ""}
+        needed = self._needed(trigger)
         for state in self.chart.states[1:]:
             assert state.parent is not None  # noqa: S101
             calls[state.index] = calls[state.parent]
             own = self.own(state.index, trigger)
             defers = state.defer if trigger is Trigger.EVENT else ()
-            if state.is_history or not (own or defers):
+            if state.is_history or state.index not in needed:
                 continue
             name = f"{self.prefix}_{'on' if trigger is Trigger.EVENT else 'always'}_{state.index}"
+            own = _askable(own)
             guards = {t.index: self.guard(out, t) for t in own if t.guard is not None}
             parameters = f"{self.prefix} *m"
             if trigger is Trigger.EVENT:
@@ -107,34 +128,29 @@ class SelectionPrinter:
                         out.line("(void)m;")
                     out.line(f"return {above or '0u'};")
                 else:
-                    closed = self._in_order(out, own, guards)
-                    if not closed:
+                    is_closed = any(t.guard is None for t in own)
+                    asks_above = above and not is_closed
+                    if not asks_above and not self._reads_machine(own, guards):
+                        out.line("(void)m;")
+                    self._in_order(out, own, guards)
+                    if not is_closed:
                         out.line(f"return {above or '0u'};")
-                    elif not guards:
-                        out.line("(void)m;") if False else None
             out.line()
             argument = ", event" if trigger is Trigger.EVENT else ""
             calls[state.index] = f"{name}(m{argument})"
         return calls
 
     def _reads_machine(self, own: list[Transition], guards: dict[int, str]) -> bool:
-        return any("m" in guards.get(t.index, "") for t in own)
+        return any(re.search(r"\bm\b", guards.get(t.index, "")) for t in own)
 
-    def _in_order(self, out: Emitter, own: list[Transition], guards: dict[int, str]) -> bool:
-        """Print a list of candidates; return whether one has no guard, after which nothing is."""
-        uses = False
+    def _in_order(self, out: Emitter, own: list[Transition], guards: dict[int, str]) -> None:
+        """Print a list of candidates, of which the last alone may have no guard."""
         for transition in own:
-            comment = self.comment(transition)
-            if transition.guard is None:
-                if not uses:
-                    out.line("(void)m;")
-                out.line(f"return {transition.index + 1}u; /* {comment} */")
-                return True
-            uses = True
-            out.line(f"if ({guards[transition.index]})")
-            with out.indented():
-                out.line(f"return {transition.index + 1}u; /* {comment} */")
-        return False
+            if transition.guard is not None:
+                out.line(f"if ({guards[transition.index]})")
+                out.line(f"    return {transition.index + 1}u; /* {self.comment(transition)} */")
+            else:
+                out.line(f"return {transition.index + 1}u; /* {self.comment(transition)} */")
 
     def _by_event(
         self,
@@ -280,3 +296,17 @@ class SelectionPrinter:
                 out.line("(void)event;")
         elif is_event and not any(calls.values()):
             out.line("(void)event;")
+
+
+def _askable(own: list[Transition]) -> list[Transition]:
+    """Return the transitions of a state without those that one before them always hides."""
+    kept: list[Transition] = []
+    closed: set[int | None] = set()
+    for transition in own:
+        causes: set[int | None] = set(transition.events) or {None}
+        if causes <= closed:
+            continue
+        kept.append(transition)
+        if transition.guard is None:
+            closed |= causes
+    return kept

@@ -6,7 +6,7 @@ from fsmkit.codegen.c.content import ContentPrinter, quoted
 from fsmkit.codegen.c.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.header import NOTICE, event_type, parameters
 from fsmkit.codegen.c.layout import Member
-from fsmkit.codegen.c.moves import MovePrinter
+from fsmkit.codegen.c.moves import MovePrinter, entered
 from fsmkit.codegen.c.names import Names, file_name, posted_events
 from fsmkit.codegen.c.runtime import (
     CONFLICTS,
@@ -48,8 +48,6 @@ class SourcePrinter:
         self.has_timers = any(
             t.trigger in (Trigger.AFTER, Trigger.EVERY) for t in self.chart.transitions
         )
-        if self.has_timers:
-            names.used.add("arm")
         self._print_states()
         self._print_selection()
         self._print_start()
@@ -57,7 +55,7 @@ class SourcePrinter:
             names.used.remove("cancel")
             names.used.add("cancel_nothing")
         if "delay" in names.used:
-            names.used |= {"send", "emit"}
+            names.used.add("emit")
 
     @property
     def delays(self) -> bool:
@@ -136,7 +134,7 @@ class SourcePrinter:
         p = names.prefix
         out.line(f"static void {p}_emit({p} *m, const {p}_event *e, uint16_t peer)")
         with out.block("{"):
-            out.line("(void)peer;")
+            out.lines(["(void)m;", "(void)peer;"])
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, e);")
             out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
             with out.block("switch (e->event) {"):
@@ -161,8 +159,9 @@ class SourcePrinter:
         p = names.prefix
         for region in reversed(names.plan.regions):
             moves.leave_region(out, region)
+        reached = entered(names.plan)
         for state in self.chart.states[1:]:
-            if not state.is_history:
+            if not state.is_history and state.index in reached:
                 out.line(f"static void {p}_enter_{state.index}({p} *m) /* {state.id} */")
                 with out.block("{"):
                     moves.enter_state(out, state.index)
@@ -348,7 +347,7 @@ class SourcePrinter:
         if self._defers:
             clear.append(
                 "        while (m->deferred_count > 0u)\n"
-                "            (void)@_take_out(m->deferred, &m->deferred_count, 0u);"
+                "            (void)@_take_out(m->deferred, &m->deferred_count, %_QUEUE, 0u);"
             )
         if self.delays:
             clear.append(
@@ -364,7 +363,7 @@ class SourcePrinter:
             recall = (
                 "    for (uint8_t i = 0u; i < m->deferred_count; i++) {\n"
                 "        if (!@_is_deferred(m, (uint16_t)m->deferred[i].event)) {\n"
-                "            @_event recalled = @_take_out(m->deferred, &m->deferred_count, i);\n"
+                "            @_event recalled = @_take_out(m->deferred, &m->deferred_count, %_QUEUE, i);\n"
                 "            (void)@_macrostep(m, &recalled, true);\n"
                 "            return true;\n"
                 "        }\n"
@@ -410,7 +409,7 @@ class SourcePrinter:
         del chart
 
     def _deliver(self, out: Emitter) -> None:
-        self.names.used |= {"emit", "send"}
+        self.names.used.add("emit")
         out.lines(
             fill(
                 self.names,
@@ -450,6 +449,7 @@ if (timer.what == FSM_TIMER_SEND) {
                 out.line(f"case {t.index}u: /* {self.selection.comment(t)} */")
                 with out.indented():
                     if t.trigger is Trigger.EVERY:
+                        names.used.add("arm")
                         out.line(f"{p}_arm(m, {t.index}u, {t.delay}u);")
                     if t.guard is None:
                         out.line(f"taken = {t.index + 1}u;")
