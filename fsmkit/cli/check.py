@@ -23,6 +23,7 @@ Examples:
   fsmkit check feeder.yaml
   fsmkit check cell.yaml --property P2 --save-trace traces
   fsmkit check cell.yaml --time untimed --assume-watchdogs-silent
+  fsmkit check cell.yaml --replace feeder=defects/m5_feeder.yaml
 """
 SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([KMGT]?)B?", re.IGNORECASE)
 SPAN = re.compile(r"(\d+(?:\.\d+)?)\s*(ms|s|m|min|h)?")
@@ -44,6 +45,19 @@ def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     if match is None:
         raise click.BadParameter(f"`{value}` is no duration such as 30s or 10m", ctx, param)
     return float(match[1]) * SECONDS[match[2]]
+
+
+def read_replacements(
+    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
+) -> dict[str, Path]:
+    """Read ``feeder=other.yaml``."""
+    found: dict[str, Path] = {}
+    for text in value:
+        name, equals, path = text.partition("=")
+        if not (name and equals and path) or name in found:
+            raise click.BadParameter(f"`{text}` is not `MACHINE=CHART`, once", ctx, param)
+        found[name] = Path(path)
+    return found
 
 
 @click.command(epilog=EPILOG)
@@ -68,6 +82,14 @@ def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     "--memory", callback=read_size, default="4G", show_default=True, help="The most to use."
 )
 @click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
+@click.option(
+    "--replace",
+    "replacing",
+    multiple=True,
+    callback=read_replacements,
+    metavar="MACHINE=CHART",
+    help="Let a machine of the system run this chart; can be repeated.",
+)
 @click.option("--save-trace", type=click.Path(path_type=Path), help="A folder for the traces.")
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
@@ -78,6 +100,7 @@ def command(
     engine: str | None,
     memory: int,
     timeout: float,
+    replacing: Mapping[str, Path],
     save_trace: Path | None,
     as_json_document: bool,
 ) -> int:
@@ -90,7 +113,7 @@ def command(
     if silent and time_mode != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     findings = Findings()
-    system = load_any(file, findings)
+    system = load_any(file, findings, replacing)
     manner = Manner(engine or "", time_mode == "untimed", silent, Limits(memory, timeout))
     with Progress(
         SpinnerColumn(),

@@ -20,7 +20,8 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.plugins import Target, plugin
-from fsmkit.verify.adapter import Built, MachineAdapter, describe, prefix_of
+from fsmkit.verify.adapter import MachineAdapter
+from fsmkit.verify.adapter_values import Built, describe, prefix_of
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.exploration import End, Exploration, Figures, Mark, Trail
@@ -29,14 +30,6 @@ from fsmkit.verify.wiring import system_file
 
 CORE = Path(__file__).parent / "core"
 FLAGS = ("-std=gnu99", "-O2", "-fwrapv", "-w", '-DFSM_HOOKS="hooks.h"')
-ENDS = {
-    "complete": End.COMPLETE,
-    "memory": End.MEMORY,
-    "time": End.TIME,
-    "interrupted": End.INTERRUPTED,
-    "failed": End.FAILED,
-}
-
 Progress = Callable[[int, int, int], None]
 
 
@@ -123,11 +116,19 @@ class CEngine:
 
     # --- running -------------------------------------------------------------------------------
 
-    def explore(self, memory: int, seconds: float, progress: Progress | None) -> Exploration:
-        """Explore; an interrupt ends it early, with what was covered."""
+    def explore(
+        self,
+        memory: int,
+        seconds: float,
+        progress: Progress | None,
+        until: frozenset[int] = frozenset(),
+    ) -> Exploration:
+        """Explore everything, or until some marks were all seen; an interrupt ends it early."""
         command = [str(self._program), "--livelock", "--memory", str(memory)]
         if seconds:
             command += ["--timeout", str(seconds)]
+        if until:
+            command += ["--until", ",".join(map(str, sorted(until)))]
         if self._closed.is_open:
             command.append("--traps")
         if progress is not None:
@@ -154,7 +155,7 @@ class CEngine:
         livelock = told["livelock"]
         return Exploration(
             engine="c",
-            end=ENDS[told["outcome"]],
+            end=End(told["outcome"]),
             why=told["why"],
             states=told["states"],
             expanded=told["expanded"],

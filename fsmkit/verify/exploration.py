@@ -19,6 +19,8 @@ class End(Enum):
     """Why an exploration ended."""
 
     COMPLETE = "complete"
+    DECIDED = "decided"
+    """Everything that was asked for has been seen."""
     MEMORY = "memory"
     TIME = "time"
     INTERRUPTED = "interrupted"

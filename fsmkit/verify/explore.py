@@ -10,9 +10,9 @@ from fsmkit.diagnostics import Findings, fail
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import Counterexample, ReplayError, write
 from fsmkit.verify.engine import CEngine, compiler
-from fsmkit.verify.exploration import Exploration, Trail
+from fsmkit.verify.exploration import DEADLOCK, Exploration, Trail
 from fsmkit.verify.oracle import explore_in_python
-from fsmkit.verify.system import System
+from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System
 from fsmkit.verify.verdict import Report, conclude
 
 Progress = Callable[[int, int, int], None]
@@ -58,13 +58,18 @@ def check(
             None,
             help="install `cc`, or name a compiler in the environment variable CC",
         )
+    until = _awaited(closed, names)
     if engine == "python":
         found, trail_of = explore_in_python(
-            closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress
+            closed,
+            traps=closed.is_open,
+            timeout=manner.limits.seconds,
+            progress=progress,
+            until=until,
         )
         return conclude(closed, found, _shower(closed, trail_of), names, findings)
     with closing(CEngine(closed, findings)) as built:
-        found = built.explore(manner.limits.memory, manner.limits.seconds, progress)
+        found = built.explore(manner.limits.memory, manner.limits.seconds, progress, until)
         show = _shower(closed, built.trail, built.confirm)
         return conclude(closed, found, show, names, findings)
 
@@ -85,6 +90,21 @@ def _shower(
         return found if confirm is None else confirm(found, whole)
 
     return show
+
+
+def _awaited(closed: Closed, names: frozenset[str]) -> frozenset[int]:
+    """Return the marks that decide all properties asked for by name; none if some have no mark."""
+    found = set()
+    for number, property_ in enumerate(closed.system.properties):
+        if property_.name not in names:
+            continue
+        if property_.kind is PropertyKind.DEADLOCK_FREE and not closed.is_open:
+            found.add(DEADLOCK)
+        elif property_.kind in JUDGED_AT_STATES and not property_.unexplored:
+            found.add(1 + number)
+        else:
+            return frozenset()
+    return frozenset(found)
 
 
 def _demand_known(system: System, names: frozenset[str]) -> None:

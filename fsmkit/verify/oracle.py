@@ -196,8 +196,9 @@ class Oracle:
         traps: bool = False,
         timeout: float = 0,
         progress: Callable[[int, int, int], None] | None = None,
+        until: frozenset[int] = frozenset(),
     ) -> Exploration:
-        """Search breadth-first until everything is known, time is up, or the user interrupts."""
+        """Search until all is known, ``until`` was seen, time is up, or the user interrupts."""
         began = time.monotonic()
         end, expanded, depth, layer_end = End.COMPLETE, 0, 0, 0
         try:
@@ -208,16 +209,18 @@ class Oracle:
                 if expanded == layer_end:
                     layer_end = len(self._order)
                     depth += 1
-                if expanded % 256 == 0:
-                    if timeout and time.monotonic() - began > timeout:
-                        end = End.TIME
-                        break
-                    if progress is not None:
-                        progress(len(self._order), self._transitions, depth)
+                if timeout and time.monotonic() - began > timeout:
+                    end = End.TIME
+                    break
+                if expanded % 256 == 0 and progress is not None:
+                    progress(len(self._order), self._transitions, depth)
                 for ordinal, edge in enumerate(self.successors(self._order[expanded])):
                     self._transitions += 1
                     self._visit(expanded, ordinal, edge)
                 expanded += 1
+                if until and until <= self._marks.keys():
+                    end = End.DECIDED
+                    break
         except KeyboardInterrupt:
             end = End.INTERRUPTED
         complete = end is End.COMPLETE
@@ -344,8 +347,11 @@ def explore_in_python(
     traps: bool = False,
     timeout: float = 0,
     progress: Callable[[int, int, int], None] | None = None,
+    until: frozenset[int] = frozenset(),
 ) -> tuple[Exploration, Callable[[tuple[int, ...]], Trail]]:
     """Explore; also return what turns a path into steps."""
     oracle = Oracle(closed)
-    found = oracle.run(livelock=livelock, traps=traps, timeout=timeout, progress=progress)
+    found = oracle.run(
+        livelock=livelock, traps=traps, timeout=timeout, progress=progress, until=until
+    )
     return found, oracle.trail

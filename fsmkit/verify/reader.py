@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from collections.abc import Mapping as Dictionary
 from difflib import get_close_matches
 from pathlib import Path
+from types import MappingProxyType
 
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
 from fsmkit.loading import load_with_findings, read_bytes
@@ -47,18 +49,28 @@ def is_system_file(path: Path) -> bool:
     )
 
 
-def load_system(path: Path, findings: Findings) -> System:
-    """Return the system of a file; `FsmkitError` with every finding where it has an error."""
+def load_system(
+    path: Path, findings: Findings, replacing: Dictionary[str, Path] | None = None
+) -> System:
+    """Return the system of a file; `FsmkitError` with every finding where it has an error.
+
+    ``replacing``: charts that machines run in place of those the file names for them.
+    """
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
-    system = read_system(source, path.parent, findings) if source is not None else None
+    system = None if source is None else read_system(source, path.parent, findings, replacing or {})
     findings.stop_on_errors()
     if system is None:
         raise FsmkitError(findings)
     return system
 
 
-def read_system(source: Source, folder: Path, findings: Findings) -> System | None:
+def read_system(
+    source: Source,
+    folder: Path,
+    findings: Findings,
+    replacing: Dictionary[str, Path] = MappingProxyType({}),
+) -> System | None:
     """Read a system; the paths of charts are relative to ``folder``. Mind the findings."""
     root = read_nodes(source, findings)
     top = None if root is None else demand_mapping(root, "a system", findings)
@@ -68,7 +80,8 @@ def read_system(source: Source, folder: Path, findings: Findings) -> System | No
     parts = {key.value: node for key, node in top.entries}
     name = demand_text(parts["system"], "the name of a system", findings)
     _refuse_what_is_not_there_yet(parts, findings)
-    machines = _machines(parts.get("machines"), folder, findings)
+    machines = _machines(parts.get("machines"), folder, replacing, findings)
+    _demand_machines(replacing, machines, findings)
     if findings.has_errors or name is None:
         return None
     if not machines:
@@ -88,6 +101,7 @@ def read_system(source: Source, folder: Path, findings: Findings) -> System | No
         links.inputs,
         surroundings.possible,
         (*properties, *state_invariants(machines)),
+        replaced=tuple((name, str(file)) for name, file in replacing.items()),
         source=source,
     )
 
@@ -112,7 +126,24 @@ def _refuse_what_is_not_there_yet(parts: dict[str, Node], findings: Findings) ->
     )
 
 
-def _machines(node: Node | None, folder: Path, findings: Findings) -> tuple[Machine, ...]:
+def _demand_machines(
+    replacing: Dictionary[str, Path], machines: tuple[Machine, ...], findings: Findings
+) -> None:
+    known = [machine.name for machine in machines]
+    for name in replacing if not findings.has_errors else ():
+        if name not in known:
+            close = get_close_matches(name, known, 1)
+            findings.add(
+                "unknown-name",
+                f"there is no machine `{name}` to replace",
+                None,
+                help=f"did you mean `{close[0]}`?" if close else f"use one of {', '.join(known)}",
+            )
+
+
+def _machines(
+    node: Node | None, folder: Path, replacing: Dictionary[str, Path], findings: Findings
+) -> tuple[Machine, ...]:
     mapping = None if node is None else demand_mapping(node, "`machines`", findings)
     found = []
     for name, value in mapping.entries if mapping is not None else ():
@@ -132,9 +163,9 @@ def _machines(node: Node | None, folder: Path, findings: Findings) -> tuple[Mach
         path = _chart_path(value, findings)
         if path is None:
             continue
-        file = folder / path.value
+        file = replacing.get(name.value, folder / path.value)
         try:
-            read_bytes(file, path)
+            read_bytes(file, None if name.value in replacing else path)
             own = Findings()
             chart = load_with_findings(file, own)
             findings.extend(own)

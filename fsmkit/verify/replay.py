@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, fail
 from fsmkit.loading import load_with_findings
 from fsmkit.verify.closed import close
 from fsmkit.verify.counterexample import Replay
@@ -15,10 +15,19 @@ from fsmkit.verify.reader import is_system_file, load_system
 from fsmkit.verify.system import System, system_of
 
 
-def load_any(path: Path, findings: Findings) -> System:
-    """Return the system of a system file, or that of one chart alone."""
+def load_any(path: Path, findings: Findings, replacing: Mapping[str, Path] | None = None) -> System:
+    """Return the system of a system file, or that of one chart alone.
+
+    ``replacing``: charts that machines of the system run in place of those the file names.
+    """
     if is_system_file(path):
-        return load_system(path, findings)
+        return load_system(path, findings, replacing)
+    if replacing:
+        raise fail(
+            "not-a-system",
+            f"`{path}` is one chart: it has no machine to replace",
+            help="name a system file",
+        )
     return system_of(load_with_findings(path, findings))
 
 
@@ -27,7 +36,8 @@ def perform(recorded: Mapping[str, Any]) -> list[list[str]]:
 
     `ReplayError` if a step cannot be taken any more: the charts have changed.
     """
-    system = load_any(Path(recorded["file"]), Findings())
+    replacing = {name: Path(file) for name, file in recorded.get("replaced", {}).items()}
+    system = load_any(Path(recorded["file"]), Findings(), replacing)
     closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])
     trail = tuple(
         tuple(

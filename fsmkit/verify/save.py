@@ -69,6 +69,7 @@ def document(
     """Return a trace as one JSON document, from which it can be performed again."""
     return {
         "file": str(source.resolve()),
+        "replaced": {n: str(Path(file).resolve()) for n, file in closed.system.replaced},
         "property": result.name,
         "verdict": result.verdict.value,
         "text": result.text,

@@ -22,6 +22,7 @@ from fsmkit.runtime.interpreter.run import (
 )
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
+    Delayed,
     Emitted,
     Entered,
     Faulted,
@@ -98,7 +99,7 @@ class LocalSteps:
             return replace(empty, inputs=inputs, fault=fault)
         timers = snapshot.timers
         if self.closed.untimed and timers:
-            timers = tuple(sorted((Timer(0, t.what) for t in timers), key=repr))
+            timers = tuple(sorted((Timer(0, t.what) for t in timers), key=_untimed_order))
         return replace(snapshot, inputs=inputs, timers=timers, now=0)
 
     def view(self, machine: int, snapshot: Snapshot) -> View:
@@ -306,6 +307,17 @@ class LocalSteps:
                 machine, snapshot, Step(Action.OCCUR, machine, number), Who.ENVIRONMENT
             )
         ]
+
+
+def _untimed_order(timer: Timer) -> tuple[int, int, str]:
+    """Timeouts by transition, then delayed events: an order that does not depend on deadlines."""
+    match timer.what:
+        case Timeout(transition):
+            return 0, transition, ""
+        case Delayed(occurrence):
+            return 1, occurrence.event, repr(timer.what)
+        case _:
+            assert_never(timer.what)
 
 
 def reads_inputs_eventless(chart: Chart) -> bool:

@@ -118,6 +118,8 @@ class System:
     possible: tuple[Possible, ...] = ()
     properties: tuple[Property, ...] = ()
     is_open: bool = False
+    replaced: tuple[tuple[str, str], ...] = ()
+    """Machines that run another chart than the file says, with the path of that chart."""
     source: Source | None = field(default=None, compare=False, repr=False)
 
 

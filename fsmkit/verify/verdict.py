@@ -60,12 +60,14 @@ class Report:
         errors = any(f.severity is Severity.ERROR for f in self.findings)
         if Verdict.VIOLATED in verdicts or errors:
             return Verdict.VIOLATED
-        if Verdict.UNDECIDED in verdicts or self.exploration.end is not End.COMPLETE:
+        ends = (End.COMPLETE, End.DECIDED)
+        if Verdict.UNDECIDED in verdicts or self.exploration.end not in ends:
             return Verdict.UNDECIDED
         return Verdict.HOLDS
 
 
 ENDS = {
+    End.DECIDED: "the exploration ended once all that was asked for was decided",
     End.MEMORY: "the memory limit was reached",
     End.TIME: "the time limit was reached",
     End.INTERRUPTED: "the exploration was interrupted",
@@ -79,6 +81,8 @@ def conclude(
     """Return the verdicts; of the properties, those named (none named: all)."""
     judge = _Judge(closed, found, show, findings)
     results = list(judge.unasked())
+    if names:  # of what was not asked for, only what is wrong is told
+        results = [result for result in results if result.verdict is Verdict.VIOLATED]
     for index, property_ in enumerate(closed.system.properties):
         if not names or property_.name in names:
             results.append(judge.property(index, property_))
@@ -265,7 +269,7 @@ class _Judge:
             self.findings.add("sampled-values", f"not every value of {sample} is tried", None)
 
     def _tell_unreached(self, machine: int) -> None:
-        """Tell of dead parts: of one chart each where it stands, of a system's machines together."""
+        """Tell of dead parts: of one chart each where it stands, of a system together."""
         states = list(_never_entered(self.closed, self.found, machine))
         transitions = list(_never_taken(self.closed, self.found, machine))
         instance = self.closed.system.machines[machine]

@@ -9,7 +9,7 @@ from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
 from fsmkit.expressions import Variable as Named
-from fsmkit.verify.adapter import MOST_VALUES, Built
+from fsmkit.verify.adapter_values import MOST_VALUES, Built
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.conditions import ConditionPrinter
 from fsmkit.verify.system import JUDGED_AT_STATES, Atom, Property, PropertyKind

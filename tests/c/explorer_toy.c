@@ -42,7 +42,7 @@ static bool initial(void *self, fsm_emit *emit, void *context)
 {
     (void)self;
     unsigned char state[MOST] = {0};
-    fsm_step step = {state, NULL, 0, FSM_ENVIRONMENT};
+    fsm_step step = {state, NULL, 0, FSM_STEP_ENVIRONMENT};
     return emit(context, &step);
 }
 
@@ -55,7 +55,7 @@ static bool successors(void *self, const void *bytes, fsm_emit *emit, void *cont
         uint32_t wanted = state[i] == THINKING ? first_fork(i) : second_fork(i);
         if (state[i] != EATING && !is_free(state, wanted))
             continue;
-        fsm_kind kind = state[i] == THINKING && !busy ? FSM_ENVIRONMENT : FSM_INTERNAL;
+        fsm_kind kind = state[i] == THINKING && !busy ? FSM_STEP_ENVIRONMENT : FSM_STEP_INTERNAL;
         state[i] = (unsigned char)((state[i] + 1) % 3);
         uint32_t mark = 1;
         fsm_step step = {state, &mark, state[i] == EATING, kind};

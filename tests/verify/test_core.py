@@ -90,5 +90,5 @@ def test_a_cycle_of_internal_steps_is_a_livelock(toy: Path) -> None:
 def test_obeys_its_memory_limit(toy: Path) -> None:
     told = subprocess.run([toy, "9", "left", "20000"], capture_output=True, text=True, check=True)
     end, states, *_ = map(int, told.stdout.split())
-    assert end == 1
+    assert end == 2
     assert 0 < states < 2786

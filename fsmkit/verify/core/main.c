@@ -2,6 +2,7 @@
  * or, with --replay, the steps of one path as the machines perform them.
  *
  *   explore [--memory BYTES] [--timeout SECONDS] [--progress] [--livelock] [--traps]
+ *           [--until MARK,MARK,...]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "cycles.h"
 #include "search.h"
@@ -28,6 +29,7 @@ typedef struct {
     size_t memory;
     double timeout; /* seconds; 0: none */
     bool progress, livelock, traps;
+    const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     time_t started, last_shown;
 } options;
 
@@ -55,6 +57,8 @@ static const char *outcome_name(fsm_outcome outcome)
     switch (outcome) {
     case FSM_COMPLETE:
         return "complete";
+    case FSM_DECIDED:
+        return "decided";
     case FSM_OUT_OF_MEMORY:
         return "memory";
     case FSM_OUT_OF_TIME:
@@ -103,22 +107,19 @@ static void print_marks(const fsm_search *search)
     printf("]");
 }
 
-static void print_livelock(fsm_search *search, bool asked)
+static void print_livelock(const fsm_search *search, const fsm_cycle *cycle, bool known)
 {
-    fsm_cycle cycle = {.state = FSM_NONE};
-    bool known = asked && search->outcome == FSM_COMPLETE && fsm_find_livelock(search, &cycle);
     printf(", \"livelock_known\": %s, \"livelock\": ", known ? "true" : "false");
-    if (cycle.state == FSM_NONE) {
+    if (cycle->state == FSM_NONE) {
         printf("null");
         return;
     }
     printf("{\"path\": ");
-    print_path(search, cycle.state, FSM_NONE);
+    print_path(search, cycle->state, FSM_NONE);
     printf(", \"cycle\": [");
-    for (uint32_t i = 0; i < cycle.length; i++)
-        printf("%s%" PRIu32, i == 0 ? "" : ", ", cycle.steps[i]);
+    for (uint32_t i = 0; i < cycle->length; i++)
+        printf("%s%" PRIu32, i == 0 ? "" : ", ", cycle->steps[i]);
     printf("]}");
-    free(cycle.steps);
 }
 
 enum { MOST_TRAPS = 64 };
@@ -145,14 +146,12 @@ static void note_trap(void *context, uint32_t state)
     }
 }
 
-static void print_traps(fsm_search *search, bool asked)
+static void print_traps(const traps *found, bool known)
 {
-    traps found = {.search = search};
-    bool known = asked && search->outcome == FSM_COMPLETE && fsm_find_traps(search, note_trap, &found);
     printf(", \"traps_known\": %s, \"traps\": [", known ? "true" : "false");
-    for (uint32_t i = 0; i < found.count; i++) {
+    for (uint32_t i = 0; i < found->count; i++) {
         printf("%s", i == 0 ? "" : ", ");
-        print_path(search, found.states[i], FSM_NONE);
+        print_path(found->search, found->states[i], FSM_NONE);
     }
     printf("]");
 }
@@ -183,6 +182,19 @@ static void print_machines(const fsm_composition *composition)
     printf("]");
 }
 
+static void await_marks(fsm_search *search, bool *awaited, const char *until)
+{
+    while (*until != '\0') {
+        char *end;
+        unsigned long mark = strtoul(until, &end, 10);
+        if (end == until || mark >= search->model->mark_count)
+            return;
+        search->awaited_count += !awaited[mark];
+        awaited[mark] = true;
+        until = *end == ',' ? end + 1 : end;
+    }
+}
+
 static int explore(fsm_composition *composition, options *o)
 {
     fsm_search search;
@@ -190,18 +202,33 @@ static int explore(fsm_composition *composition, options *o)
         return 2;
     search.keep_on = keep_on;
     search.context = o;
+    bool *awaited = calloc(search.model->mark_count + 1u, sizeof *awaited);
+    if (awaited == NULL)
+        return 2;
+    if (o->until != NULL) {
+        await_marks(&search, awaited, o->until);
+        search.awaited = awaited;
+    }
     clock_t begin = clock();
     fsm_search_run(&search);
+    /* Both tell progress, so they come before the first word of the result. */
+    fsm_cycle cycle = {.state = FSM_NONE};
+    traps trapped = {.search = &search};
+    bool complete = search.outcome == FSM_COMPLETE;
+    bool livelock_known = o->livelock && complete && fsm_find_livelock(&search, &cycle);
+    bool traps_known = o->traps && complete && fsm_find_traps(&search, note_trap, &trapped);
     const char *why = search.model->failure(search.model->self);
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"expanded\": %" PRIu32
            ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, ",
            outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.next,
            search.transitions, search.depth, fsm_search_bytes(&search));
     print_marks(&search);
-    print_livelock(&search, o->livelock);
-    print_traps(&search, o->traps);
+    print_livelock(&search, &cycle, livelock_known);
+    print_traps(&trapped, traps_known);
     print_machines(composition);
     printf(", \"seconds\": %.3f}}\n", (double)(clock() - begin) / CLOCKS_PER_SEC);
+    free(cycle.steps);
+    free(awaited);
     fsm_search_free(&search);
     return 0;
 }
@@ -311,6 +338,8 @@ int main(int argc, char **argv)
             o.memory = (size_t)strtoull(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--timeout") == 0)
             o.timeout = strtod(argv[++i], NULL);
+        else if (more && strcmp(argv[i], "--until") == 0)
+            o.until = argv[++i];
         else if (more && strcmp(argv[i], "--replay") == 0)
             path = argv[++i];
         else

@@ -61,6 +61,8 @@ static void note_mark(fsm_search *self, uint32_t mark, uint32_t state, uint32_t 
 {
     fsm_witness *witness = &self->witnesses[mark];
     if (witness->count++ == 0) {
+        if (self->awaited != NULL && self->awaited[mark])
+            self->awaited_count--;
         witness->state = state;
         witness->step = step;
     }
@@ -116,6 +118,11 @@ void fsm_search_run(fsm_search *self)
         memcpy(self->current, fsm_store_at(&self->passed, self->next), model->state_size);
         self->step = 0;
         whole = model->successors(model->self, self->current, visit, self);
+        if (whole && self->awaited != NULL && self->awaited_count == 0) {
+            self->outcome = FSM_DECIDED;
+            self->next++;
+            return;
+        }
     }
     if (!whole && self->outcome == FSM_COMPLETE)
         self->outcome = FSM_MODEL_FAILED;

@@ -10,6 +10,7 @@
 
 typedef enum {
     FSM_COMPLETE,
+    FSM_DECIDED, /* every mark that was waited for has been seen */
     FSM_OUT_OF_MEMORY,
     FSM_OUT_OF_TIME,
     FSM_INTERRUPTED,
@@ -47,6 +48,8 @@ struct fsm_search {
     uint64_t transitions;
     bool internal_back_edge;        /* some internal step led to a state no newer than its source */
     fsm_witness *witnesses;         /* one for each mark of the model */
+    bool *awaited;                  /* by mark; NULL: explore everything */
+    uint32_t awaited_count;         /* those not seen yet */
     uint32_t *marks;                /* room for the marks of one state */
     unsigned char *current;         /* a copy: inserting may move the store */
     fsm_outcome outcome;

@@ -1,0 +1,218 @@
+"""What the adapter of a machine says about state: what counts as such, and what is seen of it."""
+
+from __future__ import annotations
+
+from fsmkit.codegen.c.types import storage
+from fsmkit.expressions import (
+    ArrayType,
+    RecordType,
+    Type,
+    Value,
+)
+from fsmkit.verify.adapter_values import ValueWriter
+from fsmkit.verify.steps import resting
+
+
+class StateWriter(ValueWriter):
+    """Writes C that sets inputs, clears what is no state, and looks at what is."""
+
+    # --- inputs, outputs, what is state -----------------------------------------------------------
+
+    def _inputs_and_outputs(self) -> None:
+        out, t = self.out, self.type
+        with out.block("static void set_input(void *state, uint32_t input, fsm_value value)\n{"):
+            out.line(f"{t} *m = state;")
+            out.lines(["const fsm_value *v = &value;", "(void)m;", "(void)v;"])
+            with out.block("switch (input) {"):
+                for place, declared in enumerate(self.chart.inputs):
+                    if isinstance(declared.type, ArrayType | RecordType):
+                        continue
+                    out.line(f"case {place}u:")
+                    with out.indented():
+                        self._store(f"m->{self.names.variables[declared.name]}", declared.type, 0)
+                        out.line("break;")
+                out.lines(["default:", "    break;"])
+        out.line()
+        with out.block("static fsm_value output(const void *state, uint32_t output_number)\n{"):
+            out.line(f"const {t} *m = state;")
+            out.line("(void)m;")
+            with out.block("switch (output_number) {"):
+                for place, declared in enumerate(self.chart.outputs):
+                    if isinstance(declared.type, ArrayType | RecordType):
+                        continue
+                    text = f"m->{self.names.variables[declared.name]}"
+                    out.line(f"case {place}u:")
+                    out.line(f"    return {self._as_value(text, declared.type)};")
+                out.lines(["default:", "    return 0;"])
+        out.line()
+        if not self.closed.is_open:
+            return
+        with out.block("static void choose_inputs(void *state)\n{"):
+            out.line(f"{t} *m = state;")
+            out.line("(void)m;")
+            for free in self.closed.free_inputs:
+                declared = self.chart.inputs[free.input]
+                self._choose(declared.name, declared.type, free.values)
+        out.line()
+
+    def _choose(self, name: str, type_: Type, values: tuple[Value, ...]) -> None:
+        out = self.out
+        with out.block(f"switch (fsm_choose({len(values)}u)) {{"):
+            for number, value in enumerate(values):
+                out.line(f"case {number}u:" if number else "default:")
+                with out.indented():
+                    self.assign(f"m->{self.names.variables[name]}", type_, value)
+                    out.line("break;")
+
+    def assign(self, place: str, type_: Type, value: Value) -> None:
+        """Write the assignments of a constant."""
+        match type_, value:
+            case ArrayType(element), tuple():
+                for number, part in enumerate(value):
+                    self.assign(f"{place}[{number}]", element, part)
+            case RecordType(_, fields), tuple():
+                for field, part in zip(fields, value, strict=True):
+                    self.assign(f"{place}.{self.names.field(field.name)}", field.type, part)
+            case _:
+                cast = storage(type_, self.names.records).text
+                self.out.line(f"{place} = ({cast})({self.literal(value, type_)});")
+
+    def _settle(self) -> None:
+        """Write what clears all that does not count as state."""
+        out, t, members = self.out, self.type, self.built.members
+        if self.closed.untimed and "delayed" in members:
+            out.text(f"""
+            struct send {{ fsm_timer timer; {t}_delayed event; }};
+
+            static bool is_after(const struct send *a, const struct send *b)
+            {{
+                if (a->event.e.event != b->event.e.event)
+                    return a->event.e.event > b->event.e.event;
+                return memcmp(a, b, sizeof *a) > 0;
+            }}
+            """)
+            out.line()
+        with out.block("static void settle(void *state)\n{"):
+            out.line(f"{t} *m = state;")
+            for name in ("now", "budget", "unhandled", "rejected", "failed", "busy"):
+                out.line(f"m->{name} = 0;")
+            if "reply" in members:
+                out.line("memset(&m->reply, 0, sizeof m->reply);")
+            if "asked" in members:
+                out.line("memset(m->asked, 0, sizeof m->asked);")
+            if self.closed.is_open and not self.closed.keeps_inputs:
+                for declared in self.chart.inputs:
+                    place = f"m->{self.names.variables[declared.name]}"
+                    self.assign(place, declared.type, declared.init.value)
+            with out.block("if (!m->running) {"):
+                for name in ("queue", "deferred", "delayed", "timers"):
+                    if name in members:
+                        out.line(f"memset(m->{name}, 0, sizeof m->{name});")
+                for name in ("queue_count", "deferred_count", "delayed_count", "timer_count"):
+                    if name in members:
+                        out.line(f"m->{name} = 0u;")
+                for name in self.names.histories.values():
+                    out.line(f"m->{name} = 0u;")
+            if self.closed.untimed and "timer_count" in members:
+                self._sort_timers()
+        out.line()
+
+    def _sort_timers(self) -> None:
+        """Write what makes equal sets of timers equal bytes, without their deadlines."""
+        out = self.out
+        delayed = "delayed" in self.built.members
+        out.text("""
+        for (uint32_t i = 0u; i < m->timer_count; i++)
+            m->timers[i].deadline = 0u;
+        """)
+        if delayed:
+            out.text(f"""
+            uint32_t rank = 0u;
+            struct send sends[{self.upper}_DELAYED];
+            memset(sends, 0, sizeof sends);
+            for (uint32_t i = 0u; i < m->timer_count; i++)
+                if (m->timers[i].what == FSM_TIMER_SEND) {{
+                    sends[rank].timer = m->timers[i];
+                    sends[rank].event = m->delayed[rank];
+                    rank++;
+                }}
+            for (uint32_t i = 1u; i < rank; i++)
+                for (uint32_t j = i; j > 0u && is_after(&sends[j - 1u], &sends[j]); j--) {{
+                    struct send other = sends[j];
+                    sends[j] = sends[j - 1u];
+                    sends[j - 1u] = other;
+                }}
+            """)
+        out.text("""
+        for (uint32_t i = 1u; i < m->timer_count; i++)
+            for (uint32_t j = i; j > 0u && m->timers[j - 1u].what > m->timers[j].what; j--) {
+                fsm_timer other = m->timers[j];
+                m->timers[j] = m->timers[j - 1u];
+                m->timers[j - 1u] = other;
+            }
+        """)
+        if delayed:
+            out.text("""
+            for (uint32_t i = 0u; i < rank; i++) {
+                m->timers[m->timer_count - rank + i] = sends[i].timer;
+                m->delayed[i] = sends[i].event;
+            }
+            """)
+
+    # --- looking ---------------------------------------------------------------------------------
+
+    def _view(self) -> None:
+        out, t, members = self.out, self.type, self.built.members
+        restless = [
+            self.in_state(state.index)
+            for state in self.chart.states
+            if state.is_leaf and not self._rests(state.index)
+        ]
+        with out.block("static fsm_view view(const void *state)\n{"):
+            out.line(f"const {t} *m = state;")
+            out.line("fsm_view v = {0};")
+            out.line("v.running = m->running;")
+            out.line(f"v.faulted = {t}_fault(m) != FSM_NO_FAULT;")
+            with out.block("if (!m->running) {"):
+                out.line(f"v.at_rest = {t}_finished(m);")
+                out.line("return v;")
+            out.line("v.waiting = m->queue_count + recalled(m);")
+            out.line(
+                f"v.queued = m->queue_count{self._deferred_count};".replace(
+                    "count +", "count + (uint32_t)"
+                )
+            )
+            if "timer_count" in members:
+                out.line("v.armed = m->timer_count;")
+                out.line("for (uint32_t i = 0u; i < m->timer_count; i++)")
+                out.line("    v.awaited += !is_silent(m->timers[i].what);")
+                out.line("v.due = m->timer_count > 0u && fsm_reached(0u, m->timers[0].deadline);")
+            out.line(f"v.at_rest = !({' || '.join(restless) or 'false'});")
+            out.line("return v;")
+        out.line()
+        with out.block("static void configuration(const void *state, unsigned char *shown)\n{"):
+            out.line(f"const {t} *m = state;")
+            out.line("shown[0] = m->running;")
+            out.line(f"for (uint32_t s = 1u; s < {self.upper}_STATES; s++)")
+            out.line(f"    if ({t}_in(m, ({t}_state)s))")
+            out.line("        shown[s / 8u + 1u] |= (unsigned char)(1u << s % 8u);")
+        out.line()
+
+    def _rests(self, state: int) -> bool:
+        return state in resting(self.chart)
+
+    def _dump(self) -> None:
+        out, t = self.out, self.type
+        leaves = [state.index for state in self.chart.states if state.is_leaf]
+        with out.block("static void dump(const void *state)\n{"):
+            out.line(f"const {t} *m = state;")
+            for variable in (*self.chart.data, *self.chart.outputs):
+                out.line(f'printf("d {variable.name}");')
+                self._show(f"m->{self.names.variables[variable.name]}", variable.type)
+                out.line('printf("\\n");')
+            out.line('printf("=");')
+            for leaf in leaves:
+                out.line(f"if ({self.in_state(leaf)})")
+                out.line(f'    printf(" {leaf}");')
+            out.line(f'printf("%s\\n", {t}_finished(m) ? " finished" : "");')
+        out.line()

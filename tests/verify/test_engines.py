@@ -1,0 +1,214 @@
+"""The engine in C against the oracle: the same states, steps, marks and nearest witnesses."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.model.chart import Chart
+from fsmkit.model.elaborate import elaborate
+from fsmkit.testing.charts import random_document
+from fsmkit.testing.choices import SeededChoices
+from fsmkit.verify.engine import compiler
+from fsmkit.verify.exploration import End, Exploration
+from fsmkit.verify.explore import Limits, Manner, check, explored
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.system import System, system_of
+from fsmkit.verify.verdict import Report
+from tests.verify.conftest import Load
+from tests.verify.systems import SYSTEMS
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+
+CELL = Path(__file__).parents[2] / "machines/production_cell"
+MANNERS = [(False, False), (True, False), (True, True)]
+MANNER_NAMES = ["discrete", "untimed", "silent"]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+def facts(found: Exploration) -> dict[str, object]:
+    """Return what both engines must agree on."""
+    return {
+        "end": found.end,
+        "states": found.states,
+        "transitions": found.transitions,
+        "depth": found.depth,
+        "marks": {mark.number: (mark.count, len(mark.path)) for mark in found.marks},
+        "livelock": found.livelock is not None,
+        "traps": len(found.traps),
+        "covered": [(figures.states, figures.transitions) for figures in found.machines],
+        "bounds": [(figures.queue, figures.timers) for figures in found.machines],
+    }
+
+
+def both(system: System, *, untimed: bool = False, silent: bool = False) -> None:
+    limits = Limits(1 << 30, 60)
+    in_c = explored(system, Findings(), Manner("c", untimed, silent, limits))
+    in_python = explored(system, Findings(), Manner("python", untimed, silent, limits))
+    assert facts(in_c) == facts(in_python)
+    assert in_c.end is End.COMPLETE
+
+
+@pytest.mark.parametrize(("untimed", "silent"), MANNERS, ids=MANNER_NAMES)
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_engines_agree_on_systems(load: Load, name: str, untimed: bool, silent: bool) -> None:
+    both(load(**SYSTEMS[name]), untimed=untimed, silent=silent)
+
+
+OPEN = {
+    "defers": """
+chart: Defers
+capacity: {queue: 3}
+data: {n: 0..2 = 0}
+events: {in: ["job(size 0..2)", done, reset], internal: [more]}
+initial: idle
+states:
+  idle:
+    on: {job: {target: busy, do: n = event.size}}
+  busy:
+    defer: [job]
+    on:
+      done: {if: n == 0, target: idle}
+      reset: {target: idle, do: send more; n = 0}
+      more: {do: n = 2}
+    after: {20ms: {target: idle, do: send more after 30ms as later}}
+    every: {15ms: {do: if n > 0 { n -= 1 }}}
+    exit: cancel later
+""",
+    "regions": """
+chart: Regions
+inputs: {level: -3..3, on: bool}
+outputs: {sum: -20..20 = 0, last: float64 = 0.5}
+data: {seen: 0..2[2] = 0}
+operations: [probe(at 0..3) -> -1..1, tell(x float64)]
+events: {in: [tick, stop, go], out: ["told(what -3..3)"]}
+initial: work
+states:
+  work:
+    regions:
+      one:
+        initial: a
+        states:
+          a: {on: {tick: {target: b, do: seen[0] = 1; send told(what = level)}}}
+          b: {on: {tick: {if: probe(2) > 0, target: a}}, always: [{if: level > 2 and on, target: a}]}
+      two:
+        initial: c
+        states:
+          c: {on: {tick: {if: In(b), target: d, do: tell(last); last = last / 2.0}}}
+          d: {after: {40ms: c}, exit: seen[1] = 2}
+    on: {stop: halted}
+  halted: {on: {go: back}}
+  back_to:
+    initial: halt2
+    states: {halt2: {}, back: {history: deep, default: halt2}}
+""",
+    "ends": """
+chart: Ends
+data: {n: 0..3 fault = 0, m: 0..1 = 0}
+events: {in: [a, b, c]}
+initial: first
+states:
+  first: {on: {a: {do: n += 1}, b: second, c: {do: m = n}}}
+  second: {initial: inner, states: {inner: {on: {a: over}}, over: {final: true}},
+           on: {done.state.second: last, c: first}}
+  last: {final: true}
+""",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+@pytest.mark.parametrize("name", OPEN)
+def test_engines_agree_on_open_charts(load: Load, name: str, untimed: bool) -> None:
+    both(load(**{name: OPEN[name]}), untimed=untimed)
+
+
+def random_chart(seed: int) -> Chart | None:
+    document = random_document(SeededChoices(f"explorer {seed}"), 6)
+    inputs = {declared.name.value for declared in document.inputs}
+    return elaborate((document,), Findings()) if len(inputs) < 3 else None
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_engines_agree_on_random_charts(seed: int) -> None:
+    chart = random_chart(seed)
+    if chart is None:
+        return  # too many inputs to try all of in Python
+    system = system_of(chart)
+    for untimed in (False, True):
+        limits = Limits(1 << 30, 2)
+        try:
+            in_c = explored(system, Findings(), Manner("c", untimed, False, limits))
+        except FsmkitError as error:
+            assert "not-explored-yet" in str(error)
+            return
+        if in_c.end is not End.COMPLETE or in_c.transitions > 3000:
+            continue
+        manner = Manner("python", untimed, False, Limits(seconds=10))
+        in_python = explored(system, Findings(), manner)
+        if in_python.end is End.COMPLETE:
+            assert facts(in_c) == facts(in_python)
+
+
+# --- the production cell ---------------------------------------------------------------------------
+
+
+def cell(tmp_path: Path, defect: str = "") -> System:
+    """Return the cell, with the feeder of a defect if one is named."""
+    text = (CELL / "cell.yaml").read_text(encoding="utf-8")
+    for name in ("feeder", "molder", "plant"):
+        path = CELL / f"{name}.yaml"
+        if name == "feeder" and defect:
+            path = CELL / "defects" / f"{defect}_feeder.yaml"
+        text = re.sub(rf"{name}: \S*{name}.yaml", f"{name}: {path}", text)
+    file = tmp_path / "cell.yaml"
+    file.write_text(text, encoding="utf-8")
+    return load_any(file, Findings())
+
+
+def verdict(report: Report, name: str) -> str:
+    (result,) = [r for r in report.results if r.name == name]
+    if result.trace is not None:
+        assert result.trace.replayed == ("interpreter", "generated C"), result.trace.differs
+    return result.verdict.value
+
+
+def test_the_cell_is_safe_and_free_of_deadlock(tmp_path: Path) -> None:
+    report = check(cell(tmp_path), Findings(), manner=Manner("c"))
+    assert {verdict(report, name) for name in ("P2", "D", "livelock")} == {"holds"}
+    assert report.exploration.states > 10_000
+
+
+def test_defect_m5_is_found_at_the_plant(tmp_path: Path) -> None:
+    names = frozenset({"P2"})
+    report = check(cell(tmp_path, "m5"), Findings(), manner=Manner("c"), names=names)
+    assert verdict(report, "P2") == "violated"
+
+
+def test_defect_m2_is_a_deadlock(tmp_path: Path) -> None:
+    manner = Manner("c", untimed=True, silent=True)
+    names = frozenset({"D"})
+    report = check(cell(tmp_path, "m2"), Findings(), manner=manner, names=names)
+    assert verdict(report, "D") == "violated"
+    assert report.exploration.end is End.DECIDED
+
+
+def test_nearest_counterexamples_are_as_near_in_both_engines(tmp_path: Path) -> None:
+    lengths = []
+    for engine in ("c", "python"):
+        manner = Manner(engine, untimed=True, silent=True)
+        names = frozenset({"D"})
+        report = check(cell(tmp_path, "m2"), Findings(), manner=manner, names=names)
+        (result,) = [r for r in report.results if r.name == "D"]
+        assert result.trace is not None
+        lengths.append(len(result.trace.steps))
+    assert lengths[0] == lengths[1]
