@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Text
-from fsmkit.expressions import Field
+from fsmkit.expressions import EnumType, Field
 from fsmkit.model.document import (
     Block,
     Direction,
@@ -183,7 +183,7 @@ class _Maker:
             return self._on_event(node)
         content = self._content.block(most=2) if self._choices.chance(50) else None
         targets = self._targets(node)
-        guard = self._terms.boolean(2) if self._choices.chance(35) else None
+        guard = self._terms.test() if self._choices.chance(35) else None
         internal = self._choices.chance(20)
         if kind < 16:
             delay = self._choices.pick(DELAYS)
@@ -213,7 +213,7 @@ class _Maker:
         content = self._content.at(event)
         reply = event.reply if event is not None else None
         block = content.block(reply=reply) if self._choices.chance(50) else None
-        guard = content.terms.boolean(2) if self._choices.chance(35) else None
+        guard = content.terms.test() if self._choices.chance(35) else None
         return self._taken(
             Trigger.EVENT,
             self._targets(node),
@@ -308,7 +308,10 @@ def _can_end(node: Node) -> bool:
 
 def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
     types = tuple(
-        DocType(text(type_.name), tuple(text(m) for m in type_.members)) for type_ in declared.types
+        DocType(text(type_.name), tuple(text(m) for m in type_.members))
+        if isinstance(type_, EnumType)
+        else DocType(text(type_.name), fields=_fields(type_.fields))
+        for type_ in declared.types
     )
     return Document(
         SOURCE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Source, Span, Text
-from fsmkit.expressions import ArrayType, Field, IntType, Type
+from fsmkit.expressions import ArrayType, DurationType, Field, IntType, RecordType, Type
 from fsmkit.model.document import (
     Block,
     Direction,
@@ -23,7 +23,7 @@ from fsmkit.model.document import (
     DocStatement,
 )
 from fsmkit.testing.choices import Choices
-from fsmkit.testing.terms import Names, Operation, Terms
+from fsmkit.testing.terms import Names, Terms
 
 SOURCE = Source("<random>", "")
 PLACE = Span(SOURCE, 0, 0)
@@ -116,6 +116,10 @@ class Content:
         if not writable:
             return self._log()
         target = self.choices.pick(writable)
+        if isinstance(target.type, RecordType):
+            part = self.choices.pick(target.type.fields)
+            value = self.terms.value(part.type)
+            return DocAssign(text(f"{target.name}.{part.name}"), text(value), PLACE)
         if isinstance(target.type, ArrayType):
             index = self.terms.index(target.type.length)
             value = self.terms.value(target.type.element)
@@ -127,18 +131,14 @@ class Content:
         results = [o for o in self.names.operations if o.result == target.type]
         if results and self.choices.chance(25):
             return DocAssign(
-                text(target.name), text(self._called(self.choices.pick(results))), PLACE
+                text(target.name), text(self.terms.called(self.choices.pick(results))), PLACE
             )
         return DocAssign(text(target.name), text(self.terms.value(target.type)), PLACE)
-
-    def _called(self, operation: Operation) -> str:
-        arguments = ", ".join(self.terms.value(p.type, 1) for p in operation.parameters)
-        return f"{operation.name}({arguments})"
 
     def _call(self) -> DocStatement:
         if not self.names.operations:
             return self._log()
-        return DocCall(text(self._called(self.choices.pick(self.names.operations))), PLACE)
+        return DocCall(text(self.terms.called(self.choices.pick(self.names.operations))), PLACE)
 
     def _arguments(self, event: Event) -> tuple[DocArgument, ...]:
         return tuple(
@@ -150,7 +150,9 @@ class Content:
         if not raised:
             return self._log()
         event = self.choices.pick(raised)
-        statement = DocRaise(text(event.name), self._arguments(event), PLACE)
+        statement: DocStatement = DocRaise(text(event.name), self._arguments(event), PLACE)
+        if Direction.OUT not in event.directions and self.choices.chance(15):
+            statement = self._send(event, None, "#_internal")
         if self.choices.chance(15):
             return statement
         return self._counted(TURNS, MOST_TURNS, statement)
@@ -177,13 +179,16 @@ class Content:
             return self._log()
         return self._counted(SENT, SENDS, self._send(self.choices.pick(sent), None))
 
-    def _send(self, event: Event, delay: str | None) -> DocSend:
-        both_ways = Direction.OUT in event.directions and event.is_received
+    def _send(self, event: Event, delay: str | None, target: str | None = None) -> DocSend:
+        if Direction.OUT in event.directions and event.is_received:
+            target = "peer"
+        is_computed = delay is not None and self.names.of(DurationType) and self.choices.chance(30)
         return DocSend(
             PLACE,
             event=text(event.name),
-            target=text("peer") if both_ways else None,
-            delay=None if delay is None else text(delay),
+            target=None if target is None else text(target),
+            delay=None if delay is None or is_computed else text(delay),
+            delay_expr=text(self.terms.duration()) if is_computed else None,
             id=text(f"id{self.choices.integer(0, 2)}")
             if delay is not None and self.choices.chance(60)
             else None,
@@ -191,7 +196,7 @@ class Content:
         )
 
     def _if(self, depth: int) -> DocStatement:
-        branches = [DocBranch(text(self.terms.boolean(2)), (self.statement(depth - 1),))]
+        branches = [DocBranch(text(self.terms.test()), (self.statement(depth - 1),))]
         if self.choices.chance(30):
             condition = text(self.terms.boolean(1))
             branches.append(DocBranch(condition, (self.statement(depth - 1),)))

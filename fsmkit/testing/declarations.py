@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from fsmkit.expressions import (
     BOOL,
+    DURATION,
+    FLOAT32,
     FLOAT64,
     MACHINE_INTEGERS,
     SYMBOL,
@@ -14,6 +16,7 @@ from fsmkit.expressions import (
     Field,
     IntType,
     Overflow,
+    RecordType,
     Type,
 )
 from fsmkit.model.document import Direction
@@ -22,6 +25,10 @@ from fsmkit.testing.content import SENT, TURNS, Event
 from fsmkit.testing.terms import Named, Operation, literal, literal_array
 
 COLOR = EnumType("Color", ("red", "green", "blue"))
+PAIR = RecordType(
+    "Pair",
+    (Field("a", IntType(0, 9)), Field("b", BOOL), Field("c", MACHINE_INTEGERS["int16"])),
+)
 RANGES = (
     IntType(0, 9),
     IntType(0, 3),
@@ -49,9 +56,9 @@ ELEMENTS: tuple[Type, ...] = (
 class Declared:
     """What a random chart declares. Variables are ``(name, type, start value)``."""
 
-    types: tuple[EnumType, ...]
+    types: tuple[EnumType | RecordType, ...]
     constants: tuple[tuple[str, int], ...]
-    data: tuple[tuple[str, Type, str], ...]
+    data: tuple[tuple[str, Type, str | None], ...]
     inputs: tuple[tuple[str, Type, str], ...]
     outputs: tuple[tuple[str, Type, str], ...]
     operations: tuple[Operation, ...]
@@ -69,7 +76,7 @@ class Declared:
 def declare(choices: Choices) -> Declared:
     """Return random declarations; the first event is always received and has no payload."""
     return Declared(
-        (COLOR,),
+        (COLOR, PAIR),
         (("K0", choices.integer(0, 5)),) if choices.chance(30) else (),
         _data(choices),
         tuple((f"i{n}", choices.pick(INPUTS), "") for n in range(choices.integer(0, 2))),
@@ -83,8 +90,8 @@ def declare(choices: Choices) -> Declared:
     )
 
 
-def _data(choices: Choices) -> tuple[tuple[str, Type, str], ...]:
-    found: list[tuple[str, Type, str]] = []
+def _data(choices: Choices) -> tuple[tuple[str, Type, str | None], ...]:
+    found: list[tuple[str, Type, str | None]] = []
     for n in range(choices.integer(0, 5)):
         type_ = _scalar(choices)
         found.append((f"v{n}", type_, literal(choices, type_)))
@@ -93,6 +100,10 @@ def _data(choices: Choices) -> tuple[tuple[str, Type, str], ...]:
         found.append(("a", array, literal_array(choices, array)))
         if choices.chance(60):
             found.append(("item", array.element, literal(choices, array.element)))
+    if choices.chance(25):
+        found.append(("w", DURATION, literal(choices, DURATION)))
+    if choices.chance(20):
+        found.append(("r", PAIR, None))
     return tuple(found)
 
 
@@ -106,7 +117,7 @@ def _scalar(choices: Choices) -> Type:
         return choices.pick(tuple(MACHINE_INTEGERS.values()))
     if kind == 17:
         return COLOR
-    return SYMBOL if kind == 18 else FLOAT64
+    return SYMBOL if kind == 18 else choices.pick((FLOAT64, FLOAT64, FLOAT32))
 
 
 def _field_types() -> tuple[Type, ...]:

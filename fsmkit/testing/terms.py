@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from fsmkit.expressions import (
     MACHINE_INTEGERS,
     ArrayType,
+    BinaryOp,
     BoolType,
     DurationType,
     EnumType,
@@ -18,15 +19,30 @@ from fsmkit.expressions import (
     FloatType,
     IntType,
     Overflow,
+    RecordType,
     SymbolType,
     Type,
 )
+from fsmkit.expressions.arithmetic import interval
 from fsmkit.testing.choices import Choices
 
 RESULTS = tuple(MACHINE_INTEGERS[name] for name in ("int32", "uint32", "int64", "uint64"))
 FAR = 2**40
 """Exact intervals are kept within plus and minus this."""
+SPANS = ("5ms", "1ms", "12ms", "1s")
+"""Durations; none is 0, because an event sent again and again at once would keep `run` busy."""
 SYMBOLS = ("idle", "busy", "late")
+ARITHMETIC = {op.value: op for op in (BinaryOp.ADD, BinaryOp.SUB, BinaryOp.MUL)}
+BITS = {
+    op.value: op
+    for op in (
+        BinaryOp.BIT_AND,
+        BinaryOp.BIT_OR,
+        BinaryOp.BIT_XOR,
+        BinaryOp.SHIFT_LEFT,
+        BinaryOp.SHIFT_RIGHT,
+    )
+}
 COMPARE, SUM, PRODUCT, UNARY, ATOM = range(1, 6)
 
 
@@ -99,8 +115,8 @@ def literal(choices: Choices, type_: Type) -> str:
         case SymbolType():
             return f'"{choices.pick(SYMBOLS)}"'
         case DurationType():
-            return choices.pick(("0ms", "5ms", "1s"))
-        case _:
+            return choices.pick(SPANS)
+        case ArrayType() | RecordType():
             raise AssertionError(type_)
 
 
@@ -130,12 +146,32 @@ class Terms:
                 if same and self.choices.chance(40):
                     return self.choices.pick(same)
                 return literal(self.choices, type_)
-            case _:
-                return literal(self.choices, type_)
+            case DurationType():
+                return self.duration()
+            case ArrayType() | RecordType():
+                raise AssertionError(type_)
+
+    def duration(self) -> str:
+        """Return a span of time, never 0."""
+        known = self.same(DurationType())
+        if not known or self.choices.chance(40):
+            return literal(self.choices, DurationType())
+        chosen = self.choices.pick(known)
+        return f"{chosen} + 5ms" if self.choices.chance(30) else chosen
+
+    def parts(self, type_: Type) -> tuple[str, ...]:
+        """Return the parts of records that have exactly that type."""
+        return tuple(
+            f"{v.name}.{part.name}"
+            for v in self.names.variables
+            if isinstance(v.type, RecordType)
+            for part in v.type.fields
+            if part.type == type_
+        )
 
     def same(self, type_: Type) -> tuple[str, ...]:
         """Return what has exactly that type."""
-        own = tuple(v.name for v in self.names.variables if v.type == type_)
+        own = tuple(v.name for v in self.names.variables if v.type == type_) + self.parts(type_)
         return own + tuple(f"event.{f.name}" for f in self.names.fields if f.type == type_)
 
     def stored_integer(self, type_: IntType, depth: int) -> str:
@@ -183,6 +219,18 @@ class Terms:
             for _ in range(2)
         ]
         leaves += [Term(name, exact(value, value)) for name, value in self.names.constants]
+        leaves += [
+            Term(f"{v.name}.{part.name}", part.type)
+            for v in self.names.variables
+            if isinstance(v.type, RecordType)
+            for part in v.type.fields
+            if isinstance(part.type, IntType)
+        ]
+        leaves += [
+            Term(f"len({v.name})", exact(v.type.length, v.type.length))
+            for v in self.names.of(ArrayType)
+            if isinstance(v.type, ArrayType)
+        ]
         elements = [
             v
             for v in self.names.of(ArrayType)
@@ -211,19 +259,20 @@ class Terms:
         return str(self.choices.integer(0, length - 1))
 
     def _negate(self, term: Term) -> Term:
-        if term.type.overflow is Overflow.WRAP and term.type.is_machine:
+        sign = self.choices.pick(("-", "-", "~"))
+        result: IntType | None = exact(~term.type.hi, ~term.type.lo)
+        if is_machine(term):
             result = common(term.type, term.type)
-            if result is None:
-                return term
-        else:
+        elif sign == "-":
             result = exact(-term.type.hi, -term.type.lo)
-        return Term(f"-{term.at(ATOM)}", result, UNARY)
+        return term if result is None else Term(f"{sign}{term.at(ATOM)}", result, UNARY)
 
     def _arithmetic(self, left: Term, op: str, right: Term, binds: int) -> Term:
         if is_machine(left) or is_machine(right):
             result = common(left.type, right.type)
         else:
-            result = _interval(left.type, op, right.type)
+            result = interval(ARITHMETIC[op], left.type, right.type)
+            result = result if result is not None and near(result) else None
         if result is None:
             return left
         return Term(f"{left.at(binds)} {op} {right.at(binds + 1)}", result, binds)
@@ -270,14 +319,16 @@ class Terms:
         return Term(f"{function}({left.text}, {right.text})", hull(left.type, right.type))
 
     def _bits(self, left: Term, right: Term) -> Term:
-        result = common(left.type, right.type)
-        if not is_machine(left) or not is_machine(right) or result is None:
-            return left
-        op = self.choices.pick(("&", "|", "^", "<<", ">>"))
+        op = self.choices.pick(tuple(BITS))
         if op in {"<<", ">>"}:
-            width = common(left.type, left.type)
-            assert width is not None  # noqa: S101
-            return Term(f"({left.at(ATOM)} {op} {self.choices.integer(0, 7)})", width)
+            count = self.choices.integer(0, 7)
+            right = Term(str(count), exact(count, count))
+        if is_machine(left) or is_machine(right):
+            result = common(left.type, left.type if op in {"<<", ">>"} else right.type)
+        else:
+            result = interval(BITS[op], left.type, right.type)
+        if result is None or not (is_machine(left) or near(result)):
+            return left
         return Term(f"({left.at(ATOM)} {op} {right.at(ATOM)})", result)
 
     # --- booleans and floats ----------------------------------------------------------------
@@ -306,6 +357,18 @@ class Terms:
             case _:
                 return self._equality()
 
+    def called(self, operation: Operation) -> str:
+        """Return a call of an operation."""
+        arguments = ", ".join(self.value(p.type, 1) for p in operation.parameters)
+        return f"{operation.name}({arguments})"
+
+    def test(self, depth: int = 2) -> str:
+        """Return a condition that may ask the host."""
+        asked = [o for o in self.names.operations if o.result == BoolType()]
+        if asked and self.choices.chance(15):
+            return self.called(self.choices.pick(asked))
+        return self.boolean(depth)
+
     def _comparison(self, depth: int) -> str:
         op = self.choices.pick(("<", "<=", "==", "!=", ">", ">="))
         if self.names.of(FloatType) and self.choices.chance(10):
@@ -315,6 +378,9 @@ class Terms:
 
     def _equality(self) -> str:
         kinds = [v for v in self.names.variables if isinstance(v.type, EnumType | SymbolType)]
+        spans = self.names.of(DurationType)
+        if spans and self.choices.chance(30):
+            return f"{self.choices.pick(spans).name} > {self.duration()}"
         if not kinds:
             return self.boolean(0)
         chosen = self.choices.pick(kinds)
@@ -355,13 +421,6 @@ def common(a: IntType, b: IntType) -> IntType | None:
     return next((t for t in RESULTS if t.lo <= whole.lo and whole.hi <= t.hi), None)
 
 
-def _interval(a: IntType, op: str, b: IntType) -> IntType | None:
-    match op:
-        case "+":
-            lo, hi = a.lo + b.lo, a.hi + b.hi
-        case "-":
-            lo, hi = a.lo - b.hi, a.hi - b.lo
-        case _:
-            corners = [x * y for x in (a.lo, a.hi) for y in (b.lo, b.hi)]
-            lo, hi = min(corners), max(corners)
-    return exact(lo, hi) if lo >= -FAR and hi <= FAR else None
+def near(type_: IntType) -> bool:
+    """Whether an exact interval stays far from the bounds of int64."""
+    return type_.lo >= -FAR and type_.hi <= FAR

@@ -78,6 +78,7 @@ EXPECTED = dict.fromkeys(
         *("Assign", "Raise", "Send", "Cancel", "Log", "If", "ForEach", "Reply", "CallOperation"),
         *("InState", "Element", "EventField", "Conditional", "Convert", "Apply", "Call", "Unary"),
         *("IntType", "BoolType", "EnumType", "SymbolType", "FloatType", "ArrayType"),
+        *("DurationType", "RecordType", "Member"),
     ),
     5,
 )
