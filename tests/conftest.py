@@ -2,7 +2,28 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+from collections.abc import Callable
+
+import pytest
 from hypothesis import settings
 
 settings.register_profile("fsmkit", deadline=None)  # what runs the tests may be slow
 settings.load_profile("fsmkit")
+
+
+@pytest.fixture(scope="session")
+def require_tool() -> Callable[[str], str]:
+    """Give the path of a tool; without it skip the test, or fail where all tools must be there."""
+
+    def require(name: str) -> str:
+        path = shutil.which(name)
+        if path is None:
+            missing = f"`{name}` is not installed (make tools)"
+            if os.environ.get("FSMKIT_REQUIRE_TOOLS"):
+                pytest.fail(missing)
+            pytest.skip(missing)
+        return path
+
+    return require

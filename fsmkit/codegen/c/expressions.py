@@ -54,6 +54,7 @@ from fsmkit.expressions import (
     UnaryOp,
     Value,
     Variable,
+    fold,
 )
 
 CHOICE, OR, AND, BITS, COMPARE, SHIFT, SUM, PRODUCT, PREFIX, ATOM = range(1, 11)
@@ -89,7 +90,7 @@ class Printer:
         """Return an expression ready to be stored in a variable of its type."""
         target = type_ if type_ is not None else expr.type
         assert target is not None  # noqa: S101
-        fragment = self.fragment(expr)
+        fragment = self.fragment(fold(expr))
         if isinstance(target, ArrayType | RecordType):
             return fragment.text
         stored = storage(target, self.names.records).text
@@ -97,7 +98,7 @@ class Printer:
 
     def condition(self, expr: Expr) -> str:
         """Return an expression as a condition."""
-        return self.fragment(expr).text
+        return self.fragment(fold(expr)).text
 
     def cast(self, fragment: Fragment, ctype: str) -> str:
         """Return a fragment as another C type; values are known to fit."""

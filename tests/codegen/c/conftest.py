@@ -1,0 +1,47 @@
+"""How generated C is compiled in the tests."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
+
+Compile = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="session")
+def compile_with(require_tool: Callable[[str], str]) -> Compile:
+    """Run a compiler in a folder with the strictest warnings; it must say nothing."""
+
+    def run(folder: Path, compiler: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+        standard = ("-x", "c++") if compiler.endswith("++") else ("-std=c99",)
+        done = subprocess.run(
+            [require_tool(compiler), *standard, *WARNINGS, *arguments],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        assert not done.stderr
+        return done
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def write() -> Callable[[Path, Mapping[str, str]], Path]:
+    """Write texts by file name into a folder and return it."""
+
+    def files(folder: Path, texts: Mapping[str, str]) -> Path:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        return folder
+
+    return files

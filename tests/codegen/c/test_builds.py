@@ -1,0 +1,138 @@
+"""Generated C as compilers see it: no warning, no symbol too many, sizes as stated."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+from fsmkit.codegen.c.generate import Machine, generate_machine
+from fsmkit.codegen.c.limits import report_limits
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load
+from fsmkit.model.document import Direction
+from fsmkit.testing.differential import random_case
+
+ROOT = Path(__file__).parents[3]
+CELL = ROOT / "machines/production_cell"
+COMPILERS = ("gcc", "clang", "g++", "clang++")
+RANDOM = 6
+"""Random charts that each compiler gets."""
+
+Write = Callable[[Path, Mapping[str, str]], Path]
+Compile = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="module")
+def machines() -> list[Machine]:
+    found = [generate_machine(load(CELL / f"{name}.yaml")) for name in ("feeder", "molder")]
+    for number in range(RANDOM):
+        chart = random_case(7, number).chart
+        findings = Findings()
+        report_limits(chart, findings)
+        if not findings.has_errors:
+            found.append(generate_machine(chart, f"random_{number}"))
+    assert len(found) > 2
+    return found
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_no_warning(
+    machines: list[Machine], compiler: str, tmp_path: Path, compile_with: Compile, write: Write
+) -> None:
+    for machine in machines:
+        write(tmp_path, machine.files)
+    sources = [f"{machine.names.prefix}.c" for machine in machines]
+    compile_with(tmp_path, compiler, "-c", *sources, "fsm.c")
+
+
+@pytest.mark.parametrize("names", ["", "-DFSM_NO_NAMES"])
+def test_sizes_are_as_stated(
+    machines: list[Machine], names: str, tmp_path: Path, compile_with: Compile, write: Write
+) -> None:
+    lines = []
+    for machine in machines:
+        write(tmp_path, machine.files)
+        prefix, upper = machine.names.prefix, machine.names.upper
+        lines.append(f'#include "{prefix}.h"')
+        size = machine.figures["struct_bytes"]
+        lines.append(f"typedef char {prefix}_{size}[sizeof({prefix}) == {size} ? 1 : -1];")
+        lines.append(f"typedef char {prefix}_same[{upper}_STRUCT_BYTES == {size} ? 1 : -1];")
+    (tmp_path / "sizes.c").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    compile_with(tmp_path, "gcc", *filter(None, [names]), "-c", "sizes.c")
+    compile_with(tmp_path, "gcc", *filter(None, [names]), "-c", f"{machines[0].names.prefix}.c")
+
+
+def test_needs_nothing_but_what_the_header_declares(
+    machines: list[Machine],
+    tmp_path: Path,
+    compile_with: Compile,
+    write: Write,
+    require_tool: Callable[[str], str],
+) -> None:
+    nm = require_tool("nm")
+    for machine in machines:
+        names = machine.names
+        prefix = names.prefix
+        write(tmp_path, machine.files)
+        compile_with(tmp_path, "gcc", "-O2", "-ffreestanding", "-c", f"{prefix}.c")
+        listed = subprocess.run(
+            [nm, "-u", f"{prefix}.o"], cwd=tmp_path, capture_output=True, text=True, check=True
+        )
+        undefined = {line.split()[-1] for line in listed.stdout.splitlines() if line.strip()}
+        operations = {f"{prefix}_{name}" for name in names.operations.values()}
+        sent = {
+            f"{prefix}_send_{names.event_names[event.index]}"
+            for event in names.chart.events
+            if Direction.OUT in event.directions
+        }
+        library = {s for s in undefined if s.startswith("fsm_")} | {"memcpy", "memset", "memmove"}
+        assert undefined <= operations | sent | library
+
+
+def test_has_no_data_that_changes(
+    machines: list[Machine],
+    tmp_path: Path,
+    compile_with: Compile,
+    write: Write,
+    require_tool: Callable[[str], str],
+) -> None:
+    nm = require_tool("nm")
+    for machine in machines:
+        prefix = machine.names.prefix
+        write(tmp_path, machine.files)
+        compile_with(tmp_path, "gcc", "-c", f"{prefix}.c")
+        listed = subprocess.run(
+            [nm, f"{prefix}.o"], cwd=tmp_path, capture_output=True, text=True, check=True
+        )
+        kinds = {line.split()[-2] for line in listed.stdout.splitlines()}
+        assert not kinds & set("bBDC"), listed.stdout  # `d`: tables of names, relocated
+
+
+def test_same_chart_gives_same_text() -> None:
+    chart = load(CELL / "feeder.yaml")
+    assert generate_machine(chart).files == generate_machine(load(CELL / "feeder.yaml")).files
+
+
+def test_says_where_each_transition_was_written() -> None:
+    text = generate_machine(load(CELL / "feeder.yaml")).files["feeder.c"]
+    line = next(
+        number
+        for number, line in enumerate((CELL / "feeder.yaml").read_text().splitlines(), 1)
+        if "pushing:" in line
+    )
+    assert "/* feeder.yaml:" in text
+    assert any(f"feeder.yaml:{line + k}  pushing -> " in text for k in range(12))
+    assert str(ROOT) not in text
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_library(compiler: str, tmp_path: Path, compile_with: Compile) -> None:
+    library = ROOT / "fsmkit/runtime/c"
+    arguments = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"]
+    files = [str(library / "fsm.c"), str(ROOT / "tests/c/fsm_test.c")]
+    compile_with(tmp_path, compiler, *arguments, f"-I{library}", *files, "-o", "fsm_test")
+    done = subprocess.run([tmp_path / "fsm_test"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
