@@ -26,7 +26,7 @@ from fsmkit.testing.differential import (
 from fsmkit.testing.harness import harness
 from fsmkit.testing.scripts import scripts
 
-CHARTS = {"python": 200}
+CHARTS = {"python": 150}
 FEWER = 60
 """For targets that have to be compiled."""
 SEED = 2024
@@ -44,7 +44,7 @@ def test_random_charts(target: str) -> None:
         assert totals.macrosteps > BATCH
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck), database=None)
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck), database=None)
 @given(st.data())
 def test_drawn_charts_in_python(data: st.DataObject) -> None:
     document = data.draw(documents(8))
