@@ -29,7 +29,7 @@ class _Local:
     snapshot: Snapshot
     view: View
     own: list[Outcome] | None = None
-    open: list[Outcome] = field(default_factory=list)
+    open: list[Outcome] | None = None
     busy: bool = False
     owed: bool = False
     elapsed: int = -1
@@ -75,18 +75,26 @@ class Oracle:
             self._locals[machine].append(_Local(snapshot, view))
         return number
 
-    def _known(self, machine: int, number: int) -> _Local:
+    def _own(self, machine: int, number: int) -> list[Outcome]:
+        """Return the own steps of a local state; asked for only where they can be taken."""
         local = self._locals[machine][number]
         if local.own is None:
             local.own = []
             if local.view.running:
                 local.own = self.local_steps.own(machine, local.snapshot, local.view)
-                local.open = self.local_steps.open(machine, local.snapshot)
             local.busy = any(outcome.who is Who.INTERNAL for outcome in local.own)
-            local.owed = any(o.step.action is Action.OCCUR for o in local.own) or any(
-                self.closed.possible[o.step.argument].owed for o in local.open
-            )
-        return local
+            local.owed |= any(o.step.action is Action.OCCUR for o in local.own)
+        return local.own
+
+    def _open(self, machine: int, number: int) -> list[Outcome]:
+        """Return what may happen to a local state; asked for only where it can."""
+        local = self._locals[machine][number]
+        if local.open is None:
+            local.open = []
+            if local.view.running:
+                local.open = self.local_steps.open(machine, local.snapshot)
+            local.owed |= any(self.closed.possible[o.step.argument].owed for o in local.open)
+        return local.open
 
     def _elapsed(self, machine: int, number: int) -> int:
         local = self._locals[machine][number]
@@ -159,20 +167,20 @@ class Oracle:
 
     def successors(self, state: State) -> Iterator[_Edge]:
         """Yield the steps of a state."""
-        found = [self._known(machine, number) for machine, number in enumerate(state)]
+        found = [self._locals[machine][number] for machine, number in enumerate(state)]
         answering = [
             is_environment and local.view.waiting > 0
             for is_environment, local in zip(self._environment, found, strict=True)
         ]
         answers = any(answering)
-        patient = sum(local.view.waiting for local in found) <= PATIENCE
-        for machine, local in enumerate(found):
+        is_open = not answers and sum(local.view.waiting for local in found) <= PATIENCE
+        for machine, number in enumerate(state):
             if answers and not answering[machine]:
                 continue
-            for outcome in local.own or ():
+            for outcome in self._own(machine, number):
                 yield self._edge(state, machine, outcome)
-            if patient and not answers:
-                for outcome in local.open:
+            if is_open:
+                for outcome in self._open(machine, number):
                     yield self._edge(state, machine, outcome)
         awaited = sum(local.view.awaited for local in found)
         if awaited and self.closed.unit and not any(local.busy for local in found):
@@ -266,16 +274,15 @@ class Oracle:
         self._marks[mark] = (count + 1, first)
 
     def _is_deadlock(self, state: State) -> bool:
-        found = [self._known(machine, number) for machine, number in enumerate(state)]
-        stuck = not any(
-            local.view.faulted
-            or local.busy
-            or local.owed
-            or local.view.awaited
-            or local.view.waiting
-            for local in found
-        )
-        return stuck and not all(local.view.at_rest for local in found)
+        found = [self._locals[machine][number] for machine, number in enumerate(state)]
+        if any(local.view.awaited or local.view.waiting for local in found):
+            return False
+        for machine, number in enumerate(state):
+            self._own(machine, number)
+            self._open(machine, number)
+        if any(local.view.faulted or local.busy or local.owed for local in found):
+            return False
+        return not all(local.view.at_rest for local in found)
 
     def _path_to(self, state: int, step: int) -> tuple[int, ...]:
         path = [] if step < 0 else [step]

@@ -28,7 +28,7 @@ typedef struct {
     uint32_t elapsed;             /* local state after a unit of time; FSM_NONE: not asked yet */
     uint32_t own, own_count;      /* its own steps, and what may happen to it; ranges of `steps` */
     uint32_t open, open_count;
-    bool known;                   /* the steps are there */
+    bool known, open_known;       /* the steps are there */
     bool busy;                    /* an own step is internal */
     bool owed;                    /* something that is owed can happen */
 } fsm_local_info;
@@ -74,8 +74,10 @@ static inline fsm_local_info *fsm_info(const fsm_composition *self, uint32_t mac
     return &self->infos[machine][local];
 }
 
-/* Fills in the steps of a local state. */
+/* Fill in the steps of a local state, its own and what may happen to it. Only asked for where these
+ * steps can be taken: what they run counts as covered. */
 bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local);
+bool fsm_know_open(fsm_composition *self, uint32_t machine, uint32_t local);
 
 /* Runs one action with every sequence of choices and appends the outcomes to `steps`. */
 bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_action action,

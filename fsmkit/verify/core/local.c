@@ -384,14 +384,21 @@ bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local)
         info.busy = info.busy || self->steps[i].kind == FSM_STEP_INTERNAL;
         info.owed = info.owed || self->steps[i].action == FSM_DO_OCCUR;
     }
+    info.known = true;
+    *fsm_info(self, machine, local) = info;
+    return fsm_composition_bytes(self) <= self->memory_limit || fsm_fail(self, "out of memory");
+}
+
+bool fsm_know_open(fsm_composition *self, uint32_t machine, uint32_t local)
+{
+    fsm_local_info info = *fsm_info(self, machine, local);
+    if (info.open_known)
+        return true;
     info.open = (uint32_t)self->step_count;
     if (info.view.running && !explore_open(self, machine, local, &info.owed))
         return false;
     info.open_count = (uint32_t)self->step_count - info.open;
-    info.elapsed = fsm_info(self, machine, local)->elapsed;
-    info.known = true;
+    info.open_known = true;
     *fsm_info(self, machine, local) = info;
-    if (fsm_composition_bytes(self) > self->memory_limit)
-        return fsm_fail(self, "out of memory");
-    return true;
+    return fsm_composition_bytes(self) <= self->memory_limit || fsm_fail(self, "out of memory");
 }

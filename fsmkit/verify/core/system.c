@@ -114,35 +114,46 @@ static bool pass_time(global *self, const uint32_t *state)
 
 /* --- the functions of the model ----------------------------------------------------------------- */
 
+/* What all machines together show of a global state. */
+typedef struct {
+    bool answering; /* a machine of the environment has an event waiting */
+    uint32_t waiting, awaited;
+} overview;
+
+static overview look(const fsm_composition *c, const uint32_t *state)
+{
+    overview seen = {false, 0, 0};
+    for (uint32_t i = 0; i < c->system->machine_count; i++) {
+        const fsm_view *view = &fsm_info(c, i, state[i])->view;
+        seen.waiting += view->waiting;
+        seen.awaited += view->awaited;
+        seen.answering = seen.answering || (c->system->machines[i]->environment && view->waiting > 0);
+    }
+    return seen;
+}
+
 static bool successors(void *context, const void *bytes, fsm_emit *emit_step, void *emit_context)
 {
     fsm_composition *c = context;
     const fsm_system *system = c->system;
     const uint32_t *state = bytes;
     global self = {.composition = c, .emit = emit_step, .context = emit_context};
-    bool answering = false, busy = false;
-    uint32_t waiting = 0, awaited = 0;
+    overview seen = look(c, state);
+    bool busy = false, is_open = !seen.answering && seen.waiting <= system->patience;
     for (uint32_t i = 0; i < system->machine_count; i++) {
-        if (!fsm_know(c, i, state[i]))
-            return false;
-        const fsm_local_info *info = fsm_info(c, i, state[i]);
-        waiting += info->view.waiting;
-        awaited += info->view.awaited;
-        busy = busy || info->busy;
-        answering = answering || (system->machines[i]->environment && info->view.waiting > 0 && info->view.running);
-    }
-    for (uint32_t i = 0; i < system->machine_count; i++) {
-        const fsm_local_info *info = fsm_info(c, i, state[i]);
-        if (answering && !(system->machines[i]->environment && info->view.waiting > 0))
+        const fsm_view *view = &fsm_info(c, i, state[i])->view;
+        if (seen.answering && !(system->machines[i]->environment && view->waiting > 0))
             continue;
-        uint32_t own = info->own, own_count = info->own_count;
-        uint32_t open = info->open, open_count = info->open_count;
-        if (!take_steps(&self, state, i, own, own_count))
+        if (!fsm_know(c, i, state[i]) || (is_open && !fsm_know_open(c, i, state[i])))
             return false;
-        if (!answering && waiting <= system->patience && !take_steps(&self, state, i, open, open_count))
+        fsm_local_info info = *fsm_info(c, i, state[i]);
+        busy = busy || info.busy;
+        if (!take_steps(&self, state, i, info.own, info.own_count))
+            return false;
+        if (is_open && !take_steps(&self, state, i, info.open, info.open_count))
             return false;
     }
-    return busy || awaited == 0 || system->unit == 0 || pass_time(&self, state);
+    return busy || seen.awaited == 0 || system->unit == 0 || pass_time(&self, state);
 }
 
 /* Starts machine after machine, those of the environment first. Outputs reach inputs at once, events
@@ -223,13 +234,17 @@ static bool initial(void *context, fsm_emit *emit_step, void *emit_context)
     return fine;
 }
 
-static bool is_deadlock(const fsm_composition *c, const uint32_t *state)
+static bool is_deadlock(fsm_composition *c, const uint32_t *state)
 {
+    overview seen = look(c, state);
     bool all_rest = true;
+    if (seen.waiting > 0 || seen.awaited > 0)
+        return false;
     for (uint32_t i = 0; i < c->system->machine_count; i++) {
+        if (!fsm_know(c, i, state[i]) || !fsm_know_open(c, i, state[i]))
+            return false;
         const fsm_local_info *info = fsm_info(c, i, state[i]);
-        if (info->view.faulted || info->busy || info->owed || (info->view.running && info->view.awaited > 0)
-            || (info->view.running && info->view.waiting > 0))
+        if (info->view.faulted || info->busy || info->owed)
             return false;
         all_rest = all_rest && info->view.at_rest;
     }
@@ -242,14 +257,10 @@ static uint32_t marks(void *context, const void *bytes, uint32_t *found)
     const uint32_t *state = bytes;
     const void *locals[FSM_MOST_MACHINES];
     uint32_t count = 0;
-    bool known = true;
-    for (uint32_t i = 0; i < c->system->machine_count; i++) {
-        known = known && fsm_know(c, i, state[i]);
-    }
+    if (!c->system->open && is_deadlock(c, state))
+        found[count++] = 0;
     for (uint32_t i = 0; i < c->system->machine_count; i++)
         locals[i] = fsm_store_at(&c->locals[i], state[i]);
-    if (known && !c->system->open && is_deadlock(c, state))
-        found[count++] = 0;
     for (uint32_t p = 0; p < c->system->property_count; p++)
         if (c->system->judge(locals, p))
             found[count++] = 1 + p;
