@@ -39,6 +39,8 @@ def names_of(chart: Chart) -> Names:
     attributes = distinct([_public(name) for name in variables], taken)
     states = distinct([identifier(state.id) for state in chart.states])
     operations = [operation.name for operation in chart.operations]
+    # methods of a subclass: they must not hide what the machine has
+    own = distinct(map(_public, operations), taken | set(attributes))
     return Names(
         machine=machine[:1].upper() + machine[1:],
         states=tuple(f"S_{name}" if place else "ROOT" for place, name in enumerate(states)),
@@ -46,7 +48,7 @@ def names_of(chart: Chart) -> Names:
         events=events,
         transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
         variables=dict(zip(variables, attributes, strict=True)),
-        operations=dict(zip(operations, distinct(map(identifier, operations)), strict=True)),
+        operations=dict(zip(operations, own, strict=True)),
     )
 
 

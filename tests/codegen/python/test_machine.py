@@ -144,6 +144,28 @@ def test_names_of_the_chart_that_the_machine_has_already_get_an_underscore(press
     assert press.running_ is False
 
 
+def test_an_operation_does_not_hide_a_method_of_the_machine(tmp_path: Path) -> None:
+    path = tmp_path / "odd.yaml"
+    path.write_text(
+        "chart: Odd\noperations: ['run(self 0..9, class bool)', pass()]\n"
+        "states:\n  if: {entry: 'run(3, true); pass()'}\n"
+    )
+    told: list[object] = []
+
+    class Own(load_machine(load(path))):  # type: ignore[misc]
+        def run_(self, *values: object) -> None:
+            told.append(values)
+
+        def pass_(self) -> None:
+            told.append("pass")
+
+    machine = Own()
+    machine.start(0)
+    assert machine.run(1)
+    assert machine.is_in("if")
+    assert told == [(3, True), "pass"]
+
+
 def test_it_ends_and_begins_anew(press: Any) -> None:
     press.post_fault(1)
     assert not press.run(1001)
@@ -301,6 +323,8 @@ def test_steps_leave_no_net_allocation(press: Any, host: Host) -> None:
         made = gc.get_count()[0] - tracked
     finally:
         gc.enable()
+    assert press.running
+    assert press.next_deadline() is not None
     assert grown < 50, "a step keeps memory"
     assert made < 50, "a step makes objects that the collector tracks"
 
