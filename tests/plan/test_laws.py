@@ -1,0 +1,195 @@
+"""Laws of the Plan, on random charts: it says in numbers what the tree says."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+
+from fsmkit.loading import load
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.model.structure import is_internal, lcca
+from fsmkit.plan import Branch, Enter, Op, Plan, Restore, lower
+from fsmkit.testing.differential import random_case
+
+PLANS = [lower(random_case(23, number).chart) for number in range(40)]
+
+
+@pytest.fixture(params=PLANS, ids=range(len(PLANS)))
+def plan(request: pytest.FixtureRequest) -> Plan:
+    found = request.param
+    assert isinstance(found, Plan)
+    return found
+
+
+def real(chart: Chart) -> list[int]:
+    return [s.index for s in chart.states if s.index and not s.is_history]
+
+
+def test_regions_part_the_states(plan: Plan) -> None:
+    members = [state for region in plan.regions for state in region.states]
+    assert sorted(members) == real(plan.chart)
+    for region in plan.regions:
+        assert [plan.number[s] for s in region.states] == list(range(1, len(region.states) + 1))
+        assert {plan.region_of[s] for s in region.states} <= {region.index}
+
+
+def test_a_region_is_the_root_or_a_child_of_a_parallel_state(plan: Plan) -> None:
+    states = plan.chart.states
+    owned = {
+        child
+        for state in states
+        if state.kind is Kind.PARALLEL
+        for child in state.children
+        if not states[child].is_history
+    }
+    assert {r.top for r in plan.regions} == owned | {0}
+    assert all(r.owner == states[r.top].parent for r in plan.regions)
+
+
+def test_numbers_tell_descent(plan: Plan) -> None:
+    chart = plan.chart
+    for a, b in combinations(real(chart), 2):
+        if plan.region_of[a] == plan.region_of[b]:
+            inside = plan.number[a] <= plan.number[b] <= plan.last_number[a]
+            assert inside == chart.is_descendant(b, a)
+
+
+def test_domains_are_those_of_appendix_d(plan: Plan) -> None:
+    chart = plan.chart
+    for transition in chart.transitions:
+        move = plan.moves[transition.index]
+        assert not move.variants[-1].conditions
+        assert all(variant.conditions for variant in move.variants[:-1])
+        if transition.trigger is Trigger.INITIAL:
+            continue
+        if not transition.targets:
+            assert move.is_static
+            assert move.variants[0].domain is None
+        elif not any(chart.states[t].is_history for t in transition.targets):
+            assert move.is_static
+            expected = (
+                transition.source
+                if is_internal(chart, transition)
+                else lcca(chart, (transition.source, *transition.targets))
+            )
+            assert move.variants[0].domain == expected
+
+
+def paths(ops: tuple[Op, ...]) -> list[tuple[list[int], bool]]:
+    """Return the states entered in each way through the branches, and whether all are known."""
+    ways: list[tuple[list[int], bool]] = [([], True)]
+    for op in ops:
+        match op:
+            case Enter(state):
+                ways = [([*entered, state], known) for entered, known in ways]
+            case Branch(_, recorded, unrecorded):
+                ways = [
+                    (entered + more, known and also)
+                    for entered, known in ways
+                    for more, also in (*paths(recorded), *paths(unrecorded))
+                ]
+            case Restore():
+                ways = [(entered, False) for entered, _ in ways]
+            case _:
+                pass
+    return ways
+
+
+def assert_legal(chart: Chart, entered: list[int], domain: int) -> None:
+    """Below each active state: one child of a compound state, all regions of a parallel one."""
+    assert entered == sorted(set(entered))  # document order, each once
+    for state in (domain, *entered):
+        children = [c for c in chart.states[state].children if not chart.states[c].is_history]
+        active = [c for c in children if c in entered]
+        if chart.states[state].kind is Kind.PARALLEL:
+            assert active == children
+        elif children:
+            assert len(active) == 1
+        assert state == domain or chart.states[state].parent in (domain, *entered)
+
+
+def test_what_is_entered_is_a_configuration(plan: Plan) -> None:
+    chart = plan.chart
+    programs = [(plan.start, 0)]
+    for transition in chart.transitions:
+        if transition.trigger is not Trigger.INITIAL:
+            programs += [
+                (variant.entry, variant.domain)
+                for variant in plan.moves[transition.index].variants
+                if variant.domain is not None
+            ]
+    for ops, domain in programs:
+        for entered, is_known in paths(ops):
+            if is_known:
+                assert_legal(chart, entered, domain)
+
+
+def test_random_charts_have_what_is_worth_trying() -> None:
+    kinds = {state.kind for plan in PLANS for state in plan.chart.states}
+    assert kinds >= {Kind.PARALLEL, Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY, Kind.FINAL}
+    assert any(not move.is_static for plan in PLANS for move in plan.moves)
+
+
+DEEP = """\
+chart: Deep
+initial: s
+events: {in: [go, back, out]}
+states:
+  s:
+    initial: a
+    on: {out: rest}
+    states:
+      a:
+        initial: b
+        states:
+          b: {on: {back: h, go: c}}
+          c: {on: {go: d}}
+      d: {on: {go: b}}
+      h: {history: deep, default: d}
+  rest: {on: {back: h}}
+"""
+
+
+def test_the_domain_can_depend_on_what_was_recorded(tmp_path: Path) -> None:
+    path = tmp_path / "deep.yaml"
+    path.write_text(DEEP, encoding="utf-8")
+    plan = lower(load(path))
+    index = plan.chart.state_index
+    (from_within,) = [
+        plan.moves[t]
+        for t in plan.chart.states[index["b"]].transitions
+        if plan.chart.transitions[t].targets == (index["h"],)
+    ]
+    inner, otherwise = from_within.variants[0], from_within.variants[-1]
+    assert inner.domain == index["a"]
+    (condition,) = inner.conditions
+    numbers = range(condition.first, condition.last + 1)
+    assert list(numbers) == [plan.number[index["b"]], plan.number[index["c"]]]
+    assert otherwise.domain == index["s"]
+    (from_outside,) = [plan.moves[t] for t in plan.chart.states[index["rest"]].transitions]
+    assert from_outside.is_static
+
+
+def size(ops: tuple[Op, ...]) -> int:
+    return sum(
+        1 + (size(op.recorded) + size(op.unrecorded) if isinstance(op, Branch) else 0) for op in ops
+    )
+
+
+def test_size_grows_with_the_chart(tmp_path: Path) -> None:
+    sizes = []
+    for count in (100, 200):
+        lines = ["chart: Wide", "initial: s0", "events: {in: [go]}", "states:"]
+        for i in range(count):
+            lines.append(f"  s{i}:")
+            lines.append(f"    initial: s{i}_a")
+            lines.append(f"    on: {{go: s{(i + 1) % count}}}")
+            lines.append(f"    states: {{s{i}_a: {{}}, s{i}_b: {{}}}}")
+        path = tmp_path / f"{count}.yaml"
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        plan = lower(load(path))
+        sizes.append(sum(size(v.entry) for move in plan.moves for v in move.variants))
+    assert sizes[1] <= 2.1 * sizes[0]
