@@ -55,7 +55,13 @@ from fsmkit.expressions.types import (
     Type,
     Value,
 )
-from fsmkit.expressions.typing import type_call, type_expression, type_location, type_update
+from fsmkit.expressions.typing import (
+    type_call,
+    type_expression,
+    type_location,
+    type_truth,
+    type_update,
+)
 
 __all__ = [
     "BOOL",
@@ -124,5 +130,6 @@ __all__ = [
     "type_call",
     "type_expression",
     "type_location",
+    "type_truth",
     "type_update",
 ]

@@ -10,11 +10,19 @@ from dataclasses import dataclass
 from fsmkit.diagnostics import Span, Text
 from fsmkit.expressions.arithmetic import exact
 from fsmkit.expressions.durations import duration_of
+from fsmkit.expressions.ecmascript import (
+    WHOLE_PAYLOAD,
+    bind_comparison,
+    bind_relation,
+    bind_system,
+    truth,
+)
 from fsmkit.expressions.literals import bind_array, bind_number
 from fsmkit.expressions.names import Context, report_unknown, suggestion
 from fsmkit.expressions.operators import (
     BITS,
     EQUALITY,
+    LOGIC,
     ORDER,
     described,
     integers,
@@ -70,6 +78,10 @@ FOREIGN_OPERATORS = {
     "typeof": "the types of all data are known when compiling",
     "new": "declare the data with its type",
     "void": "leave it out",
+    "instanceof": "the types of all data are known when compiling",
+    "in": "compare with each value, or declare an operation",
+    "++": "assign in the content of a transition: an expression changes nothing",
+    "--": "assign in the content of a transition: an expression changes nothing",
 }
 FOREIGN_NAMES = {
     "undefined": "every variable has a value from the start: compare with a value of its type",
@@ -120,6 +132,8 @@ class Binder:
                 then, otherwise = self._pair(node.then, node.otherwise, hint)
                 if test is None or then is None or otherwise is None:
                     return None
+                if self.context.is_ecmascript:
+                    test = truth(test)
                 return type_conditional(self.context, test, then, otherwise, self.span(node))
             case ElementNode():
                 return self._element(node)
@@ -156,6 +170,9 @@ class Binder:
         if name in ("event", "_event"):
             advice = f"name a field: `{name}.field`"
             return self.context.report("type-mismatch", "an event is no value", span, advice)
+        system = bind_system(self, node) if self.context.is_ecmascript else None
+        if system is not None:
+            return system
         if name == "Infinity" and self.context.is_ecmascript:
             return Literal(float("inf"), FLOAT64, span)
         if name in FOREIGN_NAMES:
@@ -179,9 +196,17 @@ class Binder:
             message = f"`{node.op}` is outside the language"
             advice = FOREIGN_OPERATORS[node.op]
             return self.context.report("outside-language", message, self.span(node), advice)
+        twice = self.text.value[node.start : node.start + 2]
+        is_step = twice in ("++", "--") and isinstance(node.operand, UnaryNode)
+        if is_step and self.context.is_ecmascript:
+            message = f"`{twice}` is outside the language"
+            advice = FOREIGN_OPERATORS[twice]
+            return self.context.report("outside-language", message, self.span(node), advice)
         operand = self.value(node.operand)
         if operand is None:
             return None
+        if node.op == "!" and self.context.is_ecmascript:
+            operand = truth(operand)
         if node.op != "+":
             return type_unary(self.context, UnaryOp(node.op), operand, self.span(node))
         if isinstance(operand.type, IntType | FloatType):
@@ -206,6 +231,10 @@ class Binder:
 
     def _binary(self, node: BinaryNode) -> Expr | None:
         span = self.span(node)
+        if self.context.is_ecmascript:
+            asked = bind_relation(self, node) or bind_comparison(self, node)
+            if asked is not None:
+                return asked
         if node.op in FOREIGN_OPERATORS:
             message = f"`{node.op}` is outside the language"
             at = self.text.span_of(node.op_start, node.op_end)
@@ -224,6 +253,8 @@ class Binder:
             left, right = self.value(node.left), self.value(node.right)
         if left is None or right is None:
             return None
+        if self.context.is_ecmascript and op in LOGIC:
+            left, right = truth(left), truth(right)
         if self.context.is_ecmascript and op in BITS:
             left = self._integer_quotient(node.left, left, right)
         return type_binary(self.context, op, left, right, span)
@@ -257,6 +288,12 @@ class Binder:
         )
 
     def _element(self, node: ElementNode) -> Expr | None:
+        match node:
+            case ElementNode(
+                base=MemberNode(base=NameNode(name="_event"), name="data"),
+                index=StringNode(value=name),
+            ):
+                return self._event_field(name, self.span(node), self.span(node.index))
         base, index = self.value(node.base), self.value(node.index)
         if base is None or index is None:
             return None
@@ -282,6 +319,9 @@ class Binder:
     def _member(self, node: MemberNode) -> Expr | None:
         name, span = node.name, self.span(node)
         at = self.text.span_of(node.name_start, node.name_start + len(name))
+        system = bind_system(self, node) if self.context.is_ecmascript else None
+        if system is not None:
+            return system
         match node.base:
             case NameNode(name="event" | "_event") if not self._is_variable(node.base):
                 return self._of_event(node, at)
@@ -324,6 +364,8 @@ class Binder:
             return self._event_field(node.name, self.span(node), at)
         if node.name == "name":
             return EventName(self.span(node))
+        if node.name == WHOLE_PAYLOAD and WHOLE_PAYLOAD in (fields or {}):
+            return self._event_field(node.name, self.span(node), at)
         advice = "only `_event.name` and the fields `_event.data.field` can be read"
         message = f"`_event.{node.name}` is outside the language"
         return self.context.report("outside-language", message, self.span(node), advice)

@@ -9,10 +9,20 @@ from typing import TYPE_CHECKING
 
 from fsmkit.expressions.arithmetic import exact
 from fsmkit.expressions.names import suggestion
-from fsmkit.expressions.operators import described, type_apply
+from fsmkit.expressions.operators import described, type_apply, type_binary
 from fsmkit.expressions.scope import Signature
 from fsmkit.expressions.syntax import CallNode, MemberNode, NameNode, StringNode
-from fsmkit.expressions.tree import Binary, Call, Expr, Function, InState, Literal
+from fsmkit.expressions.tree import (
+    Binary,
+    BinaryOp,
+    Call,
+    EventField,
+    Expr,
+    Function,
+    InState,
+    Literal,
+    Variable,
+)
 from fsmkit.expressions.types import ArrayType, IntType
 
 if TYPE_CHECKING:
@@ -37,6 +47,8 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
             return _apply(binder, node, Function(name))
         case MemberNode(base=NameNode(name="Math"), name="trunc" | "floor" as name):
             return _whole_quotient(binder, node, name)
+        case MemberNode(base=NameNode(name="Math"), name="pow"):
+            return _power(binder, node)
         case NameNode(name=name):
             known = (*scope.operations, *BUILT_IN)
             declare = f"declare it under `operations`: `{name}(...)`"
@@ -143,3 +155,31 @@ def _is_never_negative(quotient: Binary) -> bool:
         isinstance(side.type, IntType) and side.type.lo >= 0
         for side in (quotient.left, quotient.right)
     )
+
+
+MOST_FACTORS = 8
+"""The greatest exponent for which a power is written as a product."""
+
+
+def _power(binder: Binder, node: CallNode) -> Expr | None:
+    """Type ``Math.pow(x, 3)`` as ``x * x * x``: an integer stays one, as with ``*``."""
+    values = [binder.value(argument) for argument in node.arguments]
+    if any(value is None for value in values):
+        return None
+    match values:
+        case [(Variable() | Literal() | EventField()) as base, Literal(value=int(exponent))] if (
+            1 <= exponent <= MOST_FACTORS
+        ):
+            product: Expr | None = base
+            for _ in range(exponent - 1):
+                if product is not None:
+                    span = binder.span(node)
+                    product = type_binary(binder.context, BinaryOp.MUL, product, base, span)
+            return product
+        case _:
+            return binder.context.report(
+                "outside-language",
+                "this power is outside the language",
+                binder.span(node),
+                f"raise a variable to a constant of 1 to {MOST_FACTORS}, or declare an operation",
+            )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.diagnostics.nearest import nearest
 from fsmkit.expressions.scope import Scope
 from fsmkit.expressions.types import EnumType, Type
 
@@ -37,8 +37,8 @@ class Context:
 
 def suggestion(name: str, candidates: Iterable[str], otherwise: str | None = None) -> str | None:
     """Return the help ``did you mean ...`` where something is spelt much like a name."""
-    close = get_close_matches(name, list(candidates), n=1, cutoff=0.6)
-    return f"did you mean `{close[0]}`?" if close else otherwise
+    near = nearest(name, candidates)
+    return f"did you mean `{near}`?" if near else otherwise
 
 
 def kinds_of_name(scope: Scope) -> dict[str, str]:

@@ -33,6 +33,9 @@ class Scope:
     """Indices of states by id, for ``In``."""
     event_fields: Mapping[str, Type] | None = None
     """The payload of the event being handled; None where no event is at hand."""
+    event_facts: Mapping[str, str | None] = field(default_factory=dict)
+    """What is known when compiling of the event being handled: its ``type``, ``origin`` ...
+    (SCXML 5.10.1), None where it is undefined. What is missing is not known."""
     tick: int = 1000
     """Microseconds in a tick, the unit of durations."""
     dialect: str = "fsmkit"

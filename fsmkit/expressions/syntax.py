@@ -7,7 +7,7 @@ nests less than `DEEPEST`, so that everything after it may recurse.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ DEEPEST = 100
 """Levels an expression may nest; operators in a row nest too."""
 LONGEST = 200_000
 """Characters of an expression."""
+SHORT = 200
+"""Characters of an expression that is kept, for the next time it is written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,10 +287,20 @@ def parse(text: str) -> Node:
             "split it: store parts of it in variables first",
         )
     try:
-        # with the transformer inside, what the parser returns is what the transformer made
-        node: Any = _parser().parse(text)
+        return _kept(text) if len(text) <= SHORT else _parsed(text)
     except UnexpectedInput as error:
         raise _fault(text, error) from None
+
+
+@lru_cache(maxsize=20_000)
+def _kept(text: str) -> Node:
+    """Charts write the same conditions again and again, and several passes read each."""
+    return _parsed(text)
+
+
+def _parsed(text: str) -> Node:
+    # with the transformer inside, what the parser returns is what the transformer made
+    node: Any = _parser().parse(text)
     assert isinstance(node, Node)  # noqa: S101
     return node
 

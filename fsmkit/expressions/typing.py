@@ -10,6 +10,7 @@ from fsmkit.expressions.arithmetic import exact
 from fsmkit.expressions.binding import Binder
 from fsmkit.expressions.conversion import bounds, can_convert, convert, whole
 from fsmkit.expressions.durations import duration_of
+from fsmkit.expressions.ecmascript import truth
 from fsmkit.expressions.folding import fold
 from fsmkit.expressions.names import Context
 from fsmkit.expressions.operators import described, type_binary
@@ -31,6 +32,7 @@ from fsmkit.expressions.tree import (
     Variable,
 )
 from fsmkit.expressions.types import (
+    BOOL,
     DURATION,
     SYMBOL,
     ArrayType,
@@ -63,6 +65,15 @@ def type_expression(
         return fit(context, expr, expected)
     except RecursionError:  # the tree is bounded, what stands above this call is not
         return context.report("expression-too-deep", "the expression nests too deeply", text)
+
+
+def type_truth(text: Text, scope: Scope, findings: Findings) -> Expr | None:
+    """Read and type a condition: in ECMAScript every value counts as true or false (SCXML B.2)."""
+    context = Context(scope, findings)
+    if not context.is_ecmascript:
+        return type_expression(text, scope, findings, BOOL)
+    expr = type_expression(text, scope, findings)
+    return None if expr is None else fit(context, truth(expr), BOOL)
 
 
 def type_location(text: Text, scope: Scope, findings: Findings) -> Location | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import assert_never
 
@@ -13,11 +14,13 @@ from fsmkit.expressions import (
     IntType,
     Invalid,
     Literal,
+    Scope,
     Type,
     Variable,
     type_call,
     type_expression,
     type_location,
+    type_truth,
     type_update,
 )
 from fsmkit.model import document as doc
@@ -61,15 +64,25 @@ def type_statement(written: doc.DocStatement, context: Context) -> tuple[Stateme
 
 def type_condition(text: Text, context: Context) -> Expr | None:
     """Return a condition; in a lenient dialect one that cannot be evaluated is `Invalid`."""
-    return type_value(text, BOOL, context)
+    return _lenient(type_truth, text, BOOL, context)
 
 
 def type_value(text: Text, type_: Type, context: Context) -> Expr | None:
     """Return an expression; in a lenient dialect one that cannot be evaluated is `Invalid`."""
+
+    def typed(text: Text, scope: Scope, findings: Findings) -> Expr | None:
+        return type_expression(text, scope, findings, type_)
+
+    return _lenient(typed, text, type_, context)
+
+
+def _lenient(
+    read: Callable[[Text, Scope, Findings], Expr | None], text: Text, type_: Type, context: Context
+) -> Expr | None:
     if not context.lenient:
-        return type_expression(text, context.scope, context.findings, type_)
+        return read(text, context.scope, context.findings)
     attempt = Findings()
-    typed = type_expression(text, context.scope, attempt, type_)
+    typed = read(text, context.scope, attempt)
     if typed is not None and not attempt.has_errors:
         context.findings.extend(attempt)
         return typed
