@@ -244,10 +244,12 @@ class Printer:
     def _binary(self, expr: Binary) -> Fragment:
         op = expr.op
         if op in (BinaryOp.AND, BinaryOp.OR):
-            known = False if self._exclude_each_other(expr) else joint_outcome(expr)
+            known = joint_outcome(expr)
             if known is not None:
                 return self.literal(known, BOOL)
             left, right = self.fragment(expr.left), self.fragment(expr.right)
+            if op is BinaryOp.AND and self._is_excluded(expr.right, expr.left):
+                right = self.literal(value=False, type_=BOOL)
             binds = AND if op is BinaryOp.AND else OR
             # -Wparentheses wants mixed && and || bracketed
             at = COMPARE
@@ -261,13 +263,15 @@ class Printer:
             return Fragment(f"({before}, {result.text})", result.ctype)
         return result
 
-    def _exclude_each_other(self, expr: Binary) -> bool:
-        """Whether this is ``In(a) && In(b)`` of two states of which one at most is active."""
-        match expr:
-            case Binary(BinaryOp.AND, InState(a), InState(b)) if a != b:
+    def _is_excluded(self, test: Expr, by: Expr) -> bool:
+        """Whether ``test`` is `In` of a state that cannot be active where ``by`` holds."""
+        match test, by:
+            case InState(a), InState(b):
                 plan = self.names.plan
-                related = plan.chart.is_descendant(a, b) or plan.chart.is_descendant(b, a)
+                related = a == b or plan.chart.is_descendant(a, b) or plan.chart.is_descendant(b, a)
                 return plan.region_of[a] == plan.region_of[b] and not related
+            case InState(), Binary(BinaryOp.AND, left, right):
+                return self._is_excluded(test, left) or self._is_excluded(test, right)
             case _:
                 return False
 
