@@ -51,7 +51,7 @@ class Findings:
 
     def __init__(self) -> None:
         """Start with none."""
-        self._found: list[Diagnostic] = []
+        self._found: dict[Diagnostic, None] = {}
 
     def __iter__(self) -> Iterator[Diagnostic]:
         return iter(self._found)
@@ -84,12 +84,11 @@ class Findings:
             help,
             severity or kind.severity,
         )
-        if diagnostic not in self._found:
-            self._found.append(diagnostic)
+        self._found[diagnostic] = None
 
     def extend(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Add what another stage found."""
-        self._found += [d for d in diagnostics if d not in self._found]
+        self._found.update(dict.fromkeys(diagnostics))
 
     @property
     def has_errors(self) -> bool:

@@ -130,6 +130,15 @@ class Plan:
         return len(self.regions) == 1
 
     @cached_property
+    def inner(self) -> tuple[list[Region], ...]:
+        """By state: the regions of a parallel state, in document order; of any other none."""
+        found: tuple[list[Region], ...] = tuple([] for _ in self.chart.states)
+        for region in self.regions:
+            if region.owner is not None:
+                found[region.owner].append(region)
+        return found
+
+    @cached_property
     def chains(self) -> tuple[tuple[int, ...], ...]:
         """By state: itself and its ancestors without the root, innermost first."""
         return tuple(

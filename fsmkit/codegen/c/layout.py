@@ -41,7 +41,7 @@ def timers_needed(names: Names, *, delayed: bool) -> int:
     most = list(timed)
     for state in reversed(chart.states):
         inner = [most[child] for child in state.children]
-        is_parallel = any(region.owner == state.index for region in names.plan.regions)
+        is_parallel = bool(names.plan.inner[state.index])
         most[state.index] += sum(inner) if is_parallel else max(inner, default=0)
     return most[0] + (chart.capacities.delayed if delayed else 0)
 

@@ -156,7 +156,7 @@ class MovePrinter:
         out.line()
 
     def _inner(self, state: int) -> list[Region]:
-        return [region for region in self.plan.regions if region.owner == state]
+        return self.plan.inner[state]
 
     def _leave_name(self, region: Region) -> str:
         return f"{self.prefix}_leave_{region.index}"
@@ -289,7 +289,7 @@ class MovePrinter:
                         self._restore_region(out, history, inner, inner.top, include_top=True)
             self._default_case(out)
 
-    def _case(self, out: Emitter, state: int):  # type: ignore[no-untyped-def]  # noqa: ANN202
+    def _case(self, out: Emitter, state: int):  # type: ignore[no-untyped-def]
         return _Case(out, f"case {self.plan.number[state]}u: /* {self.chart.states[state].id} */")
 
     def _default_case(self, out: Emitter) -> None:
@@ -298,7 +298,7 @@ class MovePrinter:
 
     # --- moves ----------------------------------------------------------------------------
 
-    def variants(self, out: Emitter, move: Move, entering: bool) -> None:  # noqa: FBT001
+    def variants(self, out: Emitter, move: Move, entering: bool) -> None:
         """Print what a transition enters, or whence it leaves, by its variants."""
         for variant in move.variants[:-1]:
             tests = " && ".join(self._within(condition) for condition in variant.conditions)

@@ -67,6 +67,8 @@ class Names:
     histories: dict[tuple[int, int], str]
     """By history and region."""
     symbols: list[str] = field(default_factory=lambda: [""])
+    numbers: dict[str, int] = field(default_factory=lambda: {"": 0})
+    """Numbers of the interned strings."""
     used: set[str] = field(default_factory=set)
     """Helpers that the printed expressions call."""
     marks: dict[str, int] = field(default_factory=dict)
@@ -79,9 +81,10 @@ class Names:
 
     def symbol(self, text: str) -> int:
         """Return the number of an interned string."""
-        if text not in self.symbols:
+        number = self.numbers.setdefault(text, len(self.symbols))
+        if number == len(self.symbols):
             self.symbols.append(text)
-        return self.symbols.index(text)
+        return number
 
     def mark(self, name: str | None) -> int:
         """Return the number of the id of a delayed send, 0 for none."""

@@ -29,20 +29,22 @@ class SelectionPrinter:
         self.content = content
         self.prefix = names.prefix
         self.remembered = self._remembered()
+        self._asked = {t: place for place, t in enumerate(self.remembered)}
+        self._interesting: frozenset[int] = frozenset()
 
     def _remembered(self) -> tuple[int, ...]:
         """Return the guards that must be evaluated only once though several states ask them."""
+        covering: set[int] = set()
+        for state in self.chart.states:
+            if self.plan.inner[state.index]:
+                covering |= {state.index, *self.chart.ancestors(state.index)}
         return tuple(
             t.index
             for t in self.chart.transitions
             if t.guard is not None
+            and t.source in covering
             and (can_fail(t.guard) or has_effect(t.guard))
-            and any(region.owner is not None and self._covers(t.source, region.owner)
-                    for region in self.plan.regions)
-        )  # fmt: skip
-
-    def _covers(self, state: int, parallel: int) -> bool:
-        return state == parallel or self.chart.is_descendant(parallel, state)
+        )
 
     # --- guards ---------------------------------------------------------------------------
 
@@ -52,14 +54,14 @@ class SelectionPrinter:
         assert guard is not None  # noqa: S101
         printer = Printer(self.names, transition.events)
         text = printer.condition(guard)
-        is_remembered = transition.index in self.remembered
+        is_remembered = transition.index in self._asked
         if not printer.temporaries and not can_fail(guard) and not is_remembered:
             return text
         name = f"{self.prefix}_guard_{transition.index}"
         out.line(f"static bool {name}({self.prefix} *m)")
         with out.block("{"):
             if is_remembered:
-                place = self.remembered.index(transition.index)
+                place = self._asked[transition.index]
                 out.line(f"if (m->asked[{place}] != 0u)")
                 with out.indented():
                     out.line(f"return m->asked[{place}] == 2u;")
@@ -218,8 +220,9 @@ class SelectionPrinter:
             out.line()
             return
         selection = f"{self.prefix}_selection *found"
+        self._interesting = self._find_interesting(calls)
         for region in reversed(self.plan.regions):
-            if not self._is_interesting(region, calls):
+            if region.index not in self._interesting:
                 continue
             head = f"{self.prefix}_{name}_{region.index}({self.prefix} *m{more}, {selection})"
             out.line(f"static void {head}")
@@ -227,16 +230,15 @@ class SelectionPrinter:
                 self._collect(out, region, calls, name, is_event=is_event)
             out.line()
 
-    def _is_interesting(self, region: Region, calls: dict[int, str]) -> bool:
-        return (
-            region.index == 0
-            or any(calls[state] for state in region.states)
-            or any(
-                self._is_interesting(inner, calls)
-                for inner in self.plan.regions
-                if inner.owner is not None and inner.owner in region.states
-            )
-        )
+    def _find_interesting(self, calls: dict[int, str]) -> frozenset[int]:
+        """Return the regions in which something can be selected; inner ones come later."""
+        found = {0}
+        for region in reversed(self.plan.regions):
+            if region.index in found or any(calls[state] for state in region.states):
+                found.add(region.index)
+                if region.owner is not None:
+                    found.add(self.plan.region_of[region.owner])
+        return frozenset(found)
 
     def _leaves(self, region: Region) -> list[int]:
         kinds = (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE, Kind.PARALLEL)
@@ -276,8 +278,8 @@ class SelectionPrinter:
                 if self.chart.states[leaf].kind is Kind.PARALLEL:
                     lines = [
                         f"{self.prefix}_{name}_{inner.index}(m{more}, found);"
-                        for inner in self.plan.regions
-                        if inner.owner == leaf and self._is_interesting(inner, calls)
+                        for inner in self.plan.inner[leaf]
+                        if inner.index in self._interesting
                     ]
                 elif calls[leaf]:
                     lines = [f"{self.prefix}_add(found, {calls[leaf]});"]

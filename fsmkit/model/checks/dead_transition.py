@@ -11,6 +11,9 @@ from fsmkit.model.content import subexpressions
 from fsmkit.model.document import Origin, Trigger
 from fsmkit.model.exclusion import implies
 
+MOST_COMPARED = 100
+"""A transition is compared with so many before it: a state with more would take for ever."""
+
 
 def check(chart: Chart, findings: Findings) -> None:
     """Report transitions hidden by earlier ones whose guards are weaker."""
@@ -23,7 +26,7 @@ def dead_transitions(chart: Chart) -> Iterator[tuple[Transition, Transition]]:
     for state in chart.states:
         leaving = [chart.transitions[index] for index in state.transitions]
         for place, transition in enumerate(leaving):
-            hiding = _hiding(chart, transition, leaving[:place])
+            hiding = _hiding(chart, transition, leaving[max(0, place - MOST_COMPARED) : place])
             if hiding is not None:
                 yield transition, hiding
 

@@ -9,6 +9,9 @@ from fsmkit.model.document import Trigger
 from fsmkit.model.reachability import entered
 from fsmkit.model.structure import lcca
 
+LONGEST = 100
+"""States of a cycle: a longer one is not looked for."""
+
 
 def check(chart: Chart, findings: Findings) -> None:
     """Report each cycle once, at its first transition in document order."""
@@ -49,7 +52,7 @@ def _always(chart: Chart, state: int) -> Transition | None:
 def _cycle(chart: Chart, always: dict[int, Transition], start: int) -> list[int] | None:
     """Return the states passed on the way from a state back to it."""
     path = [start]
-    while True:
+    while len(path) <= LONGEST:
         transition = always[path[-1]]
         if any(chart.states[t].is_history for t in transition.targets):
             return None
@@ -63,3 +66,4 @@ def _cycle(chart: Chart, always: dict[int, Transition], start: int) -> list[int]
         if not following:
             return None
         path.append(following[0])
+    return None

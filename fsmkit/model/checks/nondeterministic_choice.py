@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from collections.abc import Iterator
 
 from fsmkit.diagnostics import Findings
 from fsmkit.model.chart import Chart, Transition
+from fsmkit.model.checks.dead_transition import MOST_COMPARED
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.model.exclusion import are_exclusive, implies
 
@@ -20,7 +21,7 @@ def check(chart: Chart, findings: Findings) -> None:
         if state.kind is Kind.CHOICE:
             continue
         leaving = [chart.transitions[i] for i in state.transitions]
-        for earlier, later in combinations(leaving, 2):
+        for earlier, later in neighbours(leaving):
             if _overlap(chart, earlier, later):
                 findings.add(
                     "nondeterministic-choice",
@@ -30,6 +31,13 @@ def check(chart: Chart, findings: Findings) -> None:
                     help="make the guards exclude each other, or mark the order as meant: "
                     "`ordered: true`",
                 )
+
+
+def neighbours(leaving: list[Transition]) -> Iterator[tuple[Transition, Transition]]:
+    """Return pairs of transitions of a state; each with those near enough after it."""
+    for place, earlier in enumerate(leaving):
+        for later in leaving[place + 1 : place + 1 + MOST_COMPARED]:
+            yield earlier, later
 
 
 def _overlap(chart: Chart, earlier: Transition, later: Transition) -> bool:

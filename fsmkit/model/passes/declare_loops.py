@@ -44,14 +44,9 @@ def _declare(loop: DocForEach, names: Names) -> Names:
 
 
 def _add(name: Text, type_: Type, names: Names) -> Names:
-    taken = (
-        *names.scope.variables,
-        *names.scope.constants,
-        *names.scope.operations,
-        *names.scope.types,
-        *names.untyped,
-    )
-    if name.value in taken or not name.value.isidentifier():
+    scope = names.scope
+    taken = (scope.variables, scope.constants, scope.operations, scope.types, names.untyped)
+    if any(name.value in known for known in taken) or not name.value.isidentifier():
         return names
     if type_ == UNTYPED:
         data = Data(name.value, UNTYPED, Literal(0, UNTYPED, name.span), name.span)
