@@ -106,12 +106,7 @@ def _tell(result: Result, findings: Findings) -> None:
 
 
 def _assumptions(closed: Closed) -> Iterator[str]:
-    if closed.is_open:
-        yield "its host posts one event at a time, and calls run after each"
-    else:
-        yield (
-            f"what may come from outside comes while at most {PATIENCE} event waits in all queues"
-        )
+    yield f"what may come from outside comes while at most {PATIENCE} event waits in the queues"
     if closed.silent:
         yield "transitions marked `watchdog` never fire"
     if closed.untimed:
