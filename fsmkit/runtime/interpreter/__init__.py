@@ -19,8 +19,9 @@ Where the standard or SEMANTICS leaves a choice, these hold on every runtime:
   and has no enabled transition for it ends the search there. The event is kept if no region found
   a transition and one search ended so. Deferred events count as events of the external queue: both
   together hold at most ``capacities.queue``. An event that is dispatched is never deferred.
-* *Entry.* A state that is active is not entered again. (addDescendantStatesToEnter of Appendix D
-  adds all that lies between a deep history's parent and what it recorded, even what was not left.)
+* *Entry.* Nothing is entered that does not lie below a transition's domain, where everything was
+  left. (Appendix D's addDescendantStatesToEnter adds all that lies between a history's parent and
+  what it stands for, with all regions, also where the history was taken from within.)
 * *Order.* Content of the transitions of one microstep runs in document order.
 * *Delayed sends*, also with a delay of 0, are timers; when due they go to the end of their queue.
 * *Faults* (``internal``: the internal queue is full; ``microsteps``: the rounds of a macrostep are

@@ -54,9 +54,7 @@ def _to_record(g: Globals, history: int, parent: int) -> frozenset[int]:
 def enter_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
     """Enter states, outermost first, with their content (Appendix D, enterStates)."""
     entry_set = compute_entry_set(g, enabled)
-    # a deep history taken from within adds what lies between its parent and what it recorded: also
-    # where that is active, because the domain lies deeper
-    entries = sorted(entry_set.to_enter - g.configuration)
+    entries = sorted(entry_set.to_enter)
     for index in entries:
         state = g.chart.states[index]
         g.configuration.add(index)
@@ -132,12 +130,18 @@ def compute_entry_set(g: Globals, enabled: Iterable[Transition]) -> EntrySet:
 
 def _compute_entry_set(g: Globals, enabled: Iterable[Transition]) -> EntrySet:
     found = EntrySet()
+    domains: set[int] = set()
     for transition in enabled:
         for target in transition.targets:
             add_descendant_states_to_enter(g, target, found)
         domain = get_transition_domain(g, transition)
         for target in get_effective_target_states(g, transition):
             add_ancestor_states_to_enter(g, target, domain, found)
+        domains |= {domain} if domain is not None else set()
+    # A history taken from within its parent adds all that lies between that and its states, with
+    # all regions: also what lies above the domain, where nothing was left. That stays as it is.
+    below = g.chart.is_descendant
+    found.to_enter = {s for s in found.to_enter if any(below(s, domain) for domain in domains)}
     return found
 
 
