@@ -284,9 +284,12 @@ class SourcePrinter:
                 )
             out.lines(fill(names, CONFLICTS, RECORD_ALL=record or "~"))
             out.line()
+        # its content may be the only one that sends later, which the loop must know
+        start = Emitter()
+        self._start_function(start)
         self._loop(out)
         self._fire(out)
-        self._start_function(out)
+        out.lines(start.finish().rstrip("\n").split("\n"))
 
     def _tables(self, out: Emitter) -> None:
         chart = self.chart
