@@ -1,6 +1,7 @@
 """The data language: types, one typed tree, grammar, evaluation, folding, printing."""
 
 from fsmkit.expressions.conversion import can_convert, convert, default_value
+from fsmkit.expressions.ecmascript import flag_of, location_of_session
 from fsmkit.expressions.environment import ContentError, Environment, RangeFault
 from fsmkit.expressions.evaluation import evaluate, store
 from fsmkit.expressions.folding import fold, fold_location
@@ -120,8 +121,10 @@ __all__ = [
     "convert",
     "default_value",
     "evaluate",
+    "flag_of",
     "fold",
     "fold_location",
+    "location_of_session",
     "read_duration",
     "read_type",
     "spell",

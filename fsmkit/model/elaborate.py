@@ -14,6 +14,7 @@ from fsmkit.model.passes.collect_events import collect_events
 from fsmkit.model.passes.collect_names import collect_names
 from fsmkit.model.passes.declare_loops import declare_loops
 from fsmkit.model.passes.infer_types import infer_types
+from fsmkit.model.passes.lower_ecmascript import lower_ecmascript
 from fsmkit.model.passes.number_states import number_states
 from fsmkit.model.passes.read_capacities import read_capacities
 from fsmkit.model.passes.report_unsupported import report_unsupported
@@ -30,7 +31,7 @@ def elaborate(
     ``error.execution`` at run time is an error now.
     """
     resolved = resolve_inheritance(documents, findings)
-    document = bind_late(resolved.document)
+    document = lower_ecmascript(bind_late(resolved.document))
     tree = number_states(document, findings)
     check_nesting(tree, findings, is_loose=document.datamodel != "fsmkit")
     report_unsupported(tree, findings, strict=strict)

@@ -17,8 +17,9 @@ from fsmkit.model.document import (
     Kind,
     Trigger,
 )
+from fsmkit.model.literal_content import content_value
 from fsmkit.scxml.content import read_block, read_content, read_params
-from fsmkit.scxml.context import Context, quoted, words
+from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.names import CHILDREN, EXTENSION_CHILDREN, PLAIN_TYPES, PREFIX, STATES
 from fsmkit.scxml.nodes import Element
 
@@ -243,7 +244,7 @@ class StateReader:
         params = self._params(elements[0], ("content",))
         literal, expression = read_content(elements[0], context)
         if expression is None and literal is not None:
-            expression = quoted(literal.value, literal.span)
+            expression = content_value(literal)
         return params, expression
 
     def _params(self, element: Element, others: tuple[str, ...]) -> tuple[DocArgument, ...]:

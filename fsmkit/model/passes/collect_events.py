@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice, takewhile
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.expressions import Scope, Type, read_type
+from fsmkit.expressions import Scope, Type, location_of_session, read_type
+from fsmkit.expressions.ecmascript import PROCESSOR
 from fsmkit.model.chart import Event
 from fsmkit.model.document import (
     Direction,
@@ -33,6 +35,8 @@ class Events:
     all: tuple[Event, ...]
     implied: frozenset[str] = frozenset()
     """Names of events nothing declares: their fields are read off their uses."""
+    facts: Mapping[str, Mapping[str, str | None]] = field(default_factory=dict)
+    """What is known of ``_event`` when an event is handled, in ECMAScript (SCXML 5.10.1)."""
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -52,6 +56,13 @@ class Events:
     @cached_property
     def _sorted(self) -> list[str]:
         return sorted(self.index)
+
+    def common_facts(self, indices: tuple[int, ...]) -> dict[str, str | None]:
+        """Return what is known alike of all these events."""
+        if not indices:
+            return {}
+        first, *rest = (self.facts.get(self.all[i].name, {}) for i in indices)
+        return {k: v for k, v in first.items() if all(k in o and o[k] == v for o in rest)}
 
     def common_fields(self, indices: tuple[int, ...]) -> dict[str, Type]:
         """Return the fields that all these events have, with one type."""
@@ -98,7 +109,52 @@ def collect_events(document: Document, tree: Tree, scope: Scope, findings: Findi
         Event(i, e.name, e.fields, e.directions, e.reply, e.span, e.origin)
         for i, e in enumerate(found)
     )
-    return Events(numbered, frozenset(implied))
+    facts = _facts(document, tree, numbered) if document.datamodel == "ecmascript" else {}
+    return Events(numbered, frozenset(implied), facts)
+
+
+def _facts(
+    document: Document, tree: Tree, events: tuple[Event, ...]
+) -> dict[str, dict[str, str | None]]:
+    """Return what is known of each event: where it comes from is seen where it is sent.
+
+    One that the chart never sends or raises itself comes from the host, and has no origin.
+    """
+    raised: set[str] = set()
+    sent: dict[str, bool] = {}
+    for place in places(document, tree):
+        for statement in statements(place.block):
+            match statement:
+                case DocRaise(event):
+                    raised.add(event.value)
+                case DocSend(event=Text() as event, target=target):
+                    if target is not None and target.value == "#_internal":
+                        raised.add(event.value)
+                    else:
+                        has_id = statement.id is not None or statement.id_location is not None
+                        sent[event.value] = sent.get(event.value, False) or has_id
+    has_invoke = any(node.state.invokes for node in tree.nodes)
+    found: dict[str, dict[str, str | None]] = {}
+    for name in (event.name for event in events):
+        facts: dict[str, str | None] = {"origin": None, "origintype": None, "sendid": None}
+        if name.startswith(("error.", "done.")):
+            facts["type"] = "platform"
+            del facts["sendid"]
+        elif name in raised:
+            facts["type"] = "internal"
+        else:
+            facts["type"] = "external"
+        if name in sent and name in raised:
+            facts = {}
+        elif name in sent:
+            facts["origin"] = location_of_session(document.name.value)
+            facts["origintype"] = PROCESSOR
+            if sent[name]:
+                del facts["sendid"]
+        if not has_invoke:
+            facts["invokeid"] = None
+        found[name] = facts
+    return found
 
 
 def _groups(document: Document) -> dict[str, list[DocEvent]]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.expressions import (
+    BOOL,
+    SYMBOL,
     EnumType,
     Field,
     Literal,
@@ -16,8 +18,10 @@ from fsmkit.expressions import (
     Storage,
     Type,
     default_value,
+    flag_of,
     read_type,
 )
+from fsmkit.expressions.ecmascript import SESSION
 from fsmkit.model.chart import Data, Operation
 from fsmkit.model.document import DocData, DocField, DocOperation, Document
 from fsmkit.model.passes.number_states import Tree
@@ -87,6 +91,7 @@ def collect_names(document: Document, tree: Tree, tick: int, findings: Findings)
         dialect=document.datamodel,
         super_guard=None,
     )
+    scope = _with_system_variables(document, scope)
     scope = _with_enumerations(document, scope)
     scope = _with_constants(document, scope, findings)
     scope = _with_records(document, scope, findings)
@@ -103,7 +108,19 @@ def collect_names(document: Document, tree: Tree, tick: int, findings: Findings)
         for c in document.constants
         if c.name.value in scope.constants
     )
-    return replace(reader.names, operations=operations, constants=constants)
+    data = tuple(
+        replace(d, init=Literal(False, BOOL, d.span)) if d.name in reader.failed else d
+        for d in reader.names.data
+    )
+    return replace(reader.names, data=data, operations=operations, constants=constants)
+
+
+def _with_system_variables(document: Document, scope: Scope) -> Scope:
+    """Add ``_name`` and ``_sessionid`` (SCXML 5.10): a machine is its own and only session."""
+    if document.datamodel != "ecmascript":
+        return scope
+    name = Literal(document.name.value, SYMBOL, document.name.span)
+    return replace(scope, constants={"_name": name, SESSION: name})
 
 
 def all_data(document: Document, tree: Tree) -> tuple[DocData, ...]:
@@ -211,6 +228,8 @@ class _Variables:
     names: Names
     findings: Findings
     known: dict[str, Literal] = field(default_factory=dict)
+    failed: set[str] = field(default_factory=set)
+    """Flags of the data that have no value since theirs could not be evaluated."""
 
     @property
     def _lenient(self) -> bool:
@@ -287,5 +306,6 @@ class _Variables:
             init,
             help="at run time this is `error.execution`; give a constant of one type",
         )
+        self.failed.add(flag_of(name.value))
         failure = Fail(reason, init.span)
         self.names = replace(self.names, failures=(*self.names.failures, failure))

@@ -76,7 +76,12 @@ class _Uses:
 
     def look_at(self, place: Place) -> None:
         """Take note of what one handler assigns and sends."""
-        scope = replace(self.names.scope, event_fields=self._payload(place))
+        matched = self._matched(place)
+        scope = replace(
+            self.names.scope,
+            event_fields=self.events.common_fields(matched),
+            event_facts=self.events.common_facts(matched),
+        )
         for statement in statements(place.block):
             self._use(statement, scope)
 
@@ -90,22 +95,22 @@ class _Uses:
     def learn(self) -> None:
         """Make what was noted known to the next round."""
         self.names = self.names.with_types(self.types)
-        self.events = Events(
-            tuple(
+        self.events = replace(
+            self.events,
+            all=tuple(
                 replace(e, fields=tuple(Field(n, t) for n, t in self.fields[e.name].items()))
                 if e.name in self.fields
                 else e
                 for e in self.events.all
             ),
-            self.events.implied,
         )
 
-    def _payload(self, place: Place) -> dict[str, Type]:
+    def _matched(self, place: Place) -> tuple[int, ...]:
         transition = place.transition
         if transition is None or transition.trigger is not Trigger.EVENT:
-            return {}
+            return ()
         matched = {i for e in transition.events for i in self.events.matching(e.value)}
-        return self.events.common_fields(tuple(sorted(matched)))
+        return tuple(sorted(matched))
 
     def _use(self, statement: DocStatement, scope: Scope) -> None:
         match statement:

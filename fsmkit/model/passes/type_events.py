@@ -13,10 +13,12 @@ from fsmkit.expressions import (
     Literal,
     default_value,
     fold,
+    location_of_session,
     read_duration,
     type_expression,
     type_location,
 )
+from fsmkit.expressions.ecmascript import SESSION
 from fsmkit.model.chart import Event
 from fsmkit.model.document import Direction, DocArgument, DocCancel, DocRaise, DocSend
 from fsmkit.model.passes.context import Context
@@ -255,6 +257,9 @@ def _destination(
         if delay is not None:
             return _failure("`#_internal` takes no delay", target, written, context)
         return _Where(Destination.INTERNAL)
+    session = context.scope.constants.get(SESSION)
+    if session is not None and target.value == location_of_session(str(session.value)):
+        return _Where(Destination.SELF)
     if target.value == "self" and not only_out:
         return _Where(Destination.SELF)
     if is_out:

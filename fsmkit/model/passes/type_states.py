@@ -7,11 +7,12 @@ from fsmkit.expressions import BOOL, Expr, Literal, default_value, type_expressi
 from fsmkit.model.chart import State
 from fsmkit.model.document import Kind
 from fsmkit.model.passes.collect_events import done_event
-from fsmkit.model.passes.context import Context
+from fsmkit.model.passes.context import Context, warn_not_evaluable
 from fsmkit.model.passes.number_states import Node, Tree
 from fsmkit.model.passes.resolve_targets import Arrows
 from fsmkit.model.passes.suggest import suggest
 from fsmkit.model.passes.type_content import type_block, type_value
+from fsmkit.model.statements import Block, Fail
 
 
 def type_states(tree: Tree, arrows: Arrows, context: Context) -> tuple[State, ...]:
@@ -32,7 +33,10 @@ def _state(tree: Tree, node: Node, arrows: Arrows, context: Context) -> State:
         children=node.children,
         initial=arrows.initial[node.index],
         transitions=arrows.leaving[node.index],
-        on_entry=tuple(type_block(block, context) for block in state.entry),
+        on_entry=(
+            *(type_block(block, context) for block in state.entry),
+            *_failing_done_data(tree, node, context),
+        ),
         on_exit=tuple(type_block(block, context) for block in state.exit),
         depth=node.depth,
         last_descendant=node.last,
@@ -59,6 +63,24 @@ def _done_data(tree: Tree, node: Node, context: Context) -> tuple[Expr, ...]:
         if part.name in given:
             typed = type_value(given[part.name], part.type, context)
         found.append(typed or Literal(default_value(part.type), part.type, node.state.span))
+    return tuple(found)
+
+
+def _failing_done_data(tree: Tree, node: Node, context: Context) -> tuple[Block, ...]:
+    """Return ``error.execution`` for a param of no value: it is not sent (SCXML 5.5, 5.7)."""
+    event = context.events.index.get(done_event(tree, node))
+    if event is None or not context.lenient:
+        return ()
+    fields = {part.name for part in context.events.all[event].fields}
+    found: list[Block] = []
+    for argument in node.state.done_data:
+        attempt = Findings()
+        if argument.name.value in fields:
+            continue
+        type_expression(argument.value, context.scope, attempt)
+        reason = next((d.message for d in attempt), "it has no meaning")
+        warn_not_evaluable(reason, argument.value.span, context.findings)
+        found.append((Fail(reason, argument.value.span),))
     return tuple(found)
 
 

@@ -82,7 +82,9 @@ def at_hand(written: DocTransition, events: tuple[int, ...], context: Context) -
     replies = [context.events.all[i].reply for i in events]
     return replace(
         context,
-        scope=replace(context.scope, event_fields=fields),
+        scope=replace(
+            context.scope, event_fields=fields, event_facts=context.events.common_facts(events)
+        ),
         replies=tuple(r for r in replies if r is not None),
     )
 

@@ -1,0 +1,36 @@
+"""What the text of a ``content`` element means as an expression (SCXML 5.6, B.2.8.1)."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+from fsmkit.diagnostics import Text
+
+
+def content_value(text: Text) -> Text:
+    """Return the expression a literal content stands for.
+
+    JSON is that value; anything else a string, its white space made single blanks.
+    """
+    try:
+        json.loads(text.value)
+    except (ValueError, RecursionError):
+        return string(" ".join(text.value.split()), text)
+    return text.stripped()
+
+
+def string(value: str, at: Text) -> Text:
+    """Return the literal of a string, at the place of what it stands for."""
+    return replace(at, value=json.dumps(value, ensure_ascii=False), offsets=())
+
+
+def members(text: Text) -> dict[str, Text] | None:
+    """Return the members of an object written in JSON, None where it is none."""
+    try:
+        value = json.loads(text.value)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(value, dict):
+        return None
+    return {name: replace(text, value=json.dumps(v), offsets=()) for name, v in value.items()}

@@ -1,0 +1,262 @@
+"""Say in plain statements what only the loose dialects have, before anything is typed.
+
+* The ``content`` of an event is its field ``data``, or its members where it is an object.
+* An attribute of ``send`` or ``cancel`` that is the value of a variable becomes a choice among
+  the strings that the variable is ever given: so they are all known when compiling.
+* A variable that is asked whether it is defined has a flag, set wherever it is assigned.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+
+from fsmkit.diagnostics import Span, Text
+from fsmkit.expressions import flag_of, location_of_session
+from fsmkit.expressions.ecmascript import PROCESSORS, WHOLE_PAYLOAD
+from fsmkit.expressions.syntax import unescape
+from fsmkit.model.document import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCancel,
+    DocData,
+    DocForEach,
+    DocIf,
+    DocSend,
+    DocState,
+    DocStatement,
+    DocTransition,
+    Document,
+    DocUnreadable,
+)
+from fsmkit.model.literal_content import content_value, members, string
+
+STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
+ASKED = re.compile(
+    r"typeof\s*\(?\s*([\w$]+)|([\w$]+)\s*[!=]==?\s*(?:undefined|null)\b"
+    r"|\b(?:undefined|null)\s*[!=]==?\s*([\w$]+)"
+)
+MOST_VALUES = 32
+"""A variable that is given more strings than this is not told apart."""
+
+
+def lower_ecmascript(document: Document) -> Document:
+    """Return a document of a loose dialect without what is only shorthand there."""
+    if document.datamodel == "fsmkit":
+        return document
+    return _Lowering(document).run()
+
+
+def string_value(text: Text) -> str | None:
+    """Return the value of a text that is one string literal."""
+    found = STRING.fullmatch(text.value)
+    return None if found is None else unescape(next(g for g in found.groups() if g is not None))
+
+
+@dataclass
+class _Lowering:
+    document: Document
+    values: dict[str, set[str] | None] = field(default_factory=dict)
+    flagged: tuple[str, ...] = ()
+
+    def run(self) -> Document:
+        document = self.document
+        data = [*document.data]
+        for part in _parts(document):
+            match part:
+                case DocData(name, _, init) if init is not None:
+                    self._learn(name, init)
+                case DocAssign(location, value, operator=operator):
+                    self._learn(location, None if operator else value)
+                case DocForEach(item=item, index=index):
+                    self._learn(item, None)
+                    if index is not None:
+                        self._learn(index, None)
+                case DocSend(id_location=Text() as location):
+                    self._learn(location, None)
+                case _:
+                    pass
+        declared = {part.name.value: part for part in _parts(document) if isinstance(part, DocData)}
+        asked = {
+            name
+            for part in _parts(document)
+            if isinstance(part, Text)
+            for match in ASKED.finditer(part.value)
+            for name in match.groups()
+            if name is not None
+        }
+        self.flagged = tuple(name for name in declared if name in asked)
+        for flagged in self.flagged:
+            at, start = declared[flagged].name, declared[flagged].init
+            data.append(
+                DocData(
+                    replace(at, value=flag_of(flagged), offsets=()),
+                    replace(at, value="bool", offsets=()),
+                    replace(at, value="false" if start is None else "true", offsets=()),
+                )
+            )
+        for written in (*document.inputs, *document.outputs):
+            self.values[written.name.value] = None
+        return replace(
+            document,
+            data=tuple(data),
+            root=self._state(document.root),
+            script=self._block(document.script),
+        )
+
+    def _learn(self, name: Text, value: Text | None) -> None:
+        """Take note of a value that a variable is given; None where it is not a string."""
+        known = self.values.setdefault(name.value.strip(), set())
+        constant = None if value is None else self._constant(value)
+        if constant is None or known is None or len(known) >= MOST_VALUES:
+            self.values[name.value.strip()] = None
+        else:
+            known.add(constant)
+
+    def _constant(self, text: Text) -> str | None:
+        plain = text.value.strip()
+        here = location_of_session(self.document.name.value)
+        places = {f"_ioprocessors['{p}'].location" for p in PROCESSORS}
+        if plain == "_event.origin" or plain.replace('"', "'") in places:
+            return here
+        return string_value(text)
+
+    # --- the tree -------------------------------------------------------------------------
+
+    def _state(self, state: DocState) -> DocState:
+        done_data, done_content = state.done_data, state.done_content
+        if done_content is not None and not done_data:
+            done_data, done_content = _payload(done_content), None
+        return replace(
+            state,
+            children=tuple(self._state(child) for child in state.children),
+            initial=None if state.initial is None else self._transition(state.initial),
+            transitions=tuple(self._transition(t) for t in state.transitions),
+            entry=tuple(self._block(block) for block in state.entry),
+            exit=tuple(self._block(block) for block in state.exit),
+            done_data=done_data,
+            done_content=done_content,
+        )
+
+    def _transition(self, transition: DocTransition) -> DocTransition:
+        content = transition.content
+        return replace(transition, content=None if content is None else self._block(content))
+
+    def _block(self, block: Block) -> Block:
+        return tuple(lowered for statement in block for lowered in self._statement(statement))
+
+    def _statement(self, statement: DocStatement) -> Block:
+        match statement:
+            case DocAssign(location, _, span):
+                return (statement, *self._set(location, span))
+            case DocIf(branches):
+                done = tuple(replace(b, body=self._block(b.body)) for b in branches)
+                return (replace(statement, branches=done),)
+            case DocForEach(_, item, index, body, span):
+                flags = self._set(item, span) + (() if index is None else self._set(index, span))
+                return (replace(statement, body=(*flags, *self._block(body))),)
+            case DocSend():
+                flags = () if statement.id_location is None else self._set_of(statement)
+                return (*self._send(statement), *flags)
+            case DocCancel(None, Text() as expression, span):
+                return self._choose(
+                    expression, span, lambda id_: (replace(statement, id=id_, id_expr=None),)
+                ) or (statement,)
+            case _:
+                return (statement,)
+
+    def _set_of(self, statement: DocSend) -> Block:
+        location = statement.id_location
+        return () if location is None else self._set(location, statement.span)
+
+    def _set(self, location: Text, span: Span) -> Block:
+        name = location.value.strip()
+        if name not in self.flagged:
+            return ()
+        made = [replace(location, value=v, offsets=()) for v in (flag_of(name), "true")]
+        return (DocAssign(made[0], made[1], span),)
+
+    # --- send and cancel ------------------------------------------------------------------
+
+    def _send(self, send: DocSend) -> Block:
+        content = send.content_expr
+        if content is None and send.content is not None and not send.content.value.startswith("<"):
+            content = content_value(send.content)
+        if content is not None and not send.arguments and not send.name_list:
+            send = replace(send, arguments=_payload(content), content=None, content_expr=None)
+        return self._named(send)
+
+    def _named(self, send: DocSend) -> Block:
+        """Return a send whose attributes are known, a choice for each that is a variable."""
+        if send.event is None and send.event_expr is not None:
+            chosen = self._choose(
+                send.event_expr,
+                send.span,
+                lambda value: self._named(replace(send, event=value, event_expr=None)),
+            )
+        elif send.target is None and send.target_expr is not None:
+            chosen = self._choose(
+                send.target_expr,
+                send.span,
+                lambda value: self._named(replace(send, target=value, target_expr=None)),
+            )
+        elif send.type is None and send.type_expr is not None:
+            chosen = self._choose(
+                send.type_expr,
+                send.span,
+                lambda value: self._named(replace(send, type=value, type_expr=None)),
+            )
+        elif send.delay_expr is not None and string_value(send.delay_expr) is None:
+            chosen = self._choose(
+                send.delay_expr,
+                send.span,
+                lambda value: self._named(replace(send, delay=value, delay_expr=None)),
+            )
+        else:
+            chosen = ()
+        return chosen or (send,)
+
+    def _choose(self, expression: Text, span: Span, then: Callable[[Text], Block]) -> Block:
+        """Return what is done for each string an expression can be; nothing if not known."""
+        constant = self._constant(expression)
+        if constant is not None and expression.value.strip() != "_event.origin":
+            return then(replace(expression, value=constant, offsets=()))
+        name = expression.value.strip()
+        values = self.values.get(name)
+        if not values:
+            return ()
+        branches = [
+            DocBranch(
+                replace(expression, value=f"{name} == {string(value, expression)}", offsets=()),
+                then(replace(expression, value=value, offsets=())),
+            )
+            for value in sorted(values)
+        ]
+        failure = DocUnreadable(f"`{name}` has no value", span)
+        return (DocIf((*branches, DocBranch(None, (failure,))), span),)
+
+
+def _payload(content: Text) -> tuple[DocArgument, ...]:
+    """Return a payload that is one value, or the members of an object."""
+    parts = members(content)
+    if parts is None:
+        return (DocArgument(replace(content, value=WHOLE_PAYLOAD, offsets=()), content),)
+    return tuple(
+        DocArgument(replace(content, value=name, offsets=()), value)
+        for name, value in parts.items()
+    )
+
+
+def _parts(part: object) -> Iterator[object]:
+    """Return everything in a piece of a document, places left aside."""
+    yield part
+    if isinstance(part, tuple):
+        for inner in part:
+            yield from _parts(inner)
+    elif is_dataclass(part) and not isinstance(part, Text):
+        for known in fields(part):
+            if known.name not in ("span", "source"):
+                yield from _parts(getattr(part, known.name))
