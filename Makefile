@@ -36,7 +36,7 @@ differential: $(VENV)/ready
 
 # Rewrites the golden files; look at the difference before you commit it.
 bless: $(VENV)/ready
-	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/golden
+	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/runtime tests/yaml
 
 TOOLS := clang graphviz
 tools:

@@ -27,3 +27,9 @@ def require_tool() -> Callable[[str], str]:
         return path
 
     return require
+
+
+@pytest.fixture(scope="session")
+def dot(require_tool: Callable[[str], str]) -> str:
+    """Give the path of Graphviz's layout program."""
+    return require_tool("dot")

@@ -25,7 +25,7 @@ CHARTS = [
     *sorted((ROOT / "machines/production_cell").glob("[fmp]*.yaml")),
 ]
 DRAWINGS = [drawing.name for drawing in plugins(Drawing)]
-needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="graphviz is not installed")
+needs_dot = pytest.mark.usefixtures("dot")
 
 
 def drawn(name: str, chart: Chart, *active: str) -> str:
