@@ -43,8 +43,9 @@ from fsmkit.testing.content import (
     text,
 )
 from fsmkit.testing.declarations import Declared, declare
-from fsmkit.testing.terms import Names, Terms
+from fsmkit.testing.terms import Terms
 from fsmkit.testing.tree import HISTORIES, Grower, Node
+from fsmkit.testing.vocabulary import Names
 
 if TYPE_CHECKING:
     from hypothesis.strategies import DrawFn

@@ -23,7 +23,8 @@ from fsmkit.model.document import (
     DocStatement,
 )
 from fsmkit.testing.choices import Choices
-from fsmkit.testing.terms import Names, Terms
+from fsmkit.testing.terms import Terms
+from fsmkit.testing.vocabulary import Names
 
 SOURCE = Source("<random>", "")
 PLACE = Span(SOURCE, 0, 0)

@@ -22,7 +22,7 @@ from fsmkit.expressions import (
 from fsmkit.model.document import Direction
 from fsmkit.testing.choices import Choices
 from fsmkit.testing.content import SENT, TURNS, Event
-from fsmkit.testing.terms import Named, Operation, literal, literal_array
+from fsmkit.testing.vocabulary import Named, Operation, literal, literal_array
 
 COLOR = EnumType("Color", ("red", "green", "blue"))
 PAIR = RecordType(
