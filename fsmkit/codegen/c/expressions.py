@@ -121,7 +121,7 @@ class Printer:
             case EventField(name, type_):
                 return self.loaded(self._event_field(name), type_)
             case EventName():
-                return Fragment(f"{self.names.prefix}_event_symbol(m)", "uint16_t")
+                return Fragment(self._event_name(), "int")
             case InState(state):
                 return Fragment(self.names.in_state("m", state), "bool", AND)
             case Unary():
@@ -206,6 +206,15 @@ class Printer:
         if interval(index.type).lo >= 0 and interval(index.type).hi < length:
             return fragment.text
         return f"fsm_place(&m->failed, {self.cast(fragment, 'int64_t')}, {length}u)"
+
+    def _event_name(self) -> str:
+        """Return the number of the name of the event at hand, 0 where there is none."""
+        chart = self.names.chart
+        choice = "0"
+        for event in reversed(self.events or range(len(chart.events))):
+            symbol = self.names.symbol(chart.events[event].name)
+            choice = f"m->event.event == {self.names.events[event]} ? {symbol} : {choice}"
+        return f"({choice})"
 
     def _event_field(self, name: str) -> str:
         having = [
