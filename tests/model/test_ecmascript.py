@@ -1,0 +1,136 @@
+"""What only ECMAScript says: it is decided when compiling, so that every runtime agrees."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from fsmkit.testing.conformance_traces import ends_in
+from fsmkit.testing.harness import harness
+
+HEAD = (
+    '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript">'
+)
+FINALS = '<final id="pass"/><final id="fail"/></scxml>\n'
+SCRIPT = ["start 0", "run 0", "run 0", "run 5000"]
+RUNTIMES = ("interpreter", "python", "c")
+
+
+def asking(condition: str, data: str = "", entry: str = "") -> str:
+    """Return a chart that passes where a condition holds for the event `go`, raised or sent."""
+    return (
+        f"{HEAD}<datamodel>{data}</datamodel>"
+        f'<state id="s"><onentry>{entry or "<raise event=" + chr(34) + "go" + chr(34) + "/>"}'
+        f'</onentry><transition event="go" cond="{condition}" target="pass"/>'
+        f'<transition event="*" target="fail"/></state>{FINALS}'
+    )
+
+
+N = '<data id="n" expr="3"/><data id="x" expr="0.5"/><data id="s" expr="\'on\'"/><data id="u"/>'
+SENT = '<send event="go"><content>{}</content></send>'
+
+HOLD = [
+    ("n &amp;&amp; x &amp;&amp; s", N, ""),
+    ("!(n - 3)", N, ""),
+    ("!''", "", ""),
+    ("typeof n === 'number' &amp;&amp; typeof s == 'string'", N, ""),
+    ("typeof u === 'undefined' &amp;&amp; u == null &amp;&amp; n != undefined", N, ""),
+    ("typeof nowhere === 'undefined'", "", ""),
+    ("u !== undefined", N, '<assign location="u" expr="1"/><raise event="go"/>'),
+    ("l instanceof Array", '<data id="l" expr="[1, 2]"/>', ""),
+    ("'origin' in _event", "", ""),
+    ("_name == 'M' &amp;&amp; _sessionid", "", ""),
+    ("_event.type == 'internal' &amp;&amp; typeof _event.origin === 'undefined'", "", ""),
+    ("_event.type == 'external' &amp;&amp; _event.origin == '#_scxml_M'", "", '<send event="go"/>'),
+    ("Math.pow(n, 3) === 27", N, ""),
+    ("_event.data === 21", "", SENT.format(21)),
+    ("_event.data == 'two words'", "", SENT.format(" two\n  words ")),
+    ("_event.data['size'] == 27", "", SENT.format('{"name": "bar", "size": 27}')),
+    ("typeof _event.data === 'undefined'", "", '<send event="go"/>'),
+]
+
+
+@pytest.mark.parametrize(("condition", "data", "entry"), HOLD)
+def test_conditions_that_hold(scxml: Any, condition: str, data: str, entry: str) -> None:
+    chart = scxml(asking(condition, data, entry)).chart
+    for runtime in RUNTIMES[:2]:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+@pytest.mark.parametrize(("condition", "data", "entry"), HOLD)
+def test_their_negations_fail(scxml: Any, condition: str, data: str, entry: str) -> None:
+    chart = scxml(asking(f"!({condition})", data, entry)).chart
+    assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("fail",)
+
+
+CHOSEN = """<onentry><assign location="v" expr="{}"/>{}</onentry>"""
+
+
+@pytest.mark.parametrize(
+    ("value", "content"),
+    [
+        ("'go'", '<send eventexpr="v"/>'),
+        ("'#_internal'", '<send event="go" targetexpr="v"/>'),
+        ("'2s'", '<send event="late" delay="3s"/><send event="go" delayexpr="v"/>'),
+        (
+            "'one'",
+            '<send event="late" id="one" delay="1s"/><send event="go" delay="2s"/>'
+            + '<cancel sendidexpr="v"/>',
+        ),
+    ],
+)
+def test_attributes_from_variables(scxml: Any, value: str, content: str) -> None:
+    chart = scxml(
+        f"""{HEAD}<datamodel><data id="v" expr="'late'"/></datamodel>"""
+        f'<state id="s">{CHOSEN.format(value, content)}'
+        '<transition event="go" target="pass"/><transition event="*" target="fail"/></state>'
+        f"{FINALS}"
+    ).chart
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+def test_a_variable_given_anything_else_is_told(scxml: Any) -> None:
+    data = '<data id="v" expr="\'go\'"/>'
+    entry = '<assign location="v" expr="_event.name"/><send eventexpr="v"/>'
+    result = scxml(asking("true", data, entry))
+    assert "computed at run time" in result.one("content-not-evaluable").message
+
+
+@pytest.mark.parametrize("name", ["_name", "_sessionid", "_ioprocessors", "_event"])
+def test_system_variables_cannot_be_assigned(scxml: Any, name: str) -> None:
+    entry = f'<assign location="{name}" expr="1"/>'
+    text = asking("true", "", entry).replace('event="go"', 'event="error.execution"')
+    chart = scxml(text).chart
+    assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("pass",)
+
+
+def test_an_increment_in_an_expression_is_told(scxml: Any) -> None:
+    result = scxml(asking("++n == 4", N))
+    assert "`++` is outside" in result.one("content-not-evaluable").message
+
+
+def test_done_data_of_no_value_is_an_error_before_the_event(scxml: Any) -> None:
+    chart = scxml(
+        f'{HEAD}<state id="s" initial="f"><transition event="error.execution" target="t"/>'
+        '<transition event="done.state.s" target="fail"/>'
+        '<final id="f"><donedata><param name="p" expr="a.b.c"/></donedata></final></state>'
+        '<state id="t"><transition event="done.state.s" '
+        'cond="typeof _event.data === \'undefined\'" target="pass"/></state>'
+        f"{FINALS}"
+    ).chart
+    for runtime in RUNTIMES[:2]:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+def test_the_name_of_the_event_in_entry_content(scxml: Any) -> None:
+    chart = scxml(
+        f'{HEAD}<datamodel><data id="v"/></datamodel><state id="s"><onentry><raise event="go"/>'
+        '</onentry><transition event="go" target="t"/></state><state id="t"><onentry>'
+        '<raise event="other"/><assign location="v" expr="_event.name"/></onentry>'
+        '<transition cond="v == \'go\'" target="pass"/>'
+        f'<transition event="*" target="fail"/></state>{FINALS}'
+    ).chart
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
