@@ -13,6 +13,14 @@ FULL, FAULT, UNHANDLED = 0, 1, 2
 """Notes of a step of a machine; from the last on, one for each event that was not answered."""
 
 
+MOST_RUNS = 1 << 16
+"""Sequences of choices tried for one step; with more, the exploration is given up."""
+
+
+class TooManyChoices(Exception):  # noqa: N818  (a limit, not an error)
+    """One step makes more choices than can be tried."""
+
+
 class Action(Enum):
     """What a step is; the names are those of ``core/main.c``."""
 

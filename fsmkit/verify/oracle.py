@@ -15,7 +15,7 @@ from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Figures, Mark, Trail, first_mark
 from fsmkit.verify.graph import find_cycle, find_traps
 from fsmkit.verify.judge import judge
-from fsmkit.verify.moves import FULL, Action, Message, Outcome, Step, View, Who
+from fsmkit.verify.moves import FULL, Action, Message, Outcome, Step, TooManyChoices, View, Who
 from fsmkit.verify.steps import LocalSteps
 
 State = tuple[int, ...]
@@ -208,7 +208,7 @@ class Oracle:
     ) -> Exploration:
         """Search until all is known, ``until`` was seen, time is up, or the user interrupts."""
         began = time.monotonic()
-        end, expanded, depth, layer_end = End.COMPLETE, 0, 0, 0
+        end, why, expanded, depth, layer_end = End.COMPLETE, "", 0, 0, 0
         try:
             for ordinal, edge in enumerate(self.initial()):
                 self._visit(-1, ordinal, edge)
@@ -231,11 +231,13 @@ class Oracle:
                     break
         except KeyboardInterrupt:
             end = End.INTERRUPTED
+        except TooManyChoices:
+            end, why = End.FAILED, "too many combinations of choices in one step"
         complete = end is End.COMPLETE
         return Exploration(
             engine="python",
             end=end,
-            why="",
+            why=why,
             states=len(self._order),
             expanded=expanded,
             transitions=self._transitions,

@@ -39,12 +39,14 @@ from fsmkit.verify.closed import Closed
 from fsmkit.verify.moves import (
     FAULT,
     FULL,
+    MOST_RUNS,
     UNHANDLED,
     Action,
     Chooser,
     Message,
     Outcome,
     Step,
+    TooManyChoices,
     View,
     Who,
 )
@@ -190,7 +192,11 @@ class LocalSteps:
         """Take a step with every sequence of choices; the same effect counts once."""
         chooser = Chooser(self.closed.results[machine])
         found: dict[tuple[Snapshot, tuple[Message, ...], tuple[int, ...]], Outcome] = {}
+        runs = 0
         while True:
+            runs += 1
+            if runs > MOST_RUNS:
+                raise TooManyChoices
             done = self.perform(machine, snapshot, what, chooser)
             if done is not None:
                 self._cover(self.coverage[machine], done)

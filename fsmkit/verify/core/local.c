@@ -288,7 +288,7 @@ bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_ac
     listen_to(self, machine);
     fsm_recorder_forget();
     do {
-        enum { MOST_RUNS = 1 << 20 };
+        enum { MOST_RUNS = 1 << 16 };
         if (++runs > MOST_RUNS)
             return fsm_fail(self, "too many combinations of choices in one step");
         memcpy(self->after, self->before, m->size);
