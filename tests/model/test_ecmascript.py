@@ -64,6 +64,7 @@ def test_their_negations_fail(scxml: Any, condition: str, data: str, entry: str)
     assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("fail",)
 
 
+LATER = '<send event="late" id="one" delay="1s"/><send event="go" delay="2s"/>'
 CHOSEN = """<onentry><assign location="v" expr="{}"/>{}</onentry>"""
 
 
@@ -75,8 +76,7 @@ CHOSEN = """<onentry><assign location="v" expr="{}"/>{}</onentry>"""
         ("'2s'", '<send event="late" delay="3s"/><send event="go" delayexpr="v"/>'),
         (
             "'one'",
-            '<send event="late" id="one" delay="1s"/><send event="go" delay="2s"/>'
-            + '<cancel sendidexpr="v"/>',
+            LATER + '<cancel sendidexpr="v"/>',
         ),
     ],
 )
