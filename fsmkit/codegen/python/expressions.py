@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
-from typing import assert_never
+from functools import cache
+from typing import Any, assert_never
 
 from fsmkit.codegen.python.names import Names
 from fsmkit.diagnostics import Span
@@ -331,9 +332,15 @@ def parts_of(node: object) -> tuple[object, ...]:
     """Return what a node of a tree is made of, without its place."""
     if isinstance(node, tuple):
         return node
-    if isinstance(node, Span) or not is_dataclass(node):
+    kind: type[Any] = type(node)
+    return tuple([getattr(node, name) for name in _part_names(kind)])
+
+
+@cache
+def _part_names(kind: type[Any]) -> tuple[str, ...]:
+    if kind is Span or not is_dataclass(kind):
         return ()
-    return tuple(getattr(node, part.name) for part in fields(node))
+    return tuple(part.name for part in fields(kind) if part.name != "span")
 
 
 def _is_never_zero(expr: Expr) -> bool:

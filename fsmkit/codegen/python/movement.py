@@ -102,18 +102,18 @@ def conflict_tables(plan: Plan) -> dict[str, object]:
     if not has_regions(chart):
         return {"OUTER": (), "CLASHES": ()}
     domains = [domain_of(plan, t) for t in chart.transitions]
-    outer = [
-        sum(1 << u.index for u in chart.transitions if chart.is_descendant(t.source, u.source))
-        for t in chart.transitions
-    ]
-    clashes = [
-        sum(
-            1 << n
-            for n, b in enumerate(domains)
-            if a is not None and b is not None and _is_related(chart, a, b)
-        )
-        for a in domains
-    ]
+    by_source = [0] * len(chart.states)
+    by_domain = dict.fromkeys([d for d in domains if d is not None], 0)
+    for t, domain in zip(chart.transitions, domains, strict=True):
+        by_source[t.source] |= 1 << t.index
+        if domain is not None:
+            by_domain[domain] |= 1 << t.index
+    meeting = {
+        a: sum(found for b, found in by_domain.items() if _is_related(chart, a, b))
+        for a in by_domain
+    }
+    outer = [sum(by_source[a] for a in chart.ancestors(t.source)) for t in chart.transitions]
+    clashes = [0 if domain is None else meeting[domain] for domain in domains]
     return {"OUTER": tuple(outer), "CLASHES": tuple(clashes)}
 
 
