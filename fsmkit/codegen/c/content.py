@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import assert_never
 
-from fsmkit.codegen.c.expressions import Printer, can_fail, needs_order
+from fsmkit.codegen.c.effects import can_fail, needs_order
+from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter

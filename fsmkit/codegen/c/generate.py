@@ -36,7 +36,7 @@ def generate_machine(chart: Chart, prefix: str | None = None) -> Machine:
     width = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4, "uint64_t": 8}[event_type(names)]
     needs = Needs(
         remembered=len(source.selection.remembered),
-        delayed=source.delays,
+        delayed=names.delays,
         reply=reply_type(chart),
         event_size=payload + width,
         event_alignment=max(alignment, width),
@@ -45,7 +45,7 @@ def generate_machine(chart: Chart, prefix: str | None = None) -> Machine:
     figures = _figures(names, layout, needs)
     texts = {
         f"{names.prefix}.h": header(names, layout, figures),
-        f"{names.prefix}.c": source.text(layout),
+        f"{names.prefix}.c": source.text(),
         "fsm.h": (LIBRARY / "fsm.h").read_text(encoding="utf-8"),
         "fsm.c": (LIBRARY / "fsm.c").read_text(encoding="utf-8"),
     }

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from fsmkit.codegen.c.content import ContentPrinter
-from fsmkit.codegen.c.expressions import Printer, can_fail
+from fsmkit.codegen.c.effects import can_fail
+from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
 from fsmkit.expressions import default_value
@@ -100,9 +101,7 @@ class MovePrinter:
             printer = Printer(names)
             place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
             literal = printer.literal(default_value(part.type), part.type)
-            out.line(
-                f"{place} = {printer.cast(literal, 'bool' if literal.ctype == 'bool' else literal.ctype)};"
-            )
+            out.line(f"{place} = {printer.cast(literal, literal.ctype)};")
             if number < len(data):
                 text = printer.value(data[number], part.type)
                 out.open("{")
@@ -268,7 +267,7 @@ class MovePrinter:
     def _restore_region(
         self, out: Emitter, history: int, region: Region, top: int, *, include_top: bool
     ) -> None:
-        chart, plan = self.chart, self.plan
+        chart = self.chart
         with out.block(f"switch (m->{self.names.histories[history, region.index]}) {{"):
             for leaf in region.states:
                 kind = chart.states[leaf].kind

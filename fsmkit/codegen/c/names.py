@@ -9,33 +9,38 @@ from pathlib import PurePath
 from fsmkit.emit import Namer, snake
 from fsmkit.expressions import EnumType, RecordType
 from fsmkit.model.chart import Chart, Operation
-from fsmkit.model.document import Direction
+from fsmkit.model.document import Direction, Trigger
 from fsmkit.plan import Plan
 
-KEYWORDS = frozenset(
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+KEYWORDS = _words(
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const "
     "constexpr continue decltype default delete do double else enum explicit export extern false "
     "float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr "
     "operator or or_eq private protected public register restrict return short signed sizeof "
     "static struct switch template this throw true try typedef typeid typename typeof union "
-    "unsigned using virtual void volatile wchar_t while xor xor_eq m linux unix".split()
+    "unsigned using virtual void volatile wchar_t while xor xor_eq m linux unix"
 )
 """Of C and C++ both, since the header is read by either; ``m`` is the machine everywhere."""
 
-MEMBERS = frozenset(
+MEMBERS = _words(
     "now timers queue deferred internal delayed event fault failed budget timer_count queue_count "
     "deferred_count internal_count delayed_count running finished busy "
-    "reply asked unhandled rejected spare_".split()
+    "reply asked unhandled rejected spare_"
 )
 """Members of the struct that no variable may be called."""
 
-FUNCTIONS = frozenset(
+FUNCTIONS = _words(
     "init start post run dispatch next_deadline in finished fault active rebase state event symbol "
     "state_name event_name event_text delayed step_event step_timer step_eventless count stop "
     "take_out has_room raise error end_block send holds guard_holds clamp clamp_u clamp_f "
     "truncate_f fault_i fault_u fault_f arm delay undelay cancel add selection conflict "
     "remove_conflicts microstep take take_eventless react settle begin macrostep unhandled leave "
-    "act enter record domain emit is_deferred select_event select_eventless event_symbol".split()
+    "act enter record domain emit is_deferred select_event select_eventless event_symbol"
 )
 """What follows the prefix in the names of functions and types that every machine has."""
 
@@ -78,6 +83,22 @@ class Names:
     def chart(self) -> Chart:
         """The chart."""
         return self.plan.chart
+
+    @property
+    def delays(self) -> bool:
+        """Whether events are sent later; known when all content is printed."""
+        return "delay" in self.used
+
+    @property
+    def has_timers(self) -> bool:
+        """Whether there are timeouts."""
+        timed = (Trigger.AFTER, Trigger.EVERY)
+        return any(t.trigger in timed for t in self.chart.transitions)
+
+    @property
+    def defers(self) -> bool:
+        """Whether some state keeps events for later."""
+        return any(state.defer for state in self.chart.states)
 
     def symbol(self, text: str) -> int:
         """Return the number of an interned string."""

@@ -10,7 +10,8 @@ from __future__ import annotations
 import re
 
 from fsmkit.codegen.c.content import ContentPrinter
-from fsmkit.codegen.c.expressions import Printer, can_fail, has_effect
+from fsmkit.codegen.c.effects import can_fail, has_effect
+from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition

@@ -1,0 +1,164 @@
+"""The functions a host calls, beside those that step: making, posting, asking, names."""
+
+from __future__ import annotations
+
+from fsmkit.codegen.c.content import quoted
+from fsmkit.codegen.c.expressions import Printer, literal_initializer
+from fsmkit.codegen.c.header import parameters
+from fsmkit.codegen.c.names import Names, posted_events
+from fsmkit.codegen.c.types import storage
+from fsmkit.emit import Emitter
+from fsmkit.expressions import ArrayType, Field, RecordType
+
+
+class InterfacePrinter:
+    """Prints them."""
+
+    def __init__(self, names: Names) -> None:
+        """Print with these names."""
+        self.names = names
+        self.chart = names.chart
+
+    def print(self, out: Emitter) -> None:
+        """Print all of them."""
+        self._interface(out)
+        self._names(out)
+
+    def _interface(self, out: Emitter) -> None:
+        names, chart = self.names, self.chart
+        p = names.prefix
+        printer = Printer(names)
+        out.line(f"void {p}_init({p} *m)")
+        with out.block("{"):
+            out.line("unsigned char *bytes = (unsigned char *)m;")
+            out.line("for (size_t i = 0u; i < sizeof *m; i++)")
+            with out.indented():
+                out.line("bytes[i] = 0u;")
+            for variable in (*chart.inputs, *chart.outputs, *chart.data):
+                self._initialize(out, variable.name, variable.init.value, variable.type, printer)
+        out.line()
+        for event in posted_events(chart):
+            self._post(out, event)
+        has_timers = self.names.has_timers or self.names.delays
+        out.line(f"bool {p}_next_deadline(const {p} *m, uint32_t *deadline)")
+        with out.block("{"):
+            if has_timers:
+                out.line("if (m->timer_count == 0u)")
+                with out.indented():
+                    out.line("return false;")
+                out.line("*deadline = m->timers[0].deadline;")
+                out.line("return true;")
+            else:
+                out.lines(["(void)m;", "(void)deadline;", "return false;"])
+        out.line()
+        out.line(f"void {p}_rebase({p} *m, uint32_t now)")
+        with out.block("{"):
+            if has_timers:
+                out.line("for (uint8_t i = 0u; i < m->timer_count; i++)")
+                with out.indented():
+                    out.line("m->timers[i].deadline -= now;")
+            out.line("m->now -= now;")
+        out.line()
+        out.line(f"bool {p}_finished(const {p} *m)\n{{\n    return m->finished;\n}}\n")
+        out.line(f"fsm_fault {p}_fault(const {p} *m)\n{{\n    return (fsm_fault)m->fault;\n}}\n")
+        self._in_state(out)
+
+    def _initialize(
+        self, out: Emitter, name: str, value: object, type_: object, printer: Printer
+    ) -> None:
+        names = self.names
+        member = f"m->{names.variables[name]}"
+        if isinstance(type_, ArrayType | RecordType):
+            ctype = storage(type_, names.records).text
+            text = literal_initializer(value, type_, printer)  # type: ignore[arg-type]
+            if isinstance(type_, RecordType):
+                with out.block("{"):
+                    out.line(f"const {ctype} initial = {text};")
+                    out.line(f"{member} = initial;")
+            else:
+                with out.block("{"):
+                    out.line(f"static const {ctype} initial[{type_.length}] = {text};")
+                    out.line(f"for (uint32_t i = 0u; i < {type_.length}u; i++)")
+                    with out.indented():
+                        out.line(f"{member}[i] = initial[i];")
+            return
+        if value in (0, False, ""):
+            return
+        text = literal_initializer(value, type_, printer)  # type: ignore[arg-type]
+        out.line(f"{member} = {text};")
+
+    def _post(self, out: Emitter, event: int) -> None:
+        names = self.names
+        p = names.prefix
+        fields = names.chart.events[event].fields
+        name = names.event_names[event]
+        out.line(f"bool {p}_post_{name}({p} *m{parameters(fields, names)})")
+        with out.block("{"):
+            out.line(f"{p}_event e = no_event;")
+            out.line(f"e.event = {names.events[event]};")
+            self._fill(out, fields, f"e.of.{names.payloads[event]}")
+            out.line(f"return {p}_post(m, &e);")
+        out.line()
+
+    def _fill(self, out: Emitter, fields: tuple[Field, ...], payload: str) -> None:
+        for part in fields:
+            name = self.names.field(part.name)
+            if isinstance(part.type, ArrayType):
+                out.line(f"for (uint32_t i = 0u; i < {part.type.length}u; i++)")
+                with out.indented():
+                    out.line(f"{payload}.{name}[i] = {name}[i];")
+            else:
+                out.line(f"{payload}.{name} = {name};")
+
+    def _in_state(self, out: Emitter) -> None:
+        names, chart = self.names, self.chart
+        p = names.prefix
+        out.line(f"bool {p}_in(const {p} *m, {p}_state state)")
+        with out.block("{"), out.block("switch (state) {"):
+            for state in chart.states:
+                if not state.is_history:
+                    out.line(f"case {names.states[state.index]}:")
+                    with out.indented():
+                        out.line(f"return {_ungroup(names.in_state('m', state.index))};")
+            out.line(f"case {names.upper}_STATES:")
+            out.line("default:")
+            with out.indented():
+                out.line("return false;")
+        out.line()
+        leaves = ", ".join(names.states[s.index] for s in chart.states if s.is_leaf)
+        out.line(f"uint16_t {p}_active(const {p} *m, {p}_state *states, uint16_t room)")
+        with out.block("{"):
+            out.line(f"static const {p}_state leaves[] = {{{leaves}}};")
+            out.line("uint16_t count = 0u;")
+            each = "for (size_t i = 0u; i < sizeof leaves / sizeof leaves[0]; i++) {"
+            with out.block(each), out.block(f"if ({p}_in(m, leaves[i])) {{"):
+                out.line("if (count < room)")
+                with out.indented():
+                    out.line("states[count] = leaves[i];")
+                out.line("count++;")
+            out.line("return count;")
+        out.line()
+
+    def _names(self, out: Emitter) -> None:
+        names, chart = self.names, self.chart
+        p = names.prefix
+        tables = (
+            ("state_name", f"{p}_state", [s.id for s in chart.states]),
+            ("event_text", "uint32_t", ["", *(e.name for e in chart.events)]),
+            ("symbol", "uint32_t", names.symbols),
+        )
+        out.line("#ifndef FSM_NO_NAMES")
+        for name, parameter, texts in tables:
+            out.line()
+            out.line(f"const char *{p}_{name}({parameter} number)")
+            with out.block("{"):
+                with out.block("static const char *const texts[] = {", "};"):
+                    out.lines(f"{quoted(text)}," for text in texts)
+                out.line(
+                    'return (size_t)number < sizeof texts / sizeof texts[0] ? texts[number] : "?";'
+                )
+        out.lines(["", "#endif"])
+
+
+def _ungroup(text: str) -> str:
+    return text[1:-1] if text.startswith("(") and text.endswith(")") else text
