@@ -11,14 +11,28 @@ from fsmkit.model.document import Kind
 def reachable_states(chart: Chart) -> frozenset[int]:
     """Return the states that some sequence of transitions enters; an upper bound."""
     reached: set[int] = set()
-    pending = list(entered(chart, [0]))
+    by_default: set[int] = set()
+    """Those of them whose default entry, or all of whose regions, have been looked at."""
+    pending = [0]
     while pending:
-        state = pending.pop()
-        if state in reached:
+        index = pending.pop()
+        if index in by_default:
             continue
-        reached.add(state)
-        for transition in chart.states[state].transitions:
-            pending += entered(chart, chart.transitions[transition].targets)
+        by_default.add(index)
+        state = chart.states[index]
+        if state.initial is not None:
+            pending += chart.transitions[state.initial].targets
+        if state.kind is Kind.PARALLEL:
+            pending += [c for c in state.children if not chart.states[c].is_history]
+        above: int | None = index
+        while above is not None and above not in reached:
+            reached.add(above)
+            around = chart.states[above]
+            if around.kind is Kind.PARALLEL:
+                pending.append(above)
+            for transition in around.transitions:
+                pending += chart.transitions[transition].targets
+            above = around.parent
     return frozenset(reached)
 
 

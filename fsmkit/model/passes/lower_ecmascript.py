@@ -11,6 +11,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cache
+from typing import TYPE_CHECKING
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.expressions import flag_of, location_of_session
@@ -33,6 +35,9 @@ from fsmkit.model.document import (
     DocUnreadable,
 )
 from fsmkit.model.literal_content import content_value, members, string
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
 ASKED = re.compile(
@@ -65,7 +70,8 @@ class _Lowering:
     def run(self) -> Document:
         document = self.document
         data = [*document.data]
-        for part in _parts(document):
+        parts = tuple(_parts(document))
+        for part in parts:
             match part:
                 case DocData(name, _, init) if init is not None:
                     self._learn(name, init)
@@ -79,10 +85,15 @@ class _Lowering:
                     self._learn(location, None)
                 case _:
                     pass
-        declared = {part.name.value: part for part in _parts(document) if isinstance(part, DocData)}
+        hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
+        declared = {
+            part.name.value: part
+            for part in parts
+            if isinstance(part, DocData) and part.name.value not in hosts
+        }
         asked = {
             name
-            for part in _parts(document)
+            for part in parts
             if isinstance(part, Text)
             for match in ASKED.finditer(part.value)
             for name in match.groups()
@@ -98,8 +109,7 @@ class _Lowering:
                     replace(at, value="false" if start is None else "true", offsets=()),
                 )
             )
-        for written in (*document.inputs, *document.outputs):
-            self.values[written.name.value] = None
+        self.values |= dict.fromkeys(hosts)
         return replace(
             document,
             data=tuple(data),
@@ -250,13 +260,22 @@ def _payload(content: Text) -> tuple[DocArgument, ...]:
     )
 
 
-def _parts(part: object) -> Iterator[object]:
-    """Return everything in a piece of a document, places left aside."""
-    yield part
-    if isinstance(part, tuple):
-        for inner in part:
-            yield from _parts(inner)
-    elif is_dataclass(part) and not isinstance(part, Text):
-        for known in fields(part):
-            if known.name not in ("span", "source"):
-                yield from _parts(getattr(part, known.name))
+def _parts(whole: object) -> Iterator[object]:
+    """Return everything in a document, in order; places and invoked charts are left aside."""
+    left = [whole]
+    while left:
+        part = left.pop()
+        yield part
+        if isinstance(part, tuple):
+            left.extend(reversed(part))
+        elif isinstance(part, Document) and part is not whole:
+            continue
+        elif is_dataclass(part) and not isinstance(part, Text | type):
+            left.extend(getattr(part, name) for name in _field_names(type(part)))
+
+
+@cache
+def _field_names(kind: type[DataclassInstance]) -> tuple[str, ...]:
+    """Return what a piece of a document holds, the last first."""
+    names = [known.name for known in fields(kind)]
+    return tuple(name for name in reversed(names) if name not in ("span", "source"))

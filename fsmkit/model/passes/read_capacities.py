@@ -45,7 +45,7 @@ def _count(capacity: DocCapacity, findings: Findings) -> int | None:
         )
         return None
     low, high = LIMITS[name]
-    if not (text.isascii() and text.isdigit() and low <= int(text) <= high):
+    if not (text.isascii() and text.isdigit() and len(text) < 20 and low <= int(text) <= high):
         findings.add(
             "bad-capacity",
             f"the capacity `{name}` is a whole number from {low} to {high}, not `{text}`",
