@@ -86,7 +86,7 @@ class CEngine:
         command = compiler()
         if command is None:
             raise fail(
-                "no-compiler",
+                "no-c-compiler",
                 "there is no C compiler",
                 help="install `cc`, name one in CC, or use `--engine python`",
             )

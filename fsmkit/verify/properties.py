@@ -7,7 +7,7 @@ active. Both become variables of the expression that the data language reads.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 
@@ -56,7 +56,7 @@ class _Reader:
             if match["tested"] is not None:
                 names = [machine.name for machine in self.machines]
                 group = text.part(*match.span("tested"))
-                self.unknown("machine", name, names, group)
+                self.unknown("there is no machine", name, names, group)
             return None
         if match["tested"] is not None:
             return self._state(index, match["state"], text.part(*match.span("state")))
@@ -66,7 +66,7 @@ class _Reader:
         machine = self.machines[index]
         number = machine.chart.state_index.get(state)
         if number is None:
-            self.unknown(f"state of `{machine.name}`", state, machine.chart.state_index, at)
+            self.unknown(f"`{machine.name}` has no state", state, machine.chart.state_index, at)
             return None
         safe = re.sub(r"\W", "_", state)
         return self._named(f"{machine.name}__In__{safe}", Atom(index, number), BOOL)
@@ -78,7 +78,7 @@ class _Reader:
             help_ = None
             if name in machine.chart.state_index:
                 help_ = f"whether a state is active is written `{machine.name}.In({name})`"
-            self.unknown(f"variable of `{machine.name}`", name, types, at, help_)
+            self.unknown(f"`{machine.name}` has no variable", name, types, at, help_)
             return None
         return self._named(f"{machine.name}__{name}", Atom(index, variable=name), types[name])
 
@@ -94,11 +94,13 @@ class _Reader:
     ) -> None:
         """Tell that there is no such name."""
         self.failed = True
-        names = [str(n) for n in known] if isinstance(known, dict | list) else []
+        names = [str(n) for n in known] if isinstance(known, Iterable) else []
         close = get_close_matches(name, names, 1)
-        suggestion = f"did you mean `{close[0]}`?" if close else None
-        message = f"there is no {what} `{name}`"
-        self.findings.add("unknown-name", message, at, help=help_ or suggestion)
+        some = ", ".join(f"`{n}`" for n in names[:8])
+        suggestion = f"did you mean `{close[0]}`?" if close else f"use one of {some}"
+        if not names:
+            suggestion = "remove it: there is none"
+        self.findings.add("unknown-name", f"{what} `{name}`", at, help=help_ or suggestion)
 
 
 def read_condition(

@@ -85,7 +85,12 @@ def read_system(
     if findings.has_errors or name is None:
         return None
     if not machines:
-        findings.add("empty-system", f"the system `{name}` has no machines", name)
+        findings.add(
+            "empty-system",
+            f"the system `{name}` has no machines",
+            name,
+            help="name charts under `machines`",
+        )
         return None
     surroundings = read_environment(parts.get("environment"), machines, findings)
     machines = tuple(
