@@ -332,7 +332,7 @@ def parts_of(node: object) -> tuple[object, ...]:
     """Return what a node of a tree is made of, without its place."""
     if isinstance(node, tuple):
         return node
-    kind: type[Any] = type(node)
+    kind: Any = type(node)
     return tuple([getattr(node, name) for name in _part_names(kind)])
 
 

@@ -239,9 +239,10 @@ def _conditions(out: Lines, needs: Needs) -> None:
 
 def _tables(out: Lines, names: Names) -> None:
     text = out.finish()
+    defined = set(re.findall(r"^    def (\w+)\(", text, re.MULTILINE))
 
     def table(name: str, methods: list[str]) -> None:
-        entries = [m if f"    def {m}(" in text else "None" for m in methods]
+        entries = [m if m in defined else "None" for m in methods]
         _wrapped(out, f"{name}: {template.machine().constants[name]} = (", entries, ")")
 
     out.line()

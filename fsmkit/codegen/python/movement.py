@@ -117,10 +117,6 @@ def conflict_tables(plan: Plan) -> dict[str, object]:
     return {"OUTER": tuple(outer), "CLASHES": tuple(clashes)}
 
 
-def _is_at(chart: Chart, state: int, ancestor: int) -> bool:
-    return state == ancestor or chart.is_descendant(state, ancestor)
-
-
 def _is_related(chart: Chart, a: int, b: int) -> bool:
     return a == b or chart.is_descendant(a, b) or chart.is_descendant(b, a)
 
@@ -279,18 +275,29 @@ class _Mover:
         domain = variant.domain
         if domain is None:
             return
-        below = [s for s in real_below(self._chart, domain) if self._can_be_active(s, source)]
+        below = self._active_with(source, domain)
         self._out.line(f"gone = self._active & {mask(self._names, below)}")
         self._record(below)
         self._out.line("self._exit(gone)")
 
-    def _can_be_active(self, state: int, source: int) -> bool:
-        """Whether a state can be active while another is: on its path, or in another region."""
+    def _active_with(self, source: int, domain: int) -> list[int]:
+        """Return the states below a domain that can be active while a state in it is.
+
+        Those on its path, those in other regions, and all below it.
+        """
         chart = self._chart
-        if state == source or chart.is_descendant(state, source):
-            return True
-        common = next(a for a in (source, *chart.ancestors(source)) if _is_at(chart, state, a))
-        return common == state or chart.states[common].kind is Kind.PARALLEL
+        found = [*real_below(chart, source)]
+        at = source
+        while at != domain:
+            found.append(at)
+            parent = chart.states[at].parent
+            assert parent is not None  # noqa: S101  (the domain is the source or holds it)
+            if chart.states[parent].kind is Kind.PARALLEL:
+                for child in real_children(chart, parent):
+                    if child != at:
+                        found += (child, *real_below(chart, child))
+            at = parent
+        return sorted(found)
 
     def _record(self, gone: list[int]) -> None:
         """Record the histories of all states that are left, before any of them is (SCXML 3.10)."""
