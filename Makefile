@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: demo test lint tools bless differential bench clean
+.PHONY: demo test lint tools bless differential bench fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -33,6 +33,22 @@ lint: $(VENV)/ready
 CHARTS ?= 1000
 differential: $(VENV)/ready
 	$(BIN)/python -m fsmkit.testing.differential --charts $(CHARTS)
+
+# Seconds and calls of functions, stage by stage, for charts of 1,000 and 10,000 states.
+bench: $(VENV)/ready
+	$(BIN)/python benchmarks/scaling.py
+
+# Random bytes, led by coverage, through both front ends and the readers of expressions.
+FUZZ_SECONDS ?= 60
+FUZZ := yaml scxml expressions
+fuzz: $(VENV)/ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fuzz]'
+	for target in $(FUZZ); do \
+	  mkdir -p build/fuzz/$$target && \
+	  $(BIN)/python fuzz/fuzz_$$target.py -max_total_time=$(FUZZ_SECONDS) -timeout=5 \
+	    -rss_limit_mb=1024 -max_len=4096 -artifact_prefix=build/fuzz/$$target- \
+	    build/fuzz/$$target || exit 1; \
+	done
 
 # Rewrites the golden files; look at the difference before you commit it.
 bless: $(VENV)/ready

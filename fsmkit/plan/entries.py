@@ -69,13 +69,20 @@ def _inside(
     history = next((t for t in targets if _is_history_of(chart, t, state)), None)
     if history is not None:
         return history, (_history(chart, state, history, targets),)
-    children = [c for c in chart.states[state].children if not chart.states[c].is_history]
     if chart.states[state].kind is Kind.PARALLEL:
+        children = [c for c in chart.states[state].children if not chart.states[c].is_history]
         return None, tuple(op for child in children for op in _enter(chart, child, targets))
-    for child in children:
-        if any(t == child or chart.is_descendant(t, child) for t in targets):
-            return None, _enter(chart, child, targets)
-    return None, ()
+    towards = [_child_towards(chart, state, t) for t in targets if chart.is_descendant(t, state)]
+    return None, _enter(chart, min(towards), targets) if towards else ()
+
+
+def _child_towards(chart: Chart, state: int, descendant: int) -> int:
+    """Return the child of a state that is or holds a descendant; without looking at all of them."""
+    child = descendant
+    while (parent := chart.states[child].parent) != state:
+        assert parent is not None  # noqa: S101
+        child = parent
+    return child
 
 
 def _is_history_of(chart: Chart, target: int, state: int) -> bool:

@@ -106,7 +106,8 @@ def read_nodes(source: Source, findings: Findings) -> Element | None:
     try:
         return builder.build()
     except expat.ExpatError as error:
-        at = min(builder.place(builder.parser.ErrorByteIndex), max(0, len(source.text) - 1))
+        byte = max(0, builder.parser.ErrorByteIndex)  # negative where nothing was read
+        at = min(builder.place(byte), max(0, len(source.text) - 1))
         what = expat.ErrorString(error.code) or "it cannot be read"
         open_ = builder.open[-1].name if builder.open else ""
         mend = f"check the markup here; `<{open_}>` is still open" if open_ else None

@@ -1,0 +1,80 @@
+"""Bytes as an expression, statements, a type, a duration, a declaration."""
+
+from __future__ import annotations
+
+import atheris
+
+with atheris.instrument_imports(include=["fsmkit"]):
+    from fuzzing import fuzz
+
+    from fsmkit.diagnostics import Findings, Source, Span, Text
+    from fsmkit.expressions import (
+        BOOL,
+        FLOAT64,
+        INT32,
+        ArrayType,
+        EnumType,
+        Field,
+        IntType,
+        Scope,
+        Signature,
+        Storage,
+        fold,
+        read_duration,
+        read_type,
+        spell,
+        type_call,
+        type_expression,
+        type_location,
+    )
+    from fsmkit.model.declaration_text import read_signature, read_typed
+    from fsmkit.model.statement_text import read_statements, write_statements
+
+FAULT = EnumType("Fault", ("none", "lost", "jam"))
+RANGE = IntType(0, 4000)
+
+
+def scope(dialect: str) -> Scope:
+    """Return a scope with something of each kind in it."""
+    return Scope(
+        variables={
+            "a": (RANGE, Storage.DATA),
+            "b": (INT32, Storage.DATA),
+            "f": (FLOAT64, Storage.DATA),
+            "flag": (BOOL, Storage.INPUT),
+            "list": (ArrayType(RANGE, 4), Storage.DATA),
+            "code": (FAULT, Storage.OUTPUT),
+        },
+        types={"Fault": FAULT},
+        operations={"goto": Signature((Field("position", RANGE),), BOOL)},
+        states={"idle": 1},
+        event_fields={"n": RANGE},
+        dialect=dialect,
+    )
+
+
+SCOPES = tuple(scope(dialect) for dialect in ("fsmkit", "ecmascript"))
+
+
+def target(content: bytes) -> None:
+    """Read a text as everything it could be; what is typed can be folded, and spelt again."""
+    value = content[1:].decode("utf-8", errors="replace")
+    text = Text(value, Span(Source("fuzz", value), 0, len(value)))
+    here = SCOPES[content[0] % 2 if content else 0]
+    for read in (type_expression, type_location, type_call, read_type, read_duration):
+        findings = Findings()
+        result = read(text, here, findings)
+        assert (result is None) == findings.has_errors, (read.__name__, value)
+        if read is type_expression and result is not None:
+            fold(result)
+            spell(result)
+    read_signature(text, Findings())
+    read_typed(text, Findings())
+    findings = Findings()
+    block = read_statements(text, findings)
+    if not findings.has_errors:
+        write_statements(block)
+
+
+if __name__ == "__main__":
+    fuzz(target, ".expressions")
