@@ -1,0 +1,117 @@
+"""What random charts have found, kept: every runtime gives the one trace that is right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fsmkit.loading import load
+from fsmkit.model.chart import Chart
+from fsmkit.testing.harness import Harness, harnesses
+
+FROM_WITHIN = """\
+chart: FromWithin
+events: {in: [go, back]}
+initial: outside
+states:
+  outer:
+    initial: both
+    states:
+      both:
+        regions:
+          one:
+            initial: s6
+            states: {s6: {}, s7: {}}
+          two:
+            initial: s10
+            states:
+              s10: {on: {back: memory}}
+      memory: {history: deep, default: s10}
+  outside: {on: {go: s7}}
+"""
+SHARED_ANCESTOR = """\
+chart: SharedAncestor
+events: {in: [go, leave, again]}
+states:
+  top:
+    states:
+      middle:
+        entry: log "in"
+        states:
+          a: {on: {go: b, again: memory}}
+          b: {on: {leave: out}}
+      memory: {history: deep, default: a}
+  out: {on: {go: a}}
+"""
+NUMBERS = """\
+chart: Numbers
+data:
+  small: -2..7 wrap = 5
+  word: uint32 = 9
+  wide: uint64 = 0
+  short: int16 = 3
+  far: uint64 = 4
+outputs:
+  clipped: 0..4000 = 0
+  is_less: bool = false
+states:
+  only:
+    entry:
+      - small = -(-small)
+      - clipped = -word
+      - wide -= 1
+      - is_less = clipped + short > wide
+      - far = -short * short
+    on: {error: {do: log "error"}}
+"""
+LATER_AT_FIRST = """\
+chart: LaterAtFirst
+events: {internal: [tick]}
+states:
+  compound:
+    initial: {target: last, do: send tick after 20ms}
+    states:
+      last: {final: true}
+"""
+
+CASES = {
+    # a history taken from within enters nothing beside the domain of the transition
+    "another region stays as it is": (
+        FROM_WITHIN,
+        ("start 0", "post go", "run 1", "post back", "run 2"),
+        ["@2 > event back", "- s10", "t 4", "+ s10", "= s7 s10"],
+    ),
+    "an active ancestor is not entered again": (
+        SHARED_ANCESTOR,
+        ("start 0", "post go", "post leave", "post go", "run 1", "post again", "run 2"),
+        ["@2 > event again", "- a", "t 4", "+ b", "= b"],
+    ),
+    "numbers at the bounds of C": (
+        NUMBERS,
+        ("start 0", "dump"),
+        [
+            *("d small 5", "d word 9", "d wide 18446744073709551615", "d short 3"),
+            *("d far 18446744073709551607", "d clipped 4000", "d is_less 0"),
+        ],
+    ),
+    "the only delayed send is in the very first transition": (
+        LATER_AT_FIRST,
+        ("start 4294967290", "run 30"),
+        ["@14 > event tick", "unhandled tick", "= last"],
+    ),
+}
+
+
+def chart_of(text: str, folder: Path) -> Chart:
+    path = folder / "chart.yaml"
+    path.write_text(text)
+    return load(path)
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("runtime", harnesses(), ids=lambda runtime: runtime.name)
+def test_found_before(runtime: Harness, name: str, tmp_path: Path) -> None:
+    text, script, end = CASES[name]
+    trace = runtime.run(chart_of(text, tmp_path), script)
+    assert trace[-len(end) :] == end
