@@ -1,0 +1,1 @@
+"""What writes machines: one folder a target, none of which imports another."""
