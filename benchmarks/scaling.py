@@ -42,9 +42,8 @@ capacity: {delayed: 4}
 """
 
 
-def state(index: int, count: int) -> list[str]:
+def state(index: int, near: int, far: int) -> list[str]:
     """Return the lines of a state with transitions to others, guards, content and, at times, a delay."""
-    near, far = (index + 1) % count, (index * 7 + 3) % count
     lines = [
         f"entry: count = min(count + {index % 9}, 1000); lamp = {str(index % 2 == 0).lower()}",
         "on:",
@@ -57,6 +56,11 @@ def state(index: int, count: int) -> list[str]:
     return lines
 
 
+def at(index: int, count: int) -> list[str]:
+    """Return a state that leads to the next one and to one far away."""
+    return state(index, (index + 1) % count, (index * 7 + 3) % count)
+
+
 def indented(lines: list[str], depth: int) -> Iterator[str]:
     """Yield lines with two spaces for each level."""
     return (" " * (2 * depth) + line for line in lines)
@@ -66,7 +70,7 @@ def flat(count: int) -> str:
     """Return a chart without any hierarchy."""
     lines = ["initial: s0", "states:"]
     for index in range(count):
-        lines += [f"  s{index}:", *indented(state(index, count), 2)]
+        lines += [f"  s{index}:", *indented(at(index, count), 2)]
     return HEAD + "\n".join(lines) + "\n"
 
 
@@ -76,7 +80,7 @@ def deep(count: int, levels: int = 20) -> str:
     for index in range(count):
         level = index % levels
         depth = 1 + 2 * level
-        lines += [" " * (2 * depth) + f"s{index}:", *indented(state(index, count), depth + 1)]
+        lines += [" " * (2 * depth) + f"s{index}:", *indented(at(index, count), depth + 1)]
         if level < levels - 1 and index + 1 < count:
             lines += indented([f"initial: s{index + 1}", "states:"], depth + 1)
     return HEAD + "\n".join(lines) + "\n"
@@ -90,11 +94,7 @@ def parallel(count: int, each: int = 10) -> str:
         lines += [f"      r{first}:", f"        initial: s{first}", "        states:"]
         for index in region:
             near = first + (index - first + 1) % len(region)
-            own = [
-                line.replace(f"s{(index + 1) % count}", f"s{near}") for line in state(index, count)
-            ]
-            far = f"s{(index * 7 + 3) % count}"
-            own = [line.replace(f"target: {far},", f"target: s{first},") for line in own]
+            own = state(index, near, first)
             lines += [f"          s{index}:", *indented(own, 6)]
     return HEAD + "\n".join(lines) + "\n"
 

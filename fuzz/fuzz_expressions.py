@@ -55,6 +55,17 @@ def scope(dialect: str) -> Scope:
 
 SCOPES = tuple(scope(dialect) for dialect in ("fsmkit", "ecmascript"))
 
+SEEDS = (
+    "0a + b * 2 >= list[1] and not flag or code == lost",
+    "1flag ? min(a, 3) : (b / 2) | 0",
+    '0if a > 1 { b += 1; send t(n = 2) after 5ms as i } else { log "x", a; cancel i }',
+    "0for x in list { raise e(v = x) }; reply 3; goto(event.n)",
+    "0goto(position 0..100, n uint8[4]) -> bool",
+    "0uint8[4] = [1, 2, 3, 0x4]",
+    "01.5s",
+    "1typeof x !== 'undefined' && _event.data.n % 3 === 0",
+)
+
 
 def target(content: bytes) -> None:
     """Read a text as everything it could be; what is typed can be folded, and spelt again."""
@@ -77,4 +88,4 @@ def target(content: bytes) -> None:
 
 
 if __name__ == "__main__":
-    fuzz(target, ".expressions")
+    fuzz(target, ".expressions", SEEDS)

@@ -10,6 +10,18 @@ with atheris.instrument_imports(include=["fsmkit"]):
     from fsmkit.scxml.nodes import decode
     from fsmkit.scxml.reader import read_document
 
+SEED = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+<datamodel><data id="x" expr="0"/><data id="l" expr="[1,2]"/></datamodel><script>x = 1;</script>
+<parallel id="p"><onentry><assign location="x" expr="x + 1"/><raise event="e.f"/></onentry>
+<state id="a" initial="b"><history id="h" type="deep"><transition target="b"/></history>
+<state id="b"><transition event="e.* t" cond="x === 2 &amp;&amp; In('d')" target="c"/>
+<onexit><if cond="x&lt;1"><log expr="'n'"/><elseif cond="x"/><send event="t" delay="1s" id="i"/>
+<else/><cancel sendid="i"/></if><foreach array="l" item="y"><log label="y" expr="y"/></foreach>
+</onexit></state><final id="c"><donedata><param name="q" expr="x"/></donedata></final></state>
+<state id="d"><transition event="done.state.a" target="h" type="internal"/>
+<invoke type="scxml" src="#x"><finalize/></invoke></state></parallel></scxml>"""
+"""Something of everything, small enough to be changed often."""
+
 
 def target(content: bytes) -> None:
     """Read and elaborate."""
@@ -17,4 +29,4 @@ def target(content: bytes) -> None:
 
 
 if __name__ == "__main__":
-    fuzz(target, ".scxml")
+    fuzz(target, ".scxml", (SEED,))

@@ -44,12 +44,14 @@ def front_end(
             assert 0 <= span.start <= span.end <= len(span.source.text) + 1, found
 
 
-def fuzz(target: Callable[[bytes], None], suffix: str) -> None:
-    """Run a target with libFuzzer; the charts of the project are its seeds."""
+def fuzz(target: Callable[[bytes], None], suffix: str, seeds: tuple[str, ...] = ()) -> None:
+    """Run a target with libFuzzer; its seeds are the charts of the project, and those given."""
     words = sys.argv[1:]
     corpus = next((Path(word) for word in words if not word.startswith("-")), None)
     if corpus is not None and corpus.suffix == "":
         corpus.mkdir(parents=True, exist_ok=True)
+        for number, seed in enumerate(seeds):
+            (corpus / f"seed_{number}").write_text(seed, encoding="utf-8")
         for folder in ("machines", "tests"):
             for number, path in enumerate(sorted((PROJECT / folder).rglob(f"*{suffix}"))):
                 if path.stat().st_size < 16_384:

@@ -11,7 +11,7 @@ from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names, identifier, names_of
-from fsmkit.codegen.python.selection import is_needing_memo, print_selection
+from fsmkit.codegen.python.selection import bit, is_needing_memo, print_selection
 from fsmkit.expressions import ArrayType, EnumType, RecordType
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
@@ -94,7 +94,7 @@ def _enumerations(chart: Chart) -> Iterator[str]:
 def _bits(chart: Chart, names: Names) -> str:
     """Return the constants of the states: a bit each, in document order."""
     pairs = zip(chart.states, names.states, strict=True)
-    return "\n".join(f"{name} = {1 << state.index:#x}" for state, name in pairs)
+    return "\n".join(f"{name} = {bit(state.index)}" for state, name in pairs)
 
 
 def _host(chart: Chart, names: Names, needs: Needs) -> str:

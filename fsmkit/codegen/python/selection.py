@@ -152,12 +152,17 @@ def _print_returns(out: Lines, chart: Chart, names: Names, steps: tuple[Step, ..
         if step is None:
             out.line("self._is_deferred = True")
         elif step.guard is None:
-            out.line(f"return {1 << step.index:#x}  # {names.transitions[step.index]}")
+            out.line(f"return {bit(step.index)}  # {names.transitions[step.index]}")
         else:
             with out.suite(f"if {guard_text(chart, names, step)}:"):
-                out.line(f"return {1 << step.index:#x}  # {names.transitions[step.index]}")
+                out.line(f"return {bit(step.index)}  # {names.transitions[step.index]}")
     if steps[-1] is None:
         out.line("return 0")
+
+
+def bit(index: int) -> str:
+    """Return one bit as text, which stays short where the number does not."""
+    return f"{1 << index:#x}" if index < 64 else f"1 << {index}"
 
 
 def mask(names: Names, states: Iterable[int]) -> str:
