@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from fsmkit.expressions import INT32, SYMBOL
 from fsmkit.testing.conformance_traces import ends_in
 from fsmkit.testing.harness import harness
 
@@ -15,6 +16,10 @@ HEAD = (
 FINALS = '<final id="pass"/><final id="fail"/></scxml>\n'
 SCRIPT = ["start 0", "run 0", "run 0", "run 5000"]
 RUNTIMES = ("interpreter", "python", "c")
+
+
+def types(result: Any) -> dict[str, object]:
+    return {d.name: d.type for d in result.chart.data}
 
 
 def asking(condition: str, data: str = "", entry: str = "") -> str:
@@ -89,6 +94,15 @@ def test_attributes_from_variables(scxml: Any, value: str, content: str) -> None
     ).chart
     for runtime in RUNTIMES:
         assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+def test_a_number_that_is_only_a_placeholder(scxml: Any) -> None:
+    entry = '<assign location="v" expr="\'scxml\'"/><send event="go" typeexpr="v"/>'
+    result = scxml(asking("true", '<data id="v" expr="27"/>', entry))
+    assert types(result) == {"v": SYMBOL}
+    assert ends_in(harness("interpreter").run(result.chart, SCRIPT)) == ("pass",)
+    read = scxml(asking("v != 27", '<data id="v" expr="27"/>', entry))
+    assert types(read) == {"v": INT32}
 
 
 def test_a_variable_given_anything_else_is_told(scxml: Any) -> None:

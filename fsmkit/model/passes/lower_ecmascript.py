@@ -44,6 +44,7 @@ ASKED = re.compile(
     r"typeof\s*\(?\s*([\w$]+)|([\w$]+)\s*[!=]==?\s*(?:undefined|null)\b"
     r"|\b(?:undefined|null)\s*[!=]==?\s*([\w$]+)"
 )
+NUMBER = re.compile(r"\s*\d+\s*")
 MOST_VALUES = 32
 """A variable that is given more strings than this is not told apart."""
 
@@ -66,13 +67,17 @@ class _Lowering:
     document: Document
     values: dict[str, set[str] | None] = field(default_factory=dict)
     flagged: tuple[str, ...] = ()
+    spelt: frozenset[str] = frozenset()
+    """Data that start as a number and are only ever used as strings."""
 
     def run(self) -> Document:
         document = self.document
-        data = [*document.data]
         parts = tuple(_parts(document))
+        numbers: dict[str, str] = {}
         for part in parts:
             match part:
+                case DocData(name, None, init) if init and NUMBER.fullmatch(init.value):
+                    numbers[name.value] = init.value.strip()
                 case DocData(name, _, init) if init is not None:
                     self._learn(name, init)
                 case DocAssign(location, value, operator=operator):
@@ -85,6 +90,13 @@ class _Lowering:
                     self._learn(location, None)
                 case _:
                     pass
+        for variable, number in numbers.items():
+            strings = self.values.get(variable)
+            if strings and _is_only_sent(variable, parts):
+                self.spelt |= {variable}
+                strings.add(number)
+            else:
+                self.values[variable] = None
         hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
         declared = {
             part.name.value: part
@@ -99,6 +111,7 @@ class _Lowering:
             for name in match.groups()
             if name is not None
         }
+        data = [self._spelt(written) for written in document.data]
         self.flagged = tuple(name for name in declared if name in asked)
         for flagged in self.flagged:
             at, start = declared[flagged].name, declared[flagged].init
@@ -116,6 +129,11 @@ class _Lowering:
             root=self._state(document.root),
             script=self._block(document.script),
         )
+
+    def _spelt(self, data: DocData) -> DocData:
+        if data.name.value not in self.spelt or data.init is None:
+            return data
+        return replace(data, init=string(data.init.value.strip(), data.init))
 
     def _learn(self, name: Text, value: Text | None) -> None:
         """Take note of a value that a variable is given; None where it is not a string."""
@@ -147,6 +165,7 @@ class _Lowering:
             transitions=tuple(self._transition(t) for t in state.transitions),
             entry=tuple(self._block(block) for block in state.entry),
             exit=tuple(self._block(block) for block in state.exit),
+            data=tuple(self._spelt(written) for written in state.data),
             done_data=done_data,
             done_content=done_content,
         )
@@ -247,6 +266,27 @@ class _Lowering:
         ]
         failure = DocUnreadable(f"`{name}` has no value", span)
         return (DocIf((*branches, DocBranch(None, (failure,))), span),)
+
+
+def _is_only_sent(name: str, parts: tuple[object, ...]) -> bool:
+    """Whether a variable is only assigned, and read only as an attribute of what is sent.
+
+    Then a number that it starts with may as well be written as a string.
+    """
+    expected = 0
+    for part in parts:
+        match part:
+            case DocData(name=Text(value=value)) | DocAssign(location=Text(value=value)):
+                expected += value.strip() == name
+            case DocSend():
+                sent = (part.event_expr, part.target_expr, part.type_expr, part.delay_expr)
+                expected += sum(text is not None and text.value.strip() == name for text in sent)
+            case _:
+                pass
+    mention = re.compile(rf"(?<![\w$]){re.escape(name)}(?![\w$])")
+    return expected == sum(
+        len(mention.findall(part.value)) for part in parts if isinstance(part, Text)
+    )
 
 
 def _payload(content: Text) -> tuple[DocArgument, ...]:
