@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 
-from fsmkit.codegen.python import movement, sending, template
+from fsmkit.codegen.python import movement, relations, sending, template
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.lines import Lines
@@ -178,14 +178,14 @@ def _constants(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
         "DELAYED": chart.capacities.delayed,
         "MICROSTEPS": chart.capacities.microsteps,
         "TIMERS": len(timed) + chart.capacities.delayed,
-        "SAMPLES_INPUTS": movement.samples_inputs(chart),
+        "SAMPLES_INPUTS": relations.samples_inputs(chart),
         "ERROR_EXECUTION": chart.event_index.get("error.execution", -1),
         "ERROR_RANGE": chart.event_index.get("error.range", -1),
         "ERRORS": () if chart.lenient else tuple(errors),
         "DEFERRING": tuple(deferring),
         "PERIODS": tuple(periods),
         "_POSTABLE": postable,
-        **movement.conflict_tables(plan),
+        **relations.conflict_tables(plan),
     }
     for name, value in constants.items():
         _constant(out, name, value)
@@ -221,7 +221,7 @@ def _has_guard_method(chart: Chart, index: int) -> bool:
 
 def place_of(chart: Chart, index: int) -> str:
     """Return what a transition is, and where it was written."""
-    return movement.describe(chart, chart.transitions[index])
+    return relations.describe(chart, chart.transitions[index])
 
 
 def _conditions(out: Lines, needs: Needs) -> None:

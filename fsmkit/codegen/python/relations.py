@@ -1,0 +1,96 @@
+"""What transitions and states have to do with each other, as far as it is known when compiling."""
+
+from __future__ import annotations
+
+from fsmkit.codegen.python.expressions import parts_of
+from fsmkit.codegen.python.selection import has_regions
+from fsmkit.expressions import Storage, Variable
+from fsmkit.model.chart import Chart, Transition
+from fsmkit.model.document import Trigger
+from fsmkit.plan import Plan
+
+
+def is_dynamic(plan: Plan, transition: Transition) -> bool:
+    """Whether the domain of a transition depends on what a history holds."""
+    return transition.trigger is not Trigger.INITIAL and not plan.moves[transition.index].is_static
+
+
+def domain_of(plan: Plan, transition: Transition) -> int | None:
+    """Return the domain of a transition, None for one without or whose domain is not known yet."""
+    if transition.trigger is Trigger.INITIAL or is_dynamic(plan, transition):
+        return None
+    return plan.moves[transition.index].variants[0].domain
+
+
+def real_children(chart: Chart, state: int) -> tuple[int, ...]:
+    """Return the children without histories (getChildStates)."""
+    return tuple(c for c in chart.states[state].children if not chart.states[c].is_history)
+
+
+def real_below(chart: Chart, state: int) -> tuple[int, ...]:
+    """Return the descendants without histories."""
+    last = chart.states[state].last_descendant
+    return tuple(s for s in range(state + 1, last + 1) if not chart.states[s].is_history)
+
+
+def describe(chart: Chart, transition: Transition) -> str:
+    """Return ``feeder.yaml:31 idle -> pushing on arrived``."""
+    match transition.trigger:
+        case Trigger.EVENT:
+            cause = "on " + " ".join(transition.descriptors)
+        case Trigger.EVENTLESS:
+            cause = "always"
+        case trigger:
+            cause = f"{trigger.value} {transition.delay}"
+    targets = ", ".join(chart.states[target].id for target in transition.targets)
+    arrow = f"-> {targets} " if targets else ""
+    source = chart.states[transition.source].id
+    text = f"{_line(transition)}{source} {arrow}{cause}"
+    return text.replace("\\", "/").replace('"', "'")
+
+
+def _line(transition: Transition) -> str:
+    span = transition.span
+    if not span.source.text:
+        return ""
+    name = span.source.name.replace("\\", "/").split("/")[-1]
+    return f"{name}:{span.source.position(span.start)[0]} "
+
+
+def samples_inputs(chart: Chart) -> bool:
+    """Whether the guard of an eventless transition reads an input."""
+    return any(t.trigger is Trigger.EVENTLESS and _reads_input(t.guard) for t in chart.transitions)
+
+
+def _reads_input(node: object) -> bool:
+    is_input = isinstance(node, Variable) and node.storage is Storage.INPUT
+    return is_input or any(map(_reads_input, parts_of(node)))
+
+
+def conflict_tables(plan: Plan) -> dict[str, object]:
+    """Return for each transition those whose sources lie outside its own, and those it meets.
+
+    Exit sets meet where one domain is the other or an ancestor of it: both are active and compound.
+    """
+    chart = plan.chart
+    if not has_regions(chart):
+        return {"OUTER": (), "CLASHES": ()}
+    domains = [domain_of(plan, t) for t in chart.transitions]
+    by_source = [0] * len(chart.states)
+    by_domain = dict.fromkeys([d for d in domains if d is not None], 0)
+    for t, domain in zip(chart.transitions, domains, strict=True):
+        by_source[t.source] |= 1 << t.index
+        if domain is not None:
+            by_domain[domain] |= 1 << t.index
+    meeting = {
+        a: sum(found for b, found in by_domain.items() if is_related(chart, a, b))
+        for a in by_domain
+    }
+    outer = [sum(by_source[a] for a in chart.ancestors(t.source)) for t in chart.transitions]
+    clashes = [0 if domain is None else meeting[domain] for domain in domains]
+    return {"OUTER": tuple(outer), "CLASHES": tuple(clashes)}
+
+
+def is_related(chart: Chart, a: int, b: int) -> bool:
+    """Whether two states are the same, or one is an ancestor of the other."""
+    return a == b or chart.is_descendant(a, b) or chart.is_descendant(b, a)
