@@ -202,21 +202,18 @@ class _Mover:
         self._out.line("self._exit(gone)")
 
     def _active_with(self, source: int, domain: int) -> list[int]:
-        """Return the states below a domain that can be active while a state in it is.
+        """Return the states below a domain that can be active while one of them is.
 
         Those on its path, those in other regions, and all below it.
         """
         chart = self._chart
-        found = [*real_below(chart, source)]
-        at = source
+        found, at = [*real_below(chart, source)], source
         while at != domain:
             found.append(at)
-            parent = chart.states[at].parent
-            assert parent is not None  # noqa: S101  (the domain is the source or holds it)
+            parent = chart.states[at].parent or 0
             if chart.states[parent].kind is Kind.PARALLEL:
-                for child in real_children(chart, parent):
-                    if child != at:
-                        found += (child, *real_below(chart, child))
+                for child in set(real_children(chart, parent)) - {at}:
+                    found += (child, *real_below(chart, child))
             at = parent
         return sorted(found)
 
