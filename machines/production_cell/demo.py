@@ -76,7 +76,7 @@ def main() -> int:
         console.print(f"\n[bold]{number}  {title}[/]")
         try:
             step(summary)
-        except FsmkitError as error:
+        except (FsmkitError, OSError) as error:
             console.print(Text(str(error)))
             summary.add(title, False, "see above")
         except subprocess.CalledProcessError as error:
