@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import subprocess
 import sys
@@ -13,6 +14,8 @@ from types import ModuleType
 import pytest
 
 import fsmkit
+from fsmkit.verify.replay import perform
+from fsmkit.verify.save import save
 from fsmkit.verify.system_session import SystemSession
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"
@@ -271,3 +274,13 @@ def test_the_demo_fails_where_something_does_not_hold(
     demo.compile_charts(summary)
     demo.run_loops(summary)
     assert summary.exit_code == 1
+
+
+def test_a_saved_trace_of_a_replaced_machine_is_performed_again(tmp_path: Path) -> None:
+    chart = CELL / "defects" / "m5_feeder.yaml"
+    system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": chart})
+    report = fsmkit.check(system, properties=("produces",))
+    save(report, CELL / "cell.yaml", tmp_path)
+    recorded = json.loads((tmp_path / "Cell_produces.json").read_text())
+    assert recorded["replaced"] == {"feeder": str(chart)}
+    assert perform(recorded) == [step["lines"] for step in recorded["steps"]]
