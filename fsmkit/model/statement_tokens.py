@@ -23,8 +23,8 @@ TOKEN = re.compile(
     re.VERBOSE,
 )
 BRACKETS = {"(": ")", "[": "]", "{": "}"}
-JOINING = frozenset(
-    [
+OPERATORS = frozenset(
+    (
         "+",
         "-",
         "*",
@@ -46,18 +46,13 @@ JOINING = frozenset(
         "<<",
         ">>",
         "?",
-        ":",
-        ",",
         ".",
-        "=",
         "and",
         "or",
-        "+=",
-        "-=",
-        "*=",
-        "/=",
-    ]
+    )
 )
+"""Infix signs and words, which need something on either side."""
+JOINING = OPERATORS | {"*=", "+=", ",", "-=", "/=", ":", "="}
 """What has to be followed by an operand: no statement ends with it."""
 JOINED = JOINING - {",", "="}
 """What no statement begins with."""

@@ -6,7 +6,7 @@ import re
 
 from fsmkit.diagnostics import Text
 from fsmkit.expressions.syntax import unescape
-from fsmkit.model.statement_tokens import STRING, Lexeme
+from fsmkit.model.statement_tokens import OPERATORS, STRING, Lexeme
 
 DEEPEST = 16
 """Levels that statements may nest: fewer than any target bounds the nesting of loops to."""
@@ -51,36 +51,7 @@ NAME = re.compile(r"[^\s(){}\[\];,\"'=]+")
 LITERAL_DELAY = re.compile(r"(\d+(\.\d*)?|\.\d+)(us|ms|s|m|h|d)?|[^\W\d]\w*")
 """A delay that is a duration or the name of a constant."""
 
-GOES_ON = frozenset(
-    [
-        "+",
-        "-",
-        "*",
-        "/",
-        "%",
-        "&",
-        "|",
-        "^",
-        "&&",
-        "||",
-        "==",
-        "!=",
-        "===",
-        "!==",
-        "<",
-        "<=",
-        ">",
-        ">=",
-        "<<",
-        ">>",
-        "?",
-        ".",
-        "[",
-        "and",
-        "or",
-        "if",
-    ]
-)
+GOES_ON = OPERATORS | {"[", "if"}
 """What after a closing parenthesis shows that an expression goes on behind it."""
 
 FOREIGN = {
