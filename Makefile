@@ -38,15 +38,15 @@ differential: $(VENV)/ready
 bench: $(VENV)/ready
 	$(BIN)/python benchmarks/scaling.py
 
-# Random bytes, led by coverage, through both front ends and the readers of expressions.
+# Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
 FUZZ_SECONDS ?= 60
 FUZZ := yaml scxml expressions
 fuzz: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fuzz]'
 	for target in $(FUZZ); do \
 	  mkdir -p build/fuzz/$$target && \
-	  $(BIN)/python fuzz/fuzz_$$target.py -max_total_time=$(FUZZ_SECONDS) -timeout=5 \
-	    -rss_limit_mb=1024 -max_len=4096 -artifact_prefix=build/fuzz/$$target- \
+	  $(BIN)/python fuzz/fuzz_$$target.py -max_total_time=$(FUZZ_SECONDS) -timeout=30 \
+	    -rss_limit_mb=1024 -max_len=8192 -len_control=0 -artifact_prefix=build/fuzz/$$target- \
 	    build/fuzz/$$target || exit 1; \
 	done
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
+from random import Random
+
 import atheris
 
 with atheris.instrument_imports(include=["fsmkit"]):
-    from fuzzing import fuzz
+    from fuzzing import SECONDS, fuzz
 
     from fsmkit.diagnostics import Findings, Source, Span, Text
     from fsmkit.expressions import (
@@ -29,6 +33,9 @@ with atheris.instrument_imports(include=["fsmkit"]):
     )
     from fsmkit.model.declaration_text import read_signature, read_typed
     from fsmkit.model.statement_text import read_statements, write_statements
+
+from seeds import test_strings
+from texts import changed
 
 FAULT = EnumType("Fault", ("none", "lost", "jam"))
 RANGE = IntType(0, 4000)
@@ -67,8 +74,41 @@ SEEDS = (
 )
 
 
+NAMES = ("a", "b", "f", "flag", "list", "code", "lost", "goto", "idle", "event.n", "Fault", "x")
+
+
+def seeds() -> Iterator[str]:
+    """Yield texts of each kind, those of the tests in both dialects."""
+    yield from SEEDS
+    for text in test_strings("expressions", "model", "hostile"):
+        if 0 < len(text) < 400:
+            yield f"0{text}"
+            yield f"1{text}"
+
+
+def mutate(content: bytes, most: int, seed: int) -> bytes:
+    """Change a token or two, or else a byte."""
+    random = Random(seed)
+    if random.random() < 0.2 or not content:
+        return atheris.Mutate(content, most)
+    text = content[1:].decode("utf-8", errors="replace")
+    for _ in range(random.choice((1, 1, 2, 4))):
+        text = changed(text, random, NAMES)
+    return (content[:1] + text.encode("utf-8", errors="replace"))[:most]
+
+
+def cross(first: bytes, second: bytes, most: int, seed: int) -> bytes:
+    """Return the first text with a piece of the second in it."""
+    random = Random(seed)
+    at = random.randrange(len(first) + 1)
+    begin = random.randrange(len(second) + 1)
+    piece = second[begin : begin + random.randrange(100)]
+    return (first[:at] + piece + first[at:])[:most]
+
+
 def target(content: bytes) -> None:
     """Read a text as everything it could be; what is typed can be folded, and spelt again."""
+    started = time.process_time()
     value = content[1:].decode("utf-8", errors="replace")
     text = Text(value, Span(Source("fuzz", value), 0, len(value)))
     here = SCOPES[content[0] % 2 if content else 0]
@@ -85,7 +125,8 @@ def target(content: bytes) -> None:
     block = read_statements(text, findings)
     if not findings.has_errors:
         write_statements(block)
+    assert time.process_time() - started < SECONDS, "too slow"
 
 
 if __name__ == "__main__":
-    fuzz(target, ".expressions", SEEDS)
+    fuzz(target, seeds, mutate, cross)

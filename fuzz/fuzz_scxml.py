@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import atheris
 
 with atheris.instrument_imports(include=["fsmkit"]):
-    from fuzzing import front_end, fuzz
+    from fuzzing import fuzz, through
 
-    from fsmkit.scxml.nodes import decode
-    from fsmkit.scxml.reader import read_document
+    from fsmkit.scxml.plugin import PLUGIN
+
+from seeds import charts, test_strings
+from xml_mutation import cross, mutate
 
 SEED = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
 <datamodel><data id="x" expr="0"/><data id="l" expr="[1,2]"/></datamodel><script>x = 1;</script>
@@ -21,12 +25,24 @@ SEED = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel
 <state id="d"><transition event="done.state.a" target="h" type="internal"/>
 <invoke type="scxml" src="#x"><finalize/></invoke></state></parallel></scxml>"""
 """Something of everything, small enough to be changed often."""
+HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">'
+
+
+def seeds() -> Iterator[str]:
+    """Yield charts, and the parts of charts in the tests."""
+    yield SEED
+    yield from charts(".scxml")
+    for text in test_strings():
+        if "<scxml" in text:
+            yield text
+        elif text.strip().startswith(("<state", "<parallel", "<datamodel", "<transition")):
+            yield f"{HEAD}{text}</scxml>"
 
 
 def target(content: bytes) -> None:
-    """Read and elaborate."""
-    front_end(content, "fuzz.scxml", decode, read_document)
+    """Take them as far as they go."""
+    through(content, "fuzz.scxml", PLUGIN)
 
 
 if __name__ == "__main__":
-    fuzz(target, ".scxml", (SEED,))
+    fuzz(target, seeds, mutate, cross)

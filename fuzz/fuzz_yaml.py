@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import atheris
 
 with atheris.instrument_imports(include=["fsmkit"]):
-    from fuzzing import front_end, fuzz
+    from fuzzing import fuzz, through
 
-    from fsmkit.yaml.nodes import decode
-    from fsmkit.yaml.reader import read_document
+    from fsmkit.yaml.plugin import PLUGIN
+
+from seeds import charts, test_strings
+from yaml_mutation import cross, mutate
+
+
+def seeds() -> Iterator[str]:
+    """Yield charts, and the parts of charts in the tests."""
+    yield from charts(".yaml")
+    for text in test_strings():
+        if "states:" in text or "chart:" in text:
+            yield text
+            yield f"chart: T\n{text}"
 
 
 def target(content: bytes) -> None:
-    """Read and elaborate."""
-    front_end(content, "fuzz.yaml", decode, read_document)
+    """Take them as far as they go."""
+    through(content, "fuzz.yaml", PLUGIN)
 
 
 if __name__ == "__main__":
-    fuzz(target, ".yaml")
+    fuzz(target, seeds, mutate, cross)

@@ -1,60 +1,84 @@
-"""What the targets share: seeds, and running one of them.
+"""What the targets share: how far a chart is taken, its bounds, and running a target.
 
-A target takes bytes. Whatever they hold, it must end with a chart or with findings; any exception
-but `FsmkitError` is a crash, and atheris writes the input down.
+A target takes bytes. Whatever they hold, it must end with a chart or with findings, in five seconds
+and a gigabyte; any exception but `FsmkitError` is a crash, and atheris writes the input down.
 
-    python fuzz/fuzz_yaml.py -max_total_time=60 -timeout=5 -rss_limit_mb=1024 CORPUS
+    python fuzz/fuzz_yaml.py -max_total_time=60 -len_control=0 -timeout=30 CORPUS
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import atheris
+from seeds import PROJECT, write_corpus
 
-from fsmkit.diagnostics import Findings, FsmkitError, Source
-from fsmkit.model.document import Document
+from fsmkit.codegen.c.plugin import PLUGIN as C
+from fsmkit.codegen.python.plugin import PLUGIN as PYTHON
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.diagnostics.render import render
+from fsmkit.loading import read_document
+from fsmkit.model.chart import Chart
 from fsmkit.model.elaborate import elaborate
+from fsmkit.plan.lower import lower
+from fsmkit.plugins import FrontEnd
 
-PROJECT = Path(__file__).parent.parent
+BASE = read_document(PROJECT / "machines" / "production_cell" / "module.scxml", Findings())
+"""What a chart extends that extends anything."""
+SECONDS = 5
+"""Of computing, for one input."""
 
 
-def front_end(
-    content: bytes,
-    name: str,
-    decode: Callable[[bytes, str, Findings], Source | None],
-    read: Callable[[Source, Findings], Document | None],
-) -> None:
-    """Take bytes as far as they go: text, Document, Chart."""
+def through(content: bytes, name: str, front_end: FrontEnd) -> None:
+    """Take bytes as far as they go: text, Document, Chart, Plan, C and Python."""
+    started = time.process_time()
     findings = Findings()
     try:
-        source = decode(content, name, findings)
-        document = None if source is None else read(source, findings)
-        if document is not None and document.extends is None:
-            chart = elaborate((document,), findings)
-            assert chart is not None or findings.has_errors
-        assert document is not None or findings.has_errors
-    except FsmkitError:
-        pass
+        chart = _chart(content, name, front_end, findings)
+        assert chart is not None or findings.has_errors, "refused without a word"
+        if chart is not None:
+            _written(chart, findings)
+    except FsmkitError as error:
+        findings.extend(error.diagnostics)
+        assert findings.has_errors
     for found in findings:
+        render(found)
         if found.primary is not None:
             span = found.primary.span
             assert 0 <= span.start <= span.end <= len(span.source.text) + 1, found
+    assert time.process_time() - started < SECONDS, "too slow"
 
 
-def fuzz(target: Callable[[bytes], None], suffix: str, seeds: tuple[str, ...] = ()) -> None:
-    """Run a target with libFuzzer; its seeds are the charts of the project, and those given."""
-    words = sys.argv[1:]
-    corpus = next((Path(word) for word in words if not word.startswith("-")), None)
-    if corpus is not None and corpus.suffix == "":
-        corpus.mkdir(parents=True, exist_ok=True)
-        for number, seed in enumerate(seeds):
-            (corpus / f"seed_{number}").write_text(seed, encoding="utf-8")
-        for folder in ("machines", "tests"):
-            for number, path in enumerate(sorted((PROJECT / folder).rglob(f"*{suffix}"))):
-                if path.stat().st_size < 16_384:
-                    (corpus / f"{folder}_{number}").write_bytes(path.read_bytes())
-    atheris.Setup(sys.argv, target)
+def _chart(content: bytes, name: str, front_end: FrontEnd, findings: Findings) -> Chart | None:
+    source = front_end.decode(content, name, findings)
+    document = None if source is None else front_end.read(source, findings)
+    if document is None:
+        return None
+    bases = () if document.extends is None else (BASE,)
+    return elaborate((document, *bases), findings, strict=len(content) % 4 == 0)
+
+
+def _written(chart: Chart, findings: Findings) -> None:
+    lower(chart)
+    for target in (C, PYTHON):
+        refused = Findings()
+        generated = target.generate(chart, refused, {})
+        assert generated is not None or refused.has_errors, "not written without a word"
+        findings.extend(refused)
+
+
+def fuzz(
+    target: Callable[[bytes], None],
+    seeds: Callable[[], Iterator[str]],
+    mutate: Callable[[bytes, int, int], bytes],
+    cross: Callable[[bytes, bytes, int, int], bytes],
+) -> None:
+    """Run a target with libFuzzer on the corpus that it is given, after filling that with seeds."""
+    corpus = next((Path(word) for word in sys.argv[1:] if not word.startswith("-")), None)
+    if corpus is not None and not corpus.is_file():
+        write_corpus(corpus, seeds())
+    atheris.Setup(sys.argv, target, custom_mutator=mutate, custom_crossover=cross)
     atheris.Fuzz()
