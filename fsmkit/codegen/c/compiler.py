@@ -12,12 +12,14 @@ from pathlib import Path
 from fsmkit.diagnostics import fail
 
 CANDIDATES = ("cc", "gcc", "clang")
+QUICKEST = ("clang", "cc", "gcc")
+"""Without optimization clang takes half the time of gcc."""
 
 
-def find_compiler() -> list[str]:
-    """Return the command of the C compiler: ``$CC``, else cc, gcc or clang."""
+def find_compiler(candidates: Sequence[str] = CANDIDATES) -> list[str]:
+    """Return the command of the C compiler: ``$CC``, else the first candidate there is."""
     chosen = os.environ.get("CC", "").strip()
-    for candidate in [chosen] if chosen else CANDIDATES:
+    for candidate in [chosen] if chosen else candidates:
         words = shlex.split(candidate)
         if words and shutil.which(words[0]):
             return words
@@ -28,9 +30,11 @@ def find_compiler() -> list[str]:
     )  # fmt: skip
 
 
-def compile_c(arguments: Sequence[str | Path], folder: Path) -> None:
+def compile_c(
+    arguments: Sequence[str | Path], folder: Path, candidates: Sequence[str] = CANDIDATES
+) -> None:
     """Run the compiler in a folder; what it says against generated code is a bug of ours."""
-    command = [*find_compiler(), *map(str, arguments)]
+    command = [*find_compiler(candidates), *map(str, arguments)]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         shown = "\n".join(done.stderr.splitlines()[:20])

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsmkit.codegen.c.compiler import compile_c
+from fsmkit.codegen.c.compiler import QUICKEST, compile_c
 from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.generate import LIBRARY, Machine, generate_machine
 from fsmkit.codegen.c.harness_text import HOOKS, VERBS
@@ -33,7 +33,9 @@ from fsmkit.model.document import Direction
 FLAGS = ("-std=c99", "-O0", "-w")
 FOLDER = Path(__file__).parent / "harness"
 SECONDS = 60
-"""A script that takes longer does not end."""
+"""Scripts that take longer do not end."""
+END = "%"
+"""The line after a script, and after its trace."""
 
 
 def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
@@ -44,9 +46,8 @@ def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         folder = Path(name)
         machines = [generate_machine(chart, f"x{i}") for i, (chart, _) in enumerate(pairs)]
         _write(folder, machines)
-        sources = [f"run_x{i}.c" for i in range(len(machines))]
-        compile_c([*FLAGS, "main.c", "harness.c", "fsm.c", *sources, "-o", "harness"], folder)
-        return [_run(folder, i, lines) for i, (_, lines) in enumerate(pairs)]
+        compile_c([*FLAGS, "main.c", "-o", "harness"], folder, QUICKEST)
+        return _run(folder, [lines for _, lines in pairs])
 
 
 def _write(folder: Path, machines: list[Machine]) -> None:
@@ -59,27 +60,28 @@ def _write(folder: Path, machines: list[Machine]) -> None:
             (folder / name).write_text(text, encoding="utf-8")
         prefix = machine.names.prefix
         (folder / f"run_{prefix}.c").write_text(driver(machine.names), encoding="utf-8")
+    (folder / "main.c").write_text(_main(machines), encoding="utf-8")
+
+
+def _main(machines: list[Machine]) -> str:
+    """Return one unit of everything: the compiler reads the system's headers once."""
     out = Emitter()
-    out.line('#include "harness.h"')
-    out.line("#include <stdlib.h>")
-    for machine in machines:
-        out.line(f"void {machine.names.prefix}_play(void);")
-    out.line("int main(int argc, char **argv)")
+    prefixes = [machine.names.prefix for machine in machines]
+    out.lines(['#include "harness.c"', '#include "fsm.c"'])
+    out.lines(f'#include "run_{prefix}.c"' for prefix in prefixes)
+    out.line("int main(void)")
     with out.block("{"):
-        out.line("static void (*const plays[])(void) = {")
-        with out.indented():
-            out.lines(f"{machine.names.prefix}_play," for machine in machines)
-        out.line("};")
-        out.line("plays[argc > 1 ? atoi(argv[1]) : 0]();")
+        for prefix in prefixes:
+            out.lines([f"{prefix}_play();", "end_script();"])
         out.line("return 0;")
-    (folder / "main.c").write_text(out.finish(), encoding="utf-8")
+    return out.finish()
 
 
-def _run(folder: Path, index: int, lines: Sequence[str]) -> list[str]:
+def _run(folder: Path, scripts: Sequence[Sequence[str]]) -> list[list[str]]:
     try:
         done = subprocess.run(
-            [str(folder / "harness"), str(index)],
-            input="".join(f"{line}\n" for line in lines),
+            [str(folder / "harness")],
+            input="".join(f"{line}\n" for script in scripts for line in (*script, END)),
             capture_output=True,
             text=True,
             check=False,
@@ -92,7 +94,7 @@ def _run(folder: Path, index: int, lines: Sequence[str]) -> list[str]:
             "harness-failed",
             f"the generated C ended with code {done.returncode}: {done.stderr.strip()[:400]}",
         )
-    return done.stdout.splitlines()
+    return [trace.splitlines() for trace in done.stdout.split(f"{END}\n")[:-1]]
 
 
 def driver(names: Names) -> str:
@@ -102,12 +104,12 @@ def driver(names: Names) -> str:
     out.line('#include "harness.h"')
     out.line('#define FSM_HOOKS "harness.h"')
     out.line(f'#include "{p}.h"')
-    out.line(f"static {p} machine;")
-    out.line(f"static void show_event(const {p}_event *e);")
+    out.line(f"static {p} {p}_machine;")
+    out.line(f"static void {p}_show_event(const {p}_event *e);")
     out.lines(HOOKS.replace("@", p).strip("\n").split("\n"))
     out.line(f'#include "{p}.c"')
     out.line()
-    out.line(f"static void show_event(const {p}_event *e)")
+    out.line(f"static void {p}_show_event(const {p}_event *e)")
     with out.block("{"), out.block("switch (e->event) {"):
         for event in names.chart.events:
             _event_case(out, names, event)
@@ -162,7 +164,7 @@ def _operations(out: Emitter, names: Names) -> None:
         ctype = "void" if result is None else storage(result, names.records).text
         out.line(f"{ctype} {p}_{name}({p} *m{parameters(operation.parameters, names)})")
         with out.block("{"):
-            out.line("(void)m; begun();")
+            out.line(f"(void)m; {p}_begun();")
             out.line(f'printf("op %s", {quoted(operation.name)});')
             for part in operation.parameters:
                 show(out, part.type, names.field(part.name), names)
@@ -242,9 +244,9 @@ def _reading(out: Emitter, names: Names) -> None:
     out.line(f"static uint16_t {p}_symbol_number(const char *text)")
     with out.block("{"):
         out.line(f"return find_symbol({p}_symbol, {len(names.symbols)}, text);")
-    out.line(f"static {p}_event read_event(void)")
+    out.line(f"static {p}_event {p}_read_event(void)")
     with out.block("{"):
-        out.line(f"{p}_event e = no_event;")
+        out.line(f"{p}_event e = {p}_no_event;")
         out.line("const char *name = read_text();")
         for event in chart.events:
             with out.block(f"if (strcmp(name, {quoted(event.name)}) == 0) {{"):
@@ -263,7 +265,7 @@ def _play(out: Emitter, names: Names) -> None:
     out.line(f"void {p}_play(void)")
     with out.block("{"):
         out.line("uint32_t now = 0;")
-        out.line(f"{p}_init(&machine);")
+        out.line(f"{p}_init(&{p}_machine);")
         with out.block("while (next_line()) {"):
             out.line("const char *verb = read_text();")
             out.text(VERBS.replace("@", p))
@@ -274,7 +276,10 @@ def _play(out: Emitter, names: Names) -> None:
                 for variable in chart.inputs:
                     with out.block(f"if (strcmp(name, {quoted(variable.name)}) == 0) {{"):
                         _read(
-                            out, variable.type, f"machine.{names.variables[variable.name]}", names
+                            out,
+                            variable.type,
+                            f"{p}_machine.{names.variables[variable.name]}",
+                            names,
                         )
                 out.line("(void)name;")
             out.line("}")
@@ -282,7 +287,7 @@ def _play(out: Emitter, names: Names) -> None:
             with out.indented():
                 for variable in (*chart.data, *chart.outputs):
                     out.line(f'printf("d %s", {quoted(variable.name)});')
-                    show(out, variable.type, f"machine.{names.variables[variable.name]}", names)
+                    show(out, variable.type, f"{p}_machine.{names.variables[variable.name]}", names)
                     out.line('printf("\\n");')
             out.line("}")
             out.line("else wrong(verb);")

@@ -12,44 +12,44 @@ HOOKS = r"""
 #undef FSM_HOOK_VALUE_F
 #undef FSM_HOOK_VALUE_S
 #undef FSM_HOOK_LINE
-static void hook_begin(@ *m, int cause, unsigned index);
-static void hook_end(@ *m);
-static void hook_event(int what, const @_event *e);
-static void hook_text(int what, const char *text, unsigned long number);
-static void hook_symbol(long symbol);
-#define FSM_HOOK_BEGIN(m, cause, index) hook_begin(m, cause, index)
-#define FSM_HOOK_END(m) hook_end(m)
-#define FSM_HOOK_EXIT(m, state) (begun(), printf("- %s\n", @_state_name(state)))
-#define FSM_HOOK_TAKE(m, transition) (begun(), printf("t %u\n", (unsigned)(transition)))
-#define FSM_HOOK_ENTER(m, state) (begun(), printf("+ %s\n", @_state_name(state)))
-#define FSM_HOOK_EVENT(m, what, e) hook_event(what, e)
-#define FSM_HOOK_TEXT(m, what, text, number) hook_text(what, text, number)
+static void @_hook_begin(@ *m, int cause, unsigned index);
+static void @_hook_end(@ *m);
+static void @_hook_event(int what, const @_event *e);
+static void @_hook_text(int what, const char *text, unsigned long number);
+static void @_hook_symbol(long symbol);
+#define FSM_HOOK_BEGIN(m, cause, index) @_hook_begin(m, cause, index)
+#define FSM_HOOK_END(m) @_hook_end(m)
+#define FSM_HOOK_EXIT(m, state) (@_begun(), printf("- %s\n", @_state_name(state)))
+#define FSM_HOOK_TAKE(m, transition) (@_begun(), printf("t %u\n", (unsigned)(transition)))
+#define FSM_HOOK_ENTER(m, state) (@_begun(), printf("+ %s\n", @_state_name(state)))
+#define FSM_HOOK_EVENT(m, what, e) @_hook_event(what, e)
+#define FSM_HOOK_TEXT(m, what, text, number) @_hook_text(what, text, number)
 #define FSM_HOOK_VALUE_I(m, value) show_integer((value) < 0, (uint64_t)(value))
 #define FSM_HOOK_VALUE_F(m, value) show_float((double)(value))
-#define FSM_HOOK_VALUE_S(m, value) hook_symbol(value)
+#define FSM_HOOK_VALUE_S(m, value) @_hook_symbol(value)
 #define FSM_HOOK_LINE(m) printf("\n")
 static const char *@_symbol_text(long symbol);
-static void begun(void)
+static void @_begun(void)
 {
     if (pending[0] != 0) {
         fputs(pending, stdout);
         pending[0] = 0;
     }
 }
-static void hook_begin(@ *m, int cause, unsigned index)
+static void @_hook_begin(@ *m, int cause, unsigned index)
 {
     if (cause == FSM_START)
         printf("\100%u > start\n", (unsigned)m->now);
     else if (cause == FSM_EVENT) {
         printf("\100%u > event ", (unsigned)m->now);
-        show_event(&m->event);
+        @_show_event(&m->event);
         printf("\n");
     } else if (cause == FSM_TIMEOUT)
         printf("\100%u > timeout %u\n", (unsigned)m->now, index);
     else
         sprintf(pending, "\100%u > eventless\n", (unsigned)m->now);
 }
-static void hook_end(@ *m)
+static void @_hook_end(@ *m)
 {
     uint16_t count = 0;
     @_state states[4096];
@@ -63,23 +63,23 @@ static void hook_end(@ *m)
         printf(" %s", @_state_name(states[i]));
     printf("%s\n", @_finished(m) ? " finished" : "");
 }
-static int delayed_line;
-static void hook_event(int what, const @_event *e)
+static int @_delayed_line;
+static void @_hook_event(int what, const @_event *e)
 {
     static const char *const verbs[] = {"raise", "send", "delay", "out", "unhandled"};
-    begun();
+    @_begun();
     printf("%s ", verbs[what]);
     if (what == FSM_UNHANDLED)
         printf("%s", @_event_text((uint32_t)e->event));
     else
-        show_event(e);
-    delayed_line = what == FSM_DELAYED || what == FSM_LEFT;
-    if (!delayed_line)
+        @_show_event(e);
+    @_delayed_line = what == FSM_DELAYED || what == FSM_LEFT;
+    if (!@_delayed_line)
         printf("\n");
 }
-static void hook_text(int what, const char *text, unsigned long number)
+static void @_hook_text(int what, const char *text, unsigned long number)
 {
-    begun();
+    @_begun();
     switch (what) {
     case FSM_DELAYED: printf(" in %lu\n", number); break;
     case FSM_LEFT:
@@ -96,7 +96,7 @@ static void hook_text(int what, const char *text, unsigned long number)
     default: break;
     }
 }
-static void hook_symbol(long symbol)
+static void @_hook_symbol(long symbol)
 {
     if (symbol < 0)
         show_bracket(symbol == -1);
@@ -108,16 +108,16 @@ static void hook_symbol(long symbol)
 VERBS = """
 if (strcmp(verb, "start") == 0) {
     now = (uint32_t)read_integer();
-    @_start(&machine, now);
+    @_start(&@_machine, now);
 } else if (strcmp(verb, "run") == 0) {
     now = (uint32_t)read_integer();
-    @_run(&machine, now);
+    @_run(&@_machine, now);
 } else if (strcmp(verb, "post") == 0) {
-    @_event e = read_event();
-    if (!@_post(&machine, &e))
+    @_event e = @_read_event();
+    if (!@_post(&@_machine, &e))
         printf("full queue\\n");
 } else if (strcmp(verb, "dispatch") == 0) {
-    @_event e = read_event();
-    (void)@_dispatch(&machine, &e, now);
+    @_event e = @_read_event();
+    (void)@_dispatch(&@_machine, &e, now);
 }
 """

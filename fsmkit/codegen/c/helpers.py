@@ -9,7 +9,7 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
 
 QUEUES = """
-static const @_event no_event = %_NO_EVENT;
+static const @_event @_no_event = %_NO_EVENT;
 
 static void @_count(uint16_t *counter)
 {
@@ -33,7 +33,7 @@ static @_event @_take_out(@_event *queue, uint8_t *count, uint8_t room, uint8_t 
     (*count)--;
     for (; place + 1u < room && place < *count; place++)
         queue[place] = queue[place + 1u];
-    queue[place] = no_event;
+    queue[place] = @_no_event;
     return e;
 }
 
@@ -64,7 +64,7 @@ static void @_error(@ *m, uint16_t event, const char *name)
 {
     (void)name;
     FSM_HOOK_TEXT(m, FSM_ERROR, name, 0);
-    @_event e = no_event;
+    @_event e = @_no_event;
     e.event = ($EVENT)event;
     @_raise(m, &e, false);
 }

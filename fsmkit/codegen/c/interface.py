@@ -94,7 +94,7 @@ class InterfacePrinter:
         name = names.event_names[event]
         out.line(f"bool {p}_post_{name}({p} *m{parameters(fields, names)})")
         with out.block("{"):
-            out.line(f"{p}_event e = no_event;")
+            out.line(f"{p}_event e = {p}_no_event;")
             out.line(f"e.event = {names.events[event]};")
             self._fill(out, fields, f"e.of.{names.payloads[event]}")
             out.line(f"return {p}_post(m, &e);")

@@ -30,7 +30,7 @@ static bool @_conflict(uint16_t d1, uint16_t d2)
 {
     if (d1 == 0u || d2 == 0u)
         return false;
-    return (d1 <= d2 && d2 <= last_below[d1 - 1u]) || (d2 <= d1 && d1 <= last_below[d2 - 1u]);
+    return (d1 <= d2 && d2 <= @_last_below[d1 - 1u]) || (d2 <= d1 && d1 <= @_last_below[d2 - 1u]);
 }
 
 /* Appendix D, removeConflictingTransitions. */
@@ -46,9 +46,9 @@ static void @_remove_conflicts(const @ *m, @_selection *found)
             uint16_t t2 = kept.at[j];
             bool wins = false;
             if (!preempted && @_conflict(d1, @_domain(m, t2))) {
-                uint16_t s1 = source_of[t1 - 1u];
-                uint16_t s2 = source_of[t2 - 1u];
-                wins = s1 > s2 && s1 < last_below[s2];
+                uint16_t s1 = @_source_of[t1 - 1u];
+                uint16_t s2 = @_source_of[t2 - 1u];
+                wins = s1 > s2 && s1 < @_last_below[s2];
                 preempted = !wins;
             }
             if (!wins) {
@@ -206,7 +206,7 @@ static bool @_settle(@ *m)
             (void)@_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
 $CLEAR
     }
-    m->event = no_event;
+    m->event = @_no_event;
     m->budget = 0u;
     m->busy = false;
     return acted;

@@ -263,12 +263,12 @@ class SourcePrinter:
         StepPrinter(names, self.content, self.selection, self.moves, self.selectors).print(out)
 
     def _tables(self, out: Emitter) -> None:
-        chart = self.chart
+        chart, p = self.chart, self.names.prefix
         below = ", ".join(f"{s.last_descendant + 1}u" for s in chart.states)
         sources = ", ".join(f"{t.source}u" for t in chart.transitions)
         out.line("/* By state: the last state below it, plus one. By transition: its source. */")
-        out.line(f"static const uint16_t last_below[] = {{{below}}};")
-        out.line(f"static const uint16_t source_of[] = {{{sources}}};")
+        out.line(f"static const uint16_t {p}_last_below[] = {{{below}}};")
+        out.line(f"static const uint16_t {p}_source_of[] = {{{sources}}};")
         out.line()
 
 

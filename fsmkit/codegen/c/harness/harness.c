@@ -33,7 +33,16 @@ void wrong(const char *what)
 bool next_line(void)
 {
     at = line;
-    return fgets(line, sizeof line, stdin) != NULL;
+    return fgets(line, sizeof line, stdin) != NULL && line[0] != '%';
+}
+
+void end_script(void)
+{
+    printf("%%\n");
+    pending[0] = 0;
+    made_count = 0;
+    random_state = 1;
+    after_bracket = false;
 }
 
 const char *read_text(void)

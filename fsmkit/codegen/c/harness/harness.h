@@ -13,7 +13,8 @@ extern char pending[64]; /* the first line of a macrostep that may turn out to b
 uint32_t next_random(void);
 void seed_random(uint32_t seed);
 
-bool next_line(void);
+bool next_line(void); /* false at the end of the script */
+void end_script(void); /* end the trace too; all is as in the beginning */
 const char *read_text(void);
 int64_t read_integer(void);
 double read_float(void);
