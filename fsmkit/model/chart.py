@@ -44,7 +44,11 @@ class State:
     doc: str = ""
     origin: Origin = Origin.OWN
     done_data: tuple[Expr, ...] = ()
-    """Of a final state: the payload of its parent's ``done.state``, one for each field of that."""
+    """Of a final state: the payload of its parent's ``done.state``, one for each field of that.
+
+    Of a top-level one in a chart that is invoked: the payload of ``Chart.done``."""
+    invokes: tuple[Block, ...] = ()
+    """Run at the end of a macrostep that entered the state and did not leave it (SCXML 6.4)."""
 
     @property
     def is_history(self) -> bool:
@@ -106,7 +110,12 @@ class Operation:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An event. ``directions`` is empty for platform events (``done.state.x``, ``error.*``)."""
+    """An event. ``directions`` is empty for platform events (``done.state.x``, ``error.*``).
+
+    What an invoked machine sends is an event of its own for each ``invocation`` it comes from, so
+    that several may have one name. Its ``finalize`` runs before transitions are selected for it
+    (SCXML 6.5), while that invocation is active.
+    """
 
     index: int
     name: str
@@ -115,6 +124,40 @@ class Event:
     reply: Type | None = None
     span: Span | None = field(default=None, compare=False, repr=False)
     origin: Origin = Origin.OWN
+    invocation: int | None = None
+    finalize: Block = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """What an event becomes in an invoked machine: which one, and where its fields come from.
+
+    ``fields`` has, for each field of the event there, the position of the value here; None for a
+    field that is not given.
+    """
+
+    event: int
+    fields: tuple[int | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Invocation:
+    """A slot for an invoked machine (SCXML 6.4): it holds one while that runs.
+
+    Leaving ``state`` cancels it. ``given`` are the ``chart.data`` that `Invoke` sets. ``passages``:
+    for each event of the invoking chart what it becomes in ``chart``, None if it cannot be received
+    there. ``returns``: for each event of ``chart`` the one it becomes here, if it is sent here.
+    """
+
+    index: int
+    state: int
+    id: str
+    chart: Chart
+    given: tuple[int, ...]
+    passages: tuple[Passage | None, ...]
+    returns: tuple[int | None, ...]
+    autoforward: bool = False
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +200,9 @@ class Chart:
     doc: str = ""
     base: str | None = None
     """Name of the chart it extends."""
+    invocations: tuple[Invocation, ...] = ()
+    done: int | None = None
+    """Of an invoked chart: the event that tells the invoker of its end (``done.invoke.id``)."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
     """The file itself, then its bases."""
 
@@ -172,8 +218,9 @@ class Chart:
 
     @cached_property
     def event_index(self) -> dict[str, int]:
-        """Indices of events by name."""
-        return {event.name: event.index for event in self.events}
+        """Indices of events by name; of several that have it, the one no invoked machine sends."""
+        ordered = sorted(self.events, key=lambda event: event.invocation is None)
+        return {event.name: event.index for event in ordered}
 
     def is_descendant(self, state: int, ancestor: int) -> bool:
         """Whether ``state`` lies strictly below ``ancestor`` (Appendix D, isDescendant)."""

@@ -31,6 +31,7 @@ from fsmkit.model.statements import (
     Fail,
     ForEach,
     If,
+    Invoke,
     Log,
     Raise,
     Reply,
@@ -40,11 +41,15 @@ from fsmkit.model.statements import (
 
 
 def blocks(chart: Chart) -> Iterator[Block]:
-    """Return every handler: of the script, the states, the transitions."""
+    """Return every handler: of the script, the states, the transitions, the events."""
     yield chart.script
     for state in chart.states:
         yield from state.on_entry
         yield from state.on_exit
+        yield from state.invokes
+    for event in chart.events:
+        if event.finalize:
+            yield event.finalize
     for transition in chart.transitions:
         yield transition.content
 
@@ -87,7 +92,7 @@ def values(statement: Statement) -> tuple[Expr, ...]:
     match statement:
         case Assign(location, value):
             return (value, *_indices(location))
-        case Raise(arguments=arguments):
+        case Raise(arguments=arguments) | Invoke(arguments=arguments):
             return arguments
         case Send(arguments=arguments, delay=delay):
             return arguments if delay is None else (*arguments, delay)

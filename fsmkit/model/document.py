@@ -305,7 +305,7 @@ class DocTransition:
 
 @dataclass(frozen=True, slots=True)
 class DocInvoke:
-    """An invoked chart (SCXML 6.4)."""
+    """An invoked chart (SCXML 6.4). ``types`` and ``sources``: all values of the expressions."""
 
     span: Span = field(compare=False, repr=False)
     id: Text | None = None
@@ -320,6 +320,8 @@ class DocInvoke:
     content: Document | None = None
     content_expr: Text | None = None
     finalize: Block | None = None
+    types: tuple[Text, ...] = ()
+    sources: tuple[Text, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from fsmkit.model.statements import (
     Fail,
     ForEach,
     If,
+    Invoke,
     Log,
     Raise,
     Reply,
@@ -59,6 +60,12 @@ def spell_statement(statement: Statement, chart: Chart) -> str:
             return f"reply {spell(value, tick)}"
         case CallOperation(call):
             return spell(call, tick)
+        case Invoke(slot, arguments):
+            invocation = chart.invocations[slot]
+            data = (invocation.chart.data[place] for place in invocation.given)
+            pairs = zip((d.name for d in data), arguments, strict=True)
+            listed = ", ".join(f"{name} = {spell(value, tick)}" for name, value in pairs)
+            return f"invoke {invocation.id}({listed})"
         case Fail(reason):
             return f"error.execution: {reason}"
         case _:

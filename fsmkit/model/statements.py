@@ -36,13 +36,18 @@ class Destination(Enum):
     """The own internal queue (``#_internal``)."""
     PORT = "port"
     """Out of the machine: the host delivers it."""
+    INVOKER = "invoker"
+    """The external queue of the machine that invoked this one (``#_parent``)."""
+    INVOKED = "invoked"
+    """The external queue of a machine that this one invoked (``#_id``)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Send:
     """Send an event, after ``delay`` ticks if given. ``id`` names it for `Cancel`.
 
-    ``delay`` has type duration. ``peer`` is what was written after ``to``, for systems.
+    ``delay`` has type duration. ``peer`` is what was written after ``to``. ``invocations``: the
+    slots that may hold the machine meant by it; the first that is running gets the event.
     """
 
     event: int
@@ -52,6 +57,7 @@ class Send:
     delay: Expr | None = None
     id: str | None = None
     peer: str | None = None
+    invocations: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +128,21 @@ class Fail:
     span: Span = field(compare=False, repr=False)
 
 
-Statement = Assign | Raise | Send | Cancel | Log | If | ForEach | Reply | CallOperation | Fail
+@dataclass(frozen=True, slots=True)
+class Invoke:
+    """Start the machine of an invocation (SCXML 6.4), some of its data with given values.
+
+    One argument for each of ``Invocation.given``, in order. Stands only in ``State.invokes``.
+    """
+
+    invocation: int
+    arguments: tuple[Expr, ...]
+    span: Span = field(compare=False, repr=False)
+
+
+Statement = (
+    Assign | Raise | Send | Cancel | Log | If | ForEach | Reply | CallOperation | Fail | Invoke
+)
 
 Block = tuple[Statement, ...]
 """One handler: an error in it skips the rest of it, not the handlers after it (SCXML 4)."""

@@ -15,6 +15,7 @@ from fsmkit.runtime.clock import duration_text
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
+    Cancellation,
     Cancelled,
     Deferred,
     Delayed,
@@ -30,6 +31,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Overflowed,
     Postponed,
     Raised,
+    Ran,
     Replied,
     Sent,
     Snapshot,
@@ -38,6 +40,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Taken,
     Timeout,
     Unhandled,
+    Within,
 )
 from fsmkit.runtime.values import show
 
@@ -45,18 +48,27 @@ INDENT = " " * 10
 
 
 def pretty(chart: Chart, macrostep: Macrostep) -> Text:
-    """Return a macrostep as styled text; the last line says what is active then."""
+    """Return a macrostep as styled text; the last line says what is active then.
+
+    What an invoked machine does stands behind the id of its invocation.
+    """
     text = Text()
     printer = Printer(chart)
-    if not isinstance(macrostep.event, Delayed):
+    is_whole = not isinstance(macrostep.event, Delayed | Within | Cancellation)
+    if is_whole:
         time = duration_text(macrostep.at * chart.capacities.tick)
         text.append(f"{time:>8}  ", "cyan")
         text.append(printer.cause(macrostep), "bold")
         text.append("\n")
     for effect in macrostep.effects:
+        if isinstance(effect, Ran):
+            invocation = chart.invocations[effect.invocation]
+            for within in pretty(invocation.chart, effect.macrostep).split("\n"):
+                text.append(f"{INDENT}{invocation.id}: ", "blue").append_text(within).append("\n")
+            continue
         line, style = printer.effect(effect)
         text.append(f"{INDENT}{line}\n", style)
-    if not isinstance(macrostep.event, Delayed):
+    if is_whole:
         text.append(f"{INDENT}{printer.active(macrostep.after)}\n", "green")
     text.right_crop(1)
     return text
@@ -81,6 +93,8 @@ class Printer:
                 return self.trigger(self.chart.transitions[transition])
             case None:
                 return "inputs"
+            case Within() | Cancellation():
+                return "what it invoked"
             case _:
                 assert_never(macrostep.event)
 
@@ -133,6 +147,8 @@ class Printer:
                 return f"the {QUEUES[queue]} is full: an event is lost", "red"
             case Faulted(reason):
                 return f"the machine stops: {reason}", "bold red"
+            case Ran():
+                return "", ""
             case _:
                 assert_never(effect)
 

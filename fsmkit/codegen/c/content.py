@@ -33,6 +33,7 @@ from fsmkit.model.statements import (
     Fail,
     ForEach,
     If,
+    Invoke,
     Log,
     Raise,
     Reply,
@@ -70,6 +71,8 @@ def fails(statement: Statement) -> bool:
             return can_fail(call)
         case Cancel():
             return False
+        case Invoke(_, arguments):
+            return any(map(can_fail, arguments))
         case _:
             assert_never(statement)
 
@@ -157,6 +160,8 @@ class ContentPrinter:
             case Fail():
                 out.line("(void)fsm_fails(&m->failed);")
                 out.line("return;")
+            case Invoke():
+                raise NotImplementedError  # see `limits`
             case _:
                 assert_never(statement)
 

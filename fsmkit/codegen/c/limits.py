@@ -35,6 +35,11 @@ def report_limits(chart: Chart, findings: Findings) -> None:
             "abstract-chart", f"`{chart.name}` is abstract: it is there to be extended", at,
             help="compile a chart that extends it, or remove `abstract`",
         )  # fmt: skip
+    for invocation in chart.invocations:
+        findings.add(
+            "c-limit", f"`{invocation.id}` is an invoked chart: this target has none yet",
+            invocation.span or at, help="run it with `fsmkit run`",
+        )  # fmt: skip
     capacities = chart.capacities
     for name in ("queue", "internal", "delayed"):
         if getattr(capacities, name) > LARGEST_CAPACITY:

@@ -39,6 +39,7 @@ from fsmkit.model.statements import (
     Fail,
     ForEach,
     If,
+    Invoke,
     Log,
     Raise,
     Reply,
@@ -147,6 +148,8 @@ class ContentPrinter:
                 out.line(printer.print(call))
             case Fail(reason):
                 out.line(f"raise ContentError({reason!r})")
+            case Invoke():
+                raise NotImplementedError  # see `limits`
             case _:
                 assert_never(statement)
 

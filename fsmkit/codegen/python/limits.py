@@ -9,7 +9,14 @@ from fsmkit.model.document import Trigger
 
 def check(chart: Chart, findings: Findings) -> bool:
     """Whether a chart can be written as a Python machine; findings where not."""
-    is_fine = True
+    is_fine = not chart.invocations
+    for invocation in chart.invocations:
+        findings.add(
+            "c-limit",
+            f"`{invocation.id}` is an invoked chart: this target has none yet",
+            invocation.span or chart.root.span,
+            help="run it with `fsmkit run`",
+        )
     for transition in chart.transitions:
         if transition.trigger is Trigger.SOMETIMES:
             is_fine = False

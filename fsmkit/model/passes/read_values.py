@@ -37,7 +37,8 @@ def start_value(text: Text, type_: Type | None, scope: Scope, findings: Findings
     if isinstance(type_, ArrayType) or (type_ is None and is_list(text)):
         return _array_value(text, type_, scope, findings)
     attempt = Findings()
-    typed = type_expression(text, scope, attempt, type_)
+    _check_range(text, type_, scope, attempt)
+    typed = None if attempt.has_errors else type_expression(text, scope, attempt, type_)
     findings.extend(attempt)
     if typed is None or attempt.has_errors:
         return None
@@ -46,6 +47,31 @@ def start_value(text: Text, type_: Type | None, scope: Scope, findings: Findings
         return found
     general = general_type(found.type)
     return Literal(_in_type(found.value, general), general, text.span)
+
+
+def _check_range(text: Text, type_: Type | None, scope: Scope, findings: Findings) -> None:
+    """Report a start value that is not in its type, also where storing it would wrap it around."""
+    if not isinstance(type_, IntType | FloatType):
+        return
+    typed = type_expression(text, scope, Findings())
+    value = typed and fold(typed)
+    if not isinstance(value, Literal) or not isinstance(value.value, int | float):
+        return
+    if isinstance(type_, FloatType):
+        is_within = math.isinf(value.value) or math.isfinite(rounded(value.value, type_.bits))
+        advice = "declare it `float64`"
+    else:
+        is_within = type_.lo <= whole(value.value, type_.lo, type_.hi) <= type_.hi
+        advice = f"keep it within {type_.lo}..{type_.hi}, or widen the type"
+    is_lenient = scope.dialect != "fsmkit"
+    if not is_within and not isinstance(value.value, bool):
+        findings.add(
+            "value-out-of-range",
+            f"the start value {value.value} is not within `{type_}`",
+            text,
+            help=advice,
+            severity=Severity.WARNING if is_lenient else Severity.ERROR,
+        )
 
 
 def _array_value(

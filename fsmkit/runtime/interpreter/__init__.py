@@ -34,10 +34,19 @@ Where the standard or SEMANTICS leaves a choice, these hold on every runtime:
 * *End.* When a top-level final state is entered, the microstep is completed, what is left in the
   internal queue is dropped, and the states are left, innermost first (exitInterpreter). The
   configuration still tells where it ended. Queues and timers are emptied.
+* *Invocations.* What a state invokes is started at the end of the macrostep that entered it, in
+  document order: data are given, the first macrostep is run. When every one runs, they take one
+  external event each, in document order, until all are quiet (at most ``capacities.microsteps``
+  times; the rest waits for the next call): all that belongs to the macrostep of the invoker, and
+  has its time. A timer of an invoked machine is due as if it were the invoker's, after those due at
+  once there. Events for the invoker go to its external queue at once, ``done.invoke`` last; one
+  that is full tells so where the event was sent. An event for a machine that does not run is
+  ``error.communication``. Leaving the state cancels, after its own exit content: the invoked
+  machine leaves its states, and what it sends then goes nowhere. Its fault is one of the invoker.
 * *Refusal.* ``post`` is refused when the queue is full and when the machine is not running.
 """
 
-from fsmkit.runtime.interpreter.macrostep import initial, start, step
+from fsmkit.runtime.interpreter.macrostep import cancel, initial, start, step
 from fsmkit.runtime.interpreter.run import (
     at_time,
     dispatch,
@@ -74,6 +83,7 @@ __all__ = [
     "Timeout",
     "Timer",
     "at_time",
+    "cancel",
     "dispatch",
     "initial",
     "is_deferred",

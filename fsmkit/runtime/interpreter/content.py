@@ -27,6 +27,7 @@ from fsmkit.model.statements import (
     Fail,
     ForEach,
     If,
+    Invoke,
     Log,
     Raise,
     Reply,
@@ -35,6 +36,7 @@ from fsmkit.model.statements import (
 )
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.invocation import pass_on, start_invoked
 from fsmkit.runtime.interpreter.snapshot import (
     Cancelled,
     Delayed,
@@ -104,6 +106,8 @@ def execute(g: Globals, statement: Statement) -> None:
             g.effects.append(Replied(evaluate(value, g)))
         case CallOperation(call):
             g.call(call.operation, _values(g, call.arguments))
+        case Invoke(slot, arguments):
+            start_invoked(g, slot, _values(g, arguments))
         case Fail(reason):
             raise ContentError(reason)
         case _:
@@ -149,12 +153,18 @@ def send(g: Globals, statement: Send) -> None:
     """Send an event (SCXML 6.2): into a queue, out by the port, or later."""
     occurrence = Occurrence(statement.event, _values(g, statement.arguments))
     if statement.delay is None:
-        deliver(g, occurrence, statement.destination, statement.peer)
+        deliver(g, occurrence, statement)
         return
     delay = evaluate(statement.delay, g)
     if not isinstance(delay, int) or delay < 0:
         raise ContentError("a delay cannot be negative")
-    what = Delayed(occurrence, statement.destination, statement.id, statement.peer)
+    what = Delayed(
+        occurrence,
+        statement.destination,
+        statement.id,
+        statement.peer,
+        statement.invocations,
+    )
     g.effects.append(Postponed(what, delay))
     if timers.pending_sends(g) < g.chart.capacities.delayed:
         g.insert_timer(Timer(g.now + delay, what))
@@ -162,9 +172,9 @@ def send(g: Globals, statement: Send) -> None:
         g.effects.append(Overflowed("delayed"))
 
 
-def deliver(g: Globals, occurrence: Occurrence, destination: Destination, peer: str | None) -> None:
+def deliver(g: Globals, occurrence: Occurrence, how: Send | Delayed) -> None:
     """Hand an event to its destination, at once."""
-    match destination:
+    match how.destination:
         case Destination.SELF:
             g.effects.append(Sent(occurrence))
             g.enqueue_external(occurrence)
@@ -172,9 +182,15 @@ def deliver(g: Globals, occurrence: Occurrence, destination: Destination, peer: 
             g.effects.append(Raised(occurrence))
             g.enqueue_internal(occurrence)
         case Destination.PORT:
-            g.effects.append(Emitted(occurrence, peer))
+            g.effects.append(Emitted(occurrence, how.peer))
+        case Destination.INVOKER:
+            g.enqueue_at_invoker(occurrence)
+        case Destination.INVOKED:
+            g.effects.append(Emitted(occurrence, how.peer))
+            if not pass_on(g, how.invocations, occurrence):
+                g.error("error.communication", f"no machine runs under `{how.peer}`")
         case _:
-            assert_never(destination)
+            assert_never(how.destination)
 
 
 def _for_each(g: Globals, statement: ForEach) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from fsmkit.expressions import ContentError, RangeFault, default_value, evaluate
+from fsmkit.expressions import ContentError, RangeFault, Value, default_value, evaluate
 from fsmkit.model.chart import State, Transition
 from fsmkit.model.document import Kind
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.content import execute_block, execute_content
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.index import EntrySet
+from fsmkit.runtime.interpreter.invocation import cancel_invoked
 from fsmkit.runtime.interpreter.snapshot import Entered, Exited, Occurrence
 from fsmkit.runtime.interpreter.structure import (
     compute_exit_set,
@@ -35,12 +36,15 @@ def exit_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
 
 
 def leave(g: Globals, state: int) -> None:
-    """Cancel the timers of a state and run its exit handlers in document order (SCXML 3.9)."""
+    """Cancel timers, run the exit handlers in document order (SCXML 3.9), cancel invocations."""
     g.effects.append(Exited(state))
     if g.index.timed[state]:
         timers.disarm(g, state)
     for block in g.chart.states[state].on_exit:
         execute_block(g, block)
+    g.states_to_invoke.discard(state)
+    for slot in g.index.invocations[state]:
+        cancel_invoked(g, slot)
 
 
 def _to_record(g: Globals, history: int, parent: int) -> frozenset[int]:
@@ -61,6 +65,8 @@ def enter_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
         g.effects.append(Entered(index))
         if g.index.timed[index]:
             timers.arm(g, index)
+        if state.invokes:
+            g.states_to_invoke.add(index)
         for block in state.on_entry:
             execute_block(g, block)
         if index in entry_set.for_default_entry:
@@ -94,6 +100,11 @@ def _raise_done(g: Globals, state: int, final: State | None) -> None:
     event = g.chart.event_index.get(f"done.state.{g.chart.states[state].id}")
     if event is None:
         return
+    g.enqueue_internal(Occurrence(event, done_payload(g, event, final)))
+
+
+def done_payload(g: Globals, event: int, final: State | None) -> tuple[Value, ...]:
+    """Return what a final state says of its end, a value for each field (SCXML 5.5)."""
     fields = g.chart.events[event].fields
     payload = []
     for place, part in enumerate(fields):
@@ -107,7 +118,7 @@ def _raise_done(g: Globals, state: int, final: State | None) -> None:
             except ContentError as error:
                 g.error("error.execution", str(error))
         payload.append(value)
-    g.enqueue_internal(Occurrence(event, tuple(payload)))
+    return tuple(payload)
 
 
 # --- the entry set ----------------------------------------------------------------------------

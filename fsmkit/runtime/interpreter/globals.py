@@ -11,6 +11,7 @@ from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
     Effect,
+    Emitted,
     Erred,
     Faulted,
     Host,
@@ -45,14 +46,19 @@ class Globals:
         "index",
         "inputs",
         "internal",
+        "invoked",
+        "is_cancelled",
         "microsteps",
         "now",
         "queue",
+        "returned",
+        "room",
         "running",
+        "states_to_invoke",
         "timers",
     )
 
-    def __init__(self, chart: Chart, snapshot: Snapshot, host: Host) -> None:
+    def __init__(self, chart: Chart, snapshot: Snapshot, host: Host, room: int = 0) -> None:
         self.chart = chart
         self.index = index_of(chart)
         self.host = host
@@ -68,6 +74,13 @@ class Globals:
         self.finished = snapshot.finished
         self.fault = snapshot.fault
         self.internal: deque[Occurrence] = deque()
+        self.invoked = list(snapshot.invoked)
+        self.states_to_invoke: set[int] = set()
+        """Entered in this macrostep and not left since (Appendix D, statesToInvoke)."""
+        self.returned: list[Occurrence] = []
+        """Events for the machine that invoked this one, whose queue takes ``room`` of them."""
+        self.room = room
+        self.is_cancelled = False
         self.event: Occurrence | None = None
         """SCXML 5.10.1, ``_event``: the event at hand, until the next is taken."""
         self.budget = chart.capacities.microsteps
@@ -90,6 +103,7 @@ class Globals:
             self.running,
             self.finished,
             self.fault,
+            tuple(self.invoked),
         )
 
     def close_microstep(
@@ -118,6 +132,16 @@ class Globals:
         """Append to the own external queue; when it is full, the event is dropped and told."""
         if len(self.queue) + len(self.deferred) < self.chart.capacities.queue:
             self.queue.append(occurrence)
+        else:
+            self.effects.append(Overflowed("queue"))
+
+    def enqueue_at_invoker(self, occurrence: Occurrence) -> None:
+        """Send to the machine that invoked this one; nothing any more when that cancels it."""
+        self.effects.append(Emitted(occurrence, "#_parent"))
+        if self.is_cancelled:
+            return
+        if len(self.returned) < self.room:
+            self.returned.append(occurrence)
         else:
             self.effects.append(Overflowed("queue"))
 

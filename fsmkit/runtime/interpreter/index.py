@@ -41,6 +41,8 @@ class Index:
     eventless: tuple[tuple[Transition, ...], ...]
     timed: tuple[tuple[Transition, ...], ...]
     defers: tuple[frozenset[int], ...]
+    invocations: tuple[tuple[int, ...], ...]
+    """For each state the invocations that leaving it cancels."""
     children: tuple[tuple[int, ...], ...]
     """getChildStates: without histories."""
     histories: tuple[tuple[int, ...], ...]
@@ -84,6 +86,7 @@ def _build(chart: Chart) -> Index:
         eventless=eventless,
         timed=tuple(_of(chart, state, Trigger.AFTER, Trigger.EVERY) for state in states),
         defers=tuple(frozenset(state.defer) for state in states),
+        invocations=_invocations(chart),
         children=tuple(_children(chart, state, histories=False) for state in states),
         histories=tuple(_children(chart, state, histories=True) for state in states),
         leaves=frozenset(state.index for state in states if state.is_leaf),
@@ -103,9 +106,17 @@ def _build(chart: Chart) -> Index:
             frozenset(),
             tuple(variable.init.value for variable in values),
             tuple(variable.init.value for variable in chart.inputs),
+            invoked=(None,) * len(chart.invocations),
         ),
         has_history=any(state.is_history for state in states),
     )
+
+
+def _invocations(chart: Chart) -> tuple[tuple[int, ...], ...]:
+    found: list[tuple[int, ...]] = [()] * len(chart.states)
+    for invocation in chart.invocations:
+        found[invocation.state] = (*found[invocation.state], invocation.index)
+    return tuple(found)
 
 
 def static_domain(chart: Chart, transition: Transition) -> int | None:

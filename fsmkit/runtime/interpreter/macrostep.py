@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from fsmkit.expressions import Value
 from fsmkit.model.chart import Chart
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.content import execute_block, execute_transition_content
-from fsmkit.runtime.interpreter.entry_exit import enter_states, exit_states, leave
+from fsmkit.runtime.interpreter.entry_exit import done_payload, enter_states, exit_states, leave
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.invocation import forward, settle
 from fsmkit.runtime.interpreter.selection import (
     Enabled,
     select_eventless_transitions,
@@ -18,6 +21,7 @@ from fsmkit.runtime.interpreter.selection import (
     select_transitions,
 )
 from fsmkit.runtime.interpreter.snapshot import (
+    Cancellation,
     Deferred,
     Host,
     Macrostep,
@@ -27,8 +31,11 @@ from fsmkit.runtime.interpreter.snapshot import (
     Start,
     Timeout,
     Unhandled,
+    Within,
 )
 from fsmkit.runtime.interpreter.structure import default_transition
+
+NOTHING: Mapping[int, Value] = MappingProxyType({})
 
 
 def initial(chart: Chart) -> Snapshot:
@@ -36,11 +43,25 @@ def initial(chart: Chart) -> Snapshot:
     return index_of(chart).initial
 
 
-def start(chart: Chart, now: int, host: Host, inputs: tuple[Value, ...] | None = None) -> Macrostep:
-    """Begin, or begin anew: run the script and enter the initial states (Appendix D, interpret)."""
+def start(
+    chart: Chart,
+    now: int,
+    host: Host,
+    inputs: tuple[Value, ...] | None = None,
+    *,
+    given: Mapping[int, Value] = NOTHING,
+    room: int = 0,
+) -> Macrostep:
+    """Begin, or begin anew: run the script and enter the initial states (Appendix D, interpret).
+
+    An invoker gives values of data by position, and the room in its queue.
+    """
     before = initial(chart)
     before = replace(before, now=now, inputs=before.inputs if inputs is None else inputs)
-    g = Globals(chart, before, host)
+    if given:
+        data = tuple(given.get(place, value) for place, value in enumerate(before.data))
+        before = replace(before, data=data)
+    g = Globals(chart, before, host, room)
     g.running = True
     g.configuration.add(0)
     execute_block(g, chart.script)
@@ -50,7 +71,7 @@ def start(chart: Chart, now: int, host: Host, inputs: tuple[Value, ...] | None =
     entered = enter_states(g, (entry,))
     g.close_microstep(None, entered=entered)
     main_event_loop(g)
-    return Macrostep(before, Start(), tuple(g.microsteps), g.freeze(), now)
+    return Macrostep(before, Start(), tuple(g.microsteps), g.freeze(), now, tuple(g.returned))
 
 
 def step(
@@ -60,17 +81,23 @@ def step(
     host: Host,
     *,
     may_defer: bool = True,
+    is_external: bool = True,
+    room: int = 0,
 ) -> Macrostep:
     """Run one macrostep: an event or timeout (no longer in its queue), or eventless transitions.
 
     The time is ``snapshot.now``; for a timeout that must be its deadline. A machine that is not
-    running does nothing.
+    running does nothing. ``is_external``: the event has just left the external queue. ``room`` is
+    that in the queue of the invoker.
     """
     if not snapshot.running:
         return Macrostep(snapshot, event, (), snapshot, snapshot.now)
-    g = Globals(chart, snapshot, host)
+    g = Globals(chart, snapshot, host, room)
     match event:
         case Occurrence():
+            if is_external and chart.invocations:
+                finalize(g, event)
+                forward(g, event)
             react(g, event, may_defer=may_defer)
         case Timeout(transition):
             timers.rearm(g, event)
@@ -81,10 +108,58 @@ def step(
         case None:
             pass
     main_event_loop(g)
-    return Macrostep(snapshot, event, tuple(g.microsteps), g.freeze(), snapshot.now)
+    returned = tuple(g.returned)
+    return Macrostep(snapshot, event, tuple(g.microsteps), g.freeze(), snapshot.now, returned)
+
+
+def cancel(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> Macrostep:
+    """End an invoked machine whose invoker left the state that holds it (SCXML 6.4.3)."""
+    g = Globals(chart, snapshot, host)
+    g.now = now
+    g.is_cancelled = True
+    g.running = False
+    exit_interpreter(g)
+    return Macrostep(snapshot, Cancellation(), tuple(g.microsteps), g.freeze(), now)
+
+
+def settle_invoked(chart: Chart, snapshot: Snapshot, host: Host, room: int) -> Macrostep | None:
+    """Let invoked machines take what waits in their queues; None where nothing does."""
+    g = Globals(chart, snapshot, host, room)
+    settle(g)
+    return close_within(g, snapshot) if g.effects else None
+
+
+def close_within(g: Globals, before: Snapshot) -> Macrostep:
+    """Return a macrostep in which only invoked machines did something."""
+    end_macrostep(g)
+    return Macrostep(before, Within(), tuple(g.microsteps), g.freeze(), g.now, tuple(g.returned))
+
+
+def finalize(g: Globals, event: Occurrence) -> None:
+    """Run the finalize of the invocation that sent an event, if it is active (SCXML 6.5)."""
+    declared = g.chart.events[event.event]
+    slot = declared.invocation
+    if slot is not None and g.chart.invocations[slot].state in g.configuration:
+        g.event = event
+        execute_block(g, declared.finalize)
 
 
 def main_event_loop(g: Globals) -> None:
+    """Go on until the configuration is stable and what was entered is invoked (mainEventLoop)."""
+    run_to_completion(g)
+    while g.states_to_invoke and g.running and g.fault is None:
+        for state in sorted(g.states_to_invoke):
+            for block in g.chart.states[state].invokes:
+                execute_block(g, block)
+        g.states_to_invoke.clear()
+        if g.internal:  # invoking may have raised errors
+            run_to_completion(g)
+    if g.running and g.fault is None and g.chart.invocations:
+        settle(g)
+    end_macrostep(g)
+
+
+def run_to_completion(g: Globals) -> None:
     """Go on until the configuration is stable (Appendix D, mainEventLoop, its inner loop).
 
     Each round takes a set of eventless transitions or one internal event; the rounds of a
@@ -100,6 +175,10 @@ def main_event_loop(g: Globals) -> None:
             take(g, None, enabled)
         else:
             react(g, g.internal.popleft(), may_defer=False)
+
+
+def end_macrostep(g: Globals) -> None:
+    """Stop the machine if it has come to its end or to a fault; close what is left open."""
     if g.fault is not None:
         g.running = g.finished = False
     elif not g.running:
@@ -155,4 +234,8 @@ def exit_interpreter(g: Globals) -> None:
     g.queue.clear()
     g.deferred.clear()
     g.timers.clear()
+    if g.chart.done is not None and g.finished and not g.is_cancelled:
+        final = next(s for s in left if g.chart.states[s].parent == 0)
+        payload = done_payload(g, g.chart.done, g.chart.states[final])
+        g.enqueue_at_invoker(Occurrence(g.chart.done, payload))
     g.close_microstep(None, exited=tuple(left))

@@ -12,8 +12,12 @@ from typing import assert_never
 from fsmkit.expressions import Value
 from fsmkit.model.chart import Chart
 from fsmkit.model.statements import Destination
+from fsmkit.runtime.interpreter.content import deliver
+from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.macrostep import step
+from fsmkit.runtime.interpreter.invocation import absorb, settle
+from fsmkit.runtime.interpreter.invocation import room as room_of
+from fsmkit.runtime.interpreter.macrostep import close_within, settle_invoked, step
 from fsmkit.runtime.interpreter.snapshot import (
     Delayed,
     Effect,
@@ -58,7 +62,7 @@ def run(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> tuple[Macrost
         following = step_event(chart, current, host) if allowance > 0 else None
         if following is not None:
             allowance -= 1
-        elif current.timers and current.timers[0].deadline <= now:
+        elif _is_due(current, now):
             following = step_timer(chart, current, host)
             allowance = chart.capacities.microsteps
         if following is None:
@@ -76,34 +80,51 @@ def step_eventless(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | 
     return tried if tried.microsteps else None
 
 
-def step_event(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None:
-    """Take one event, a recalled one first, and run its macrostep; None where there is none."""
-    if not snapshot.running or not (snapshot.queue or snapshot.deferred):
+def _is_due(snapshot: Snapshot, now: int) -> bool:
+    deadline = next_deadline(snapshot)
+    return deadline is not None and deadline <= now
+
+
+def step_event(chart: Chart, snapshot: Snapshot, host: Host, *, room: int = 0) -> Macrostep | None:
+    """Take one event, a recalled one first, and run its macrostep; None where there is none.
+
+    Where only machines that it invoked have events left, they go on.
+    """
+    if not snapshot.running:
         return None
     for place, occurrence in enumerate(snapshot.deferred):
         if not is_deferred(chart, snapshot, occurrence.event):
             rest = snapshot.deferred[:place] + snapshot.deferred[place + 1 :]
             before = snapshot.waiting(snapshot.now, snapshot.queue, rest, snapshot.timers)
-            return step(chart, before, occurrence, host)
-    if not snapshot.queue:
-        return None
-    return step(chart, _with_queue(snapshot, snapshot.queue[1:]), snapshot.queue[0], host)
+            return step(chart, before, occurrence, host, is_external=False, room=room)
+    if snapshot.queue:
+        before = _with_queue(snapshot, snapshot.queue[1:])
+        return step(chart, before, snapshot.queue[0], host, room=room)
+    return settle_invoked(chart, snapshot, host, room) if any(snapshot.invoked) else None
 
 
-def step_timer(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None:
+def step_timer(chart: Chart, snapshot: Snapshot, host: Host, *, room: int = 0) -> Macrostep | None:
     """Fire the first timer, at its deadline, whatever the time is; None where there is none.
 
-    A delayed event only goes to the queue, or leaves by the port.
+    A delayed event only goes to the queue, or leaves by the port. Of timers that are due at once
+    in several machines the invoker's comes first.
     """
-    if not snapshot.running or not snapshot.timers:
+    deadline = next_deadline(snapshot)
+    if not snapshot.running or deadline is None:
         return None
+    if not snapshot.timers or snapshot.timers[0].deadline > deadline:
+        return _step_timer_within(chart, snapshot, deadline, host, room)
     timer, later = snapshot.timers[0], snapshot.timers[1:]
     before = snapshot.waiting(timer.deadline, snapshot.queue, snapshot.deferred, later)
     match timer.what:
         case Timeout():
-            return step(chart, before, timer.what, host)
+            return step(chart, before, timer.what, host, room=room)
         case Delayed(occurrence, Destination.INTERNAL):
-            return step(chart, before, occurrence, host, may_defer=False)
+            return step(
+                chart, before, occurrence, host, may_defer=False, is_external=False, room=room
+            )
+        case Delayed(destination=Destination.INVOKED | Destination.INVOKER):
+            return _step_passing(chart, before, timer.what, host, room)
         case Delayed(occurrence, Destination.PORT, _, peer):
             return _passed_on(before, timer.what, before, Emitted(occurrence, peer))
         case Delayed(occurrence):
@@ -113,6 +134,39 @@ def step_timer(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None
             return _passed_on(before, timer.what, after)
         case _:
             assert_never(timer.what)
+
+
+def _step_timer_within(
+    chart: Chart, snapshot: Snapshot, deadline: int, host: Host, room: int
+) -> Macrostep:
+    """Fire the first timer of an invoked machine."""
+    before = at_time(snapshot, deadline)
+    g = Globals(chart, before, host, room)
+    for invocation in chart.invocations:
+        child = snapshot.invoked[invocation.index]
+        if child is not None and next_deadline(child) == deadline:
+            done = step_timer(invocation.chart, child, host, room=room_of(g))
+            if done is not None:
+                absorb(g, invocation, done)
+            break
+    if g.fault is None:
+        settle(g)
+    return close_within(g, before)
+
+
+def _step_passing(
+    chart: Chart, before: Snapshot, what: Delayed, host: Host, room: int
+) -> Macrostep:
+    """Let a delayed event go to the invoker or to an invoked machine; its absence is an error."""
+    if what.destination is Destination.INVOKED and not any(
+        before.invoked[slot] is not None for slot in what.invocations
+    ):
+        error = Occurrence(chart.event_index["error.communication"])
+        return step(chart, before, error, host, may_defer=False, is_external=False, room=room)
+    g = Globals(chart, before, host, room)
+    deliver(g, what.occurrence, what)
+    settle(g)
+    return close_within(g, before)
 
 
 def dispatch(
@@ -138,8 +192,12 @@ def is_deferred(chart: Chart, snapshot: Snapshot, event: int) -> bool:
 
 
 def next_deadline(snapshot: Snapshot) -> int | None:
-    """Return when the first timer is due, if one is armed."""
-    return snapshot.timers[0].deadline if snapshot.timers else None
+    """Return when the first timer is due, if one is armed, here or in an invoked machine."""
+    first = snapshot.timers[0].deadline if snapshot.timers else None
+    if not any(snapshot.invoked):
+        return first
+    within = [next_deadline(child) for child in snapshot.invoked if child is not None]
+    return min((due for due in (first, *within) if due is not None), default=None)
 
 
 def at_time(snapshot: Snapshot, now: int) -> Snapshot:

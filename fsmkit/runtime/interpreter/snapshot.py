@@ -39,6 +39,7 @@ class Delayed:
     destination: Destination = Destination.SELF
     id: str | None = None
     peer: str | None = None
+    invocations: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,8 @@ class Snapshot:
     stops, in a final configuration or with a fault. ``data`` holds the values of data and then of
     outputs, in the order of the chart. ``history`` is sorted by state; a history state without a
     recorded value is absent. ``timers`` is in order of (deadline, arming). ``now`` is the time of
-    the latest macrostep. ``running``: started, not finished, no fault.
+    the latest macrostep. ``running``: started, not finished, no fault. ``invoked`` holds, for each
+    invocation of the chart, the machine that runs in it.
     """
 
     configuration: frozenset[int]
@@ -71,6 +73,7 @@ class Snapshot:
     running: bool = False
     finished: bool = False
     fault: str | None = None
+    invoked: tuple[Snapshot | None, ...] = ()
 
     def waiting(
         self,
@@ -92,6 +95,7 @@ class Snapshot:
             self.running,
             self.finished,
             self.fault,
+            self.invoked,
         )
 
 
@@ -196,6 +200,14 @@ class Unhandled:
 
 
 @dataclass(frozen=True, slots=True)
+class Ran:
+    """An invoked machine did something meanwhile."""
+
+    invocation: int
+    macrostep: Macrostep
+
+
+@dataclass(frozen=True, slots=True)
 class Deferred:
     """An event was kept, because an active state defers it."""
 
@@ -241,6 +253,7 @@ Effect = (
     | Spent
     | Overflowed
     | Faulted
+    | Ran
 )
 
 
@@ -270,19 +283,32 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
+class Within:
+    """No cause of its own: machines that it invoked went on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cancellation:
+    """The invoker left the state that holds this machine."""
+
+
+@dataclass(frozen=True, slots=True)
 class Macrostep:
     """From one stable configuration to the next (SCXML 3.13).
 
     ``event`` is what caused it: None for eventless transitions that a change of inputs enabled,
     `Delayed` where nothing happened but a delayed event leaving by the port. ``before`` no longer
-    holds the event in its queue. ``at`` is its time in ticks, for a timer its deadline.
+    holds the event in its queue. ``at`` is its time in ticks, for a timer its deadline. What the
+    machines that it invoked do until they are quiet is part of it. ``returned`` are the events that
+    it sent to the machine that invoked it.
     """
 
     before: Snapshot
-    event: Occurrence | Timeout | Delayed | Start | None
+    event: Occurrence | Timeout | Delayed | Start | Within | Cancellation | None
     microsteps: tuple[Microstep, ...]
     after: Snapshot
     at: int
+    returned: tuple[Occurrence, ...] = ()
 
     @property
     def effects(self) -> tuple[Effect, ...]:

@@ -13,6 +13,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
+    Cancellation,
     Cancelled,
     Deferred,
     Delayed,
@@ -28,6 +29,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Overflowed,
     Postponed,
     Raised,
+    Ran,
     Replied,
     Sent,
     Snapshot,
@@ -36,8 +38,10 @@ from fsmkit.runtime.interpreter.snapshot import (
     Taken,
     Timeout,
     Unhandled,
+    Within,
 )
 
+Cause = Occurrence | Timeout | Delayed | Start | Within | Cancellation | None
 CLOCK = 2**32
 """Times in traces are modulo this, as in the 32 bits of a generated machine."""
 
@@ -46,13 +50,18 @@ def trace_lines(chart: Chart, macrosteps: Iterable[Macrostep]) -> Iterator[str]:
     """Yield the lines of macrosteps, in order of execution.
 
     A delayed event that only changes place is no macrostep of its own and has no first and last
-    line.
+    line. What an invoked machine does stands behind the id of its invocation.
     """
     for macrostep in macrosteps:
-        is_whole = not isinstance(macrostep.event, Delayed)
+        is_whole = not isinstance(macrostep.event, Delayed | Within | Cancellation)
         if is_whole:
             yield f"@{macrostep.at % CLOCK} > {_cause(chart, macrostep.event)}"
         for effect in macrostep.effects:
+            if isinstance(effect, Ran):
+                invocation = chart.invocations[effect.invocation]
+                for told in trace_lines(invocation.chart, (effect.macrostep,)):
+                    yield f"{invocation.id}: {told}"
+                continue
             line = effect_line(chart, effect)
             if line is not None:
                 yield line
@@ -61,9 +70,13 @@ def trace_lines(chart: Chart, macrosteps: Iterable[Macrostep]) -> Iterator[str]:
 
 
 def dump_lines(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
-    """Yield ``d NAME VALUE`` for each data and output, in order."""
+    """Yield ``d NAME VALUE`` for each data and output, in order; then of invoked machines."""
     for variable, value in zip((*chart.data, *chart.outputs), snapshot.data, strict=True):
         yield f"d {variable.name} {value_text(value)}"
+    for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
+        if child is not None:
+            for line in dump_lines(invocation.chart, child):
+                yield f"{invocation.id}: {line}"
 
 
 def configuration_line(chart: Chart, snapshot: Snapshot) -> str:
@@ -108,7 +121,7 @@ def effect_line(chart: Chart, effect: Effect) -> str | None:
             return f"full {queue}"
         case Faulted(reason):
             return f"fault {reason}"
-        case Deferred() | Spent():
+        case Deferred() | Spent() | Ran():
             return None
         case _:
             assert_never(effect)
@@ -131,7 +144,7 @@ def value_text(value: Value) -> str:
             assert_never(value)
 
 
-def _cause(chart: Chart, event: Occurrence | Timeout | Delayed | Start | None) -> str:
+def _cause(chart: Chart, event: Cause) -> str:
     match event:
         case Start():
             return "start"
@@ -143,6 +156,8 @@ def _cause(chart: Chart, event: Occurrence | Timeout | Delayed | Start | None) -
             return f"event {_event(chart, occurrence)}"
         case None:
             return "eventless"
+        case Within() | Cancellation():
+            return ""
         case _:
             assert_never(event)
 

@@ -1,0 +1,100 @@
+"""Invoked machines (SCXML 6.4, 6.5): they live in slots of the machine that invoked them."""
+
+from __future__ import annotations
+
+from fsmkit.expressions import Value, default_value
+from fsmkit.model.chart import Invocation
+from fsmkit.runtime import interpreter
+from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Overflowed, Ran
+
+
+def start_invoked(g: Globals, slot: int, given: tuple[Value, ...]) -> None:
+    """Start a machine with some data given: its first macrostep is run at once."""
+    invocation = g.chart.invocations[slot]
+    data = dict(zip(invocation.given, given, strict=True))
+    absorb(
+        g,
+        invocation,
+        interpreter.start(invocation.chart, g.now, g.host, given=data, room=room(g)),
+    )
+
+
+def cancel_invoked(g: Globals, slot: int) -> None:
+    """End a machine: it leaves its states, and what it sends meanwhile goes nowhere (6.4.3)."""
+    child = g.invoked[slot]
+    if child is None:
+        return
+    g.invoked[slot] = None
+    chart = g.chart.invocations[slot].chart
+    done = interpreter.cancel(chart, child, g.now, g.host)
+    g.effects.append(Ran(slot, done))
+    if done.after.fault is not None:
+        g.stop("invoked")
+
+
+def absorb(g: Globals, invocation: Invocation, done: Macrostep) -> None:
+    """Take over what a machine has become, and what it sent here; its fault is a fault here."""
+    g.effects.append(Ran(invocation.index, done))
+    g.invoked[invocation.index] = done.after if done.after.running else None
+    for occurrence in done.returned:
+        event = invocation.returns[occurrence.event]
+        if event is not None:
+            g.queue.append(Occurrence(event, occurrence.payload))
+    if done.after.fault is not None:
+        g.stop("invoked")
+
+
+def room(g: Globals) -> int:
+    """Return how many more events the external queue takes."""
+    return g.chart.capacities.queue - len(g.queue) - len(g.deferred)
+
+
+def pass_on(g: Globals, slots: tuple[int, ...], occurrence: Occurrence) -> bool:
+    """Put an event into the queue of the first machine that is running; False if none is."""
+    for slot in slots:
+        child = g.invoked[slot]
+        if child is None:
+            continue
+        invocation = g.chart.invocations[slot]
+        passage = invocation.passages[occurrence.event]
+        if passage is not None:
+            fields = invocation.chart.events[passage.event].fields
+            payload = tuple(
+                default_value(part.type) if place is None else occurrence.payload[place]
+                for part, place in zip(fields, passage.fields, strict=True)
+            )
+            posted = interpreter.post(invocation.chart, child, Occurrence(passage.event, payload))
+            if posted is None:
+                g.effects.append(Overflowed("queue"))
+            else:
+                g.invoked[slot] = posted
+        return True
+    return False
+
+
+def forward(g: Globals, occurrence: Occurrence) -> None:
+    """Give an external event to every running machine that wants all of them (6.4.1)."""
+    for invocation in g.chart.invocations:
+        if invocation.autoforward:
+            pass_on(g, (invocation.index,), occurrence)
+
+
+def settle(g: Globals) -> None:
+    """Let the invoked machines take one external event each, in document order, until quiet.
+
+    At most ``capacities.microsteps`` times; what is left then waits for the next step.
+    """
+    for _ in range(g.chart.capacities.microsteps):
+        is_quiet = True
+        for invocation in g.chart.invocations:
+            child = g.invoked[invocation.index]
+            if child is None or g.fault is not None:
+                continue
+            now = interpreter.at_time(child, g.now)
+            done = interpreter.step_event(invocation.chart, now, g.host, room=room(g))
+            if done is not None:
+                is_quiet = False
+                absorb(g, invocation, done)
+        if is_quiet or g.fault is not None:
+            return
