@@ -35,6 +35,12 @@ def test_types_are_read_off_start_values(scxml: Any) -> None:
     }
 
 
+def test_a_start_value_that_wraps_around_is_told(scxml: Any) -> None:
+    result = scxml(chart("", '<data id="n" type="uint8" expr="300"/>'))
+    assert "value-out-of-range" in result.rules
+    assert result.chart.data[0].init.value == 44
+
+
 def test_types_are_read_off_assignments(scxml: Any) -> None:
     data = '<data id="n"/><data id="x" expr="1"/><data id="y"/>'
     content = """<assign location="y" expr="n"/><assign location="n" expr="3"/>

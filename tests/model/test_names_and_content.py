@@ -154,6 +154,13 @@ def test_entry_content_has_no_event(yaml: Any) -> None:
     ("declarations", "rule"),
     [
         ("data: {n: 0..3 = 4}", "value-out-of-range"),
+        ("data: {n: 0..3 = 2 + 2}", "value-out-of-range"),
+        ("data: {n: uint8 = 300}", "value-out-of-range"),
+        ("data: {n: 0..3 wrap = 4}", "value-out-of-range"),
+        ("data: {n: uint8 = 300.5}", "value-out-of-range"),
+        ("data: {n: 'uint8[2] = [1, -1]'}", "value-out-of-range"),
+        ("data: {n: float32 = 1e39}", "value-out-of-range"),
+        ("constants: {C: 256}\noutputs: {n: uint8 = C}", "value-out-of-range"),
         ("data: {n: 'uint8[2] = [1, 2, 3]'}", "wrong-array-length"),
         ("data: {n: 0..3 = 1}\ninputs: {n: bool}", "duplicate-name"),
         ("events: {in: [go, go]}", "duplicate-name"),

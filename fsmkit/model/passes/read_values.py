@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.expressions import (
     FLOAT64,
     INT32,
@@ -21,6 +22,8 @@ from fsmkit.expressions import (
     fold,
     type_expression,
 )
+
+LARGEST_FLOAT32 = (2 - 2**-23) * 2.0**127
 
 
 def constant_value(text: Text, scope: Scope, findings: Findings) -> Literal | None:
@@ -50,27 +53,30 @@ def start_value(text: Text, type_: Type | None, scope: Scope, findings: Findings
 
 
 def _check_range(text: Text, type_: Type | None, scope: Scope, findings: Findings) -> None:
-    """Report a start value that is not in its type, also where storing it would wrap it around."""
+    """Report a start value outside of its type, also where storing would wrap it around.
+
+    It is an error, in the lenient dialects a warning, for real files have such values.
+    """
     if not isinstance(type_, IntType | FloatType):
         return
     typed = type_expression(text, scope, Findings())
-    value = typed and fold(typed)
-    if not isinstance(value, Literal) or not isinstance(value.value, int | float):
+    found = None if typed is None else fold(typed)
+    value = found.value if isinstance(found, Literal) else None
+    if not isinstance(value, int | float) or isinstance(value, bool):
         return
     if isinstance(type_, FloatType):
-        is_within = math.isinf(value.value) or math.isfinite(rounded(value.value, type_.bits))
-        advice = "declare it `float64`"
+        is_within = type_.bits == 64 or abs(value) <= LARGEST_FLOAT32
+        advice = "declare it as `float64`"
     else:
-        is_within = type_.lo <= whole(value.value, type_.lo, type_.hi) <= type_.hi
-        advice = f"keep it within {type_.lo}..{type_.hi}, or widen the type"
-    is_lenient = scope.dialect != "fsmkit"
-    if not is_within and not isinstance(value.value, bool):
+        is_within = math.isfinite(value) and type_.lo <= int(value) <= type_.hi
+        advice = f"keep it within {type_.lo}..{type_.hi}, or widen the range"
+    if not is_within:
         findings.add(
             "value-out-of-range",
-            f"the start value {value.value} is not within `{type_}`",
+            f"the start value {value} is not within `{type_}`",
             text,
             help=advice,
-            severity=Severity.WARNING if is_lenient else Severity.ERROR,
+            severity=Severity.ERROR if scope.dialect == "fsmkit" else Severity.WARNING,
         )
 
 
