@@ -15,6 +15,7 @@ from fsmkit.expressions.ecmascript import (
     bind_comparison,
     bind_relation,
     bind_system,
+    join,
     truth,
 )
 from fsmkit.expressions.literals import bind_array, bind_number
@@ -253,6 +254,10 @@ class Binder:
             left, right = self.value(node.left), self.value(node.right)
         if left is None or right is None:
             return None
+        if self.context.is_ecmascript and op is BinaryOp.ADD:
+            joined = join(left, right, span)
+            if joined is not None:
+                return joined
         if self.context.is_ecmascript and op in LOGIC:
             left, right = truth(left), truth(right)
         if self.context.is_ecmascript and op in BITS:

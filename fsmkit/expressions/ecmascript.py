@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fsmkit.expressions.arithmetic import exact
+from fsmkit.expressions.folding import fold
 from fsmkit.expressions.syntax import (
     BinaryNode,
     ElementNode,
@@ -163,6 +164,19 @@ def _not(expr: Expr) -> Expr:
     if isinstance(expr, Literal):
         return Literal(not expr.value, BOOL, expr.span)
     return Unary(UnaryOp.NOT, expr, BOOL, expr.span)
+
+
+def join(left: Expr, right: Expr, span: Span) -> Expr | None:
+    """Return two strings that are known, or one and a whole number, as one string."""
+    parts = fold(left), fold(right)
+    if SYMBOL not in (left.type, right.type):
+        return None
+    texts = [
+        str(part.value)
+        for part in parts
+        if isinstance(part, Literal) and isinstance(part.type, SymbolType | IntType)
+    ]
+    return Literal("".join(texts), SYMBOL, span) if len(texts) == len(parts) else None
 
 
 def bind_relation(binder: Binder, node: BinaryNode) -> Expr | None:

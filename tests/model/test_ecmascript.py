@@ -120,6 +120,59 @@ def test_system_variables_cannot_be_assigned(scxml: Any, name: str) -> None:
     assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("pass",)
 
 
+JOINED = '<data id="v" expr="\'#_scxml_\'"/><data id="w" expr="{}"/>'
+
+
+@pytest.mark.parametrize(
+    ("joining", "target", "rest"),
+    [
+        ("v + w", "v", "_sessionid"),
+        ("v + ('' + w)", "v", "'M'"),
+        ("'#_' + 'internal'", "v", "1"),
+        ("v", "'#_scxml_' + w", "_sessionid"),
+        ("v", "'#_scxml_' + _sessionid", "1"),
+    ],
+)
+def test_strings_are_joined_when_compiling(
+    scxml: Any, joining: str, target: str, rest: str
+) -> None:
+    entry = f'<assign location="v" expr="{joining}"/><send event="go" targetexpr="{target}"/>'
+    chart = scxml(asking("true", JOINED.format(rest), entry)).chart
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+def test_a_join_of_several_values_is_a_choice(scxml: Any) -> None:
+    data = '<data id="a" expr="\'x\'"/><data id="b" expr="\'y\'"/><data id="v" expr="\'\'"/>'
+    chart = scxml(
+        f'{HEAD}<datamodel>{data}</datamodel><state id="s"><onentry>'
+        '<if cond="a == \'x\'"><assign location="b" expr="\'z\'"/></if>'
+        '<assign location="v" expr="a + b + a"/></onentry>'
+        '<transition cond="v == \'xzx\'" target="pass"/>'
+        f'<transition target="fail"/></state>{FINALS}'
+    ).chart
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+LOOP = '<transition event="go" target="s"/>'
+
+
+def test_a_string_that_grows_is_known_only_where_it_grows_once(scxml: Any) -> None:
+    entry = '<assign location="v" expr="v + w"/>'
+    text = asking("true", JOINED.format("_sessionid"), entry)
+    assert "content-not-evaluable" not in scxml(text).rules
+    looping = scxml(text.replace("</onentry>", f"</onentry>{LOOP}"))
+    assert "strings cannot be joined" in looping.one("content-not-evaluable").message
+
+
+@pytest.mark.parametrize("value", ["1 + 'a' == '1a'", "'a' + 'b' != 'ba'", "'a' + (1 + 2) == 'a3'"])
+def test_constants_are_joined(scxml: Any, value: str) -> None:
+    result = scxml(asking(value))
+    assert "content-not-evaluable" not in result.rules
+    assert ends_in(harness("interpreter").run(result.chart, SCRIPT)) == ("pass",)
+
+
 def test_an_increment_in_an_expression_is_told(scxml: Any) -> None:
     result = scxml(asking("++n == 4", N))
     assert "`++` is outside" in result.one("content-not-evaluable").message

@@ -2,7 +2,8 @@
 
 * The ``content`` of an event is its field ``data``, or its members where it is an object.
 * An attribute of ``send`` or ``cancel`` that is the value of a variable becomes a choice among
-  the strings that the variable is ever given: so they are all known when compiling.
+  the strings that the variable is ever given: so they are all known when compiling. The same is
+  done where an assignment joins strings of variables.
 * A variable that is asked whether it is defined has a flag, set wherever it is assigned.
 """
 
@@ -15,8 +16,8 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.expressions import flag_of, location_of_session
-from fsmkit.expressions.ecmascript import PROCESSORS, WHOLE_PAYLOAD
+from fsmkit.expressions import flag_of
+from fsmkit.expressions.ecmascript import WHOLE_PAYLOAD
 from fsmkit.expressions.syntax import unescape
 from fsmkit.model.document import (
     Block,
@@ -35,6 +36,7 @@ from fsmkit.model.document import (
     DocUnreadable,
 )
 from fsmkit.model.literal_content import content_value, members, string
+from fsmkit.model.passes.known_strings import KnownStrings, assigned, find_strings
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -45,8 +47,6 @@ ASKED = re.compile(
     r"|\b(?:undefined|null)\s*[!=]==?\s*([\w$]+)"
 )
 NUMBER = re.compile(r"\s*\d+\s*")
-MOST_VALUES = 32
-"""A variable that is given more strings than this is not told apart."""
 
 
 def lower_ecmascript(document: Document) -> Document:
@@ -65,7 +65,7 @@ def string_value(text: Text) -> str | None:
 @dataclass
 class _Lowering:
     document: Document
-    values: dict[str, set[str] | None] = field(default_factory=dict)
+    strings: KnownStrings = field(default_factory=lambda: KnownStrings("", {}))
     flagged: tuple[str, ...] = ()
     spelt: frozenset[str] = frozenset()
     """Data that start as a number and are only ever used as strings."""
@@ -73,30 +73,7 @@ class _Lowering:
     def run(self) -> Document:
         document = self.document
         parts = tuple(_parts(document))
-        numbers: dict[str, str] = {}
-        for part in parts:
-            match part:
-                case DocData(name, None, init) if init and NUMBER.fullmatch(init.value):
-                    numbers[name.value] = init.value.strip()
-                case DocData(name, _, init) if init is not None:
-                    self._learn(name, init)
-                case DocAssign(location, value, operator=operator):
-                    self._learn(location, None if operator else value)
-                case DocForEach(item=item, index=index):
-                    self._learn(item, None)
-                    if index is not None:
-                        self._learn(index, None)
-                case DocSend(id_location=Text() as location):
-                    self._learn(location, None)
-                case _:
-                    pass
-        for variable, number in numbers.items():
-            strings = self.values.get(variable)
-            if strings and _is_only_sent(variable, parts):
-                self.spelt |= {variable}
-                strings.add(number)
-            else:
-                self.values[variable] = None
+        self.strings = find_strings(document, parts, self._placeholders(parts))
         hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
         declared = {
             part.name.value: part
@@ -122,7 +99,6 @@ class _Lowering:
                     replace(at, value="false" if start is None else "true", offsets=()),
                 )
             )
-        self.values |= dict.fromkeys(hosts)
         return replace(
             document,
             data=tuple(data),
@@ -135,22 +111,17 @@ class _Lowering:
             return data
         return replace(data, init=string(data.init.value.strip(), data.init))
 
-    def _learn(self, name: Text, value: Text | None) -> None:
-        """Take note of a value that a variable is given; None where it is not a string."""
-        known = self.values.setdefault(name.value.strip(), set())
-        constant = None if value is None else self._constant(value)
-        if constant is None or known is None or len(known) >= MOST_VALUES:
-            self.values[name.value.strip()] = None
-        else:
-            known.add(constant)
-
-    def _constant(self, text: Text) -> str | None:
-        plain = text.value.strip()
-        here = location_of_session(self.document.name.value)
-        places = {f"_ioprocessors['{p}'].location" for p in PROCESSORS}
-        if plain == "_event.origin" or plain.replace('"', "'") in places:
-            return here
-        return string_value(text)
+    def _placeholders(self, parts: tuple[object, ...]) -> dict[str, str]:
+        """Return the numbers that only hold the place of a string, and note whose they are."""
+        numbers = {
+            part.name.value: part.init.value.strip()
+            for part in parts
+            if isinstance(part, DocData) and part.type is None and part.init is not None
+            if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, parts)
+        }
+        known = find_strings(self.document, parts, numbers)
+        self.spelt = frozenset(name for name in numbers if len(known.of(name) or ()) > 1)
+        return {name: numbers[name] for name in self.spelt}
 
     # --- the tree -------------------------------------------------------------------------
 
@@ -180,7 +151,7 @@ class _Lowering:
     def _statement(self, statement: DocStatement) -> Block:
         match statement:
             case DocAssign(location, _, span):
-                return (statement, *self._set(location, span))
+                return (*self._assign(statement), *self._set(location, span))
             case DocIf(branches):
                 done = tuple(replace(b, body=self._block(b.body)) for b in branches)
                 return (replace(statement, branches=done),)
@@ -196,6 +167,18 @@ class _Lowering:
                 ) or (statement,)
             case _:
                 return (statement,)
+
+    def _assign(self, statement: DocAssign) -> Block:
+        """Return an assignment that joins strings as a choice among those it can make."""
+        value = assigned(statement.location, statement.value, statement.operator)
+        if not self.strings.joins(value):
+            return (statement,)
+        return self._choose(
+            value,
+            statement.span,
+            lambda made: (replace(statement, value=string(made.value, made), operator=""),),
+            statement,
+        ) or (statement,)
 
     def _set_of(self, statement: DocSend) -> Block:
         location = statement.id_location
@@ -248,24 +231,28 @@ class _Lowering:
             chosen = ()
         return chosen or (send,)
 
-    def _choose(self, expression: Text, span: Span, then: Callable[[Text], Block]) -> Block:
+    def _choose(
+        self,
+        expression: Text,
+        span: Span,
+        then: Callable[[Text], Block],
+        statement: DocAssign | None = None,
+    ) -> Block:
         """Return what is done for each string an expression can be; nothing if not known."""
-        constant = self._constant(expression)
-        if constant is not None and expression.value.strip() != "_event.origin":
-            return then(replace(expression, value=constant, offsets=()))
-        name = expression.value.strip()
-        values = self.values.get(name)
-        if not values:
-            return ()
-        branches = [
-            DocBranch(
-                replace(expression, value=f"{name} == {string(value, expression)}", offsets=()),
-                then(replace(expression, value=value, offsets=())),
-            )
-            for value in sorted(values)
-        ]
-        failure = DocUnreadable(f"`{name}` has no value", span)
-        return (DocIf((*branches, DocBranch(None, (failure,))), span),)
+        choices = self.strings.choices(expression, statement)
+        branches: list[DocBranch] = []
+        for choice in choices:
+            body = then(replace(expression, value=choice.value, offsets=()))
+            if choice.condition is None and not branches:
+                return body
+            condition = None
+            if choice.condition is not None:
+                condition = replace(expression, value=choice.condition, offsets=())
+            branches.append(DocBranch(condition, body))
+        if branches and branches[-1].condition is not None:
+            failure = DocUnreadable(f"`{expression}` has no value", span)
+            branches.append(DocBranch(None, (failure,)))
+        return (DocIf(tuple(branches), span),) if branches else ()
 
 
 def _is_only_sent(name: str, parts: tuple[object, ...]) -> bool:
