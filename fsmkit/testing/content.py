@@ -117,6 +117,10 @@ class Content:
         if not writable:
             return self._log()
         target = self.choices.pick(writable)
+        whole = isinstance(target.type, RecordType | ArrayType) and self.choices.chance(35)
+        others = [v for v in self.terms.same(target.type) if v != target.name]
+        if whole and others:
+            return DocAssign(text(target.name), text(self.choices.pick(others)), PLACE)
         if isinstance(target.type, RecordType):
             part = self.choices.pick(target.type.fields)
             value = self.terms.value(part.type)

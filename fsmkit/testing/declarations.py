@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fsmkit.expressions import (
@@ -29,6 +30,8 @@ PAIR = RecordType(
     "Pair",
     (Field("a", IntType(0, 9)), Field("b", BOOL), Field("c", MACHINE_INTEGERS["int16"])),
 )
+BYTES = ArrayType(MACHINE_INTEGERS["uint8"], 3)
+"""Of payloads; as a variable where one is needed to make such a payload of."""
 RANGES = (
     IntType(0, 9),
     IntType(0, 3),
@@ -75,22 +78,27 @@ class Declared:
 
 def declare(choices: Choices) -> Declared:
     """Return random declarations; the first event is always received and has no payload."""
+    operations = tuple(_operation(choices, n) for n in range(choices.integer(0, 3)))
+    events = _events(choices)
+    fields = [f.type for e in events for f in e.fields]
+    fields += [f.type for o in operations for f in o.parameters]
     return Declared(
         (COLOR, PAIR),
         (("K0", choices.integer(0, 5)),) if choices.chance(30) else (),
-        _data(choices),
+        _data(choices, needed=fields),
         tuple((f"i{n}", choices.pick(INPUTS), "") for n in range(choices.integer(0, 2))),
         tuple(
             (f"o{n}", type_, literal(choices, type_))
             for n in range(choices.integer(0, 2))
             for type_ in (choices.pick(OUTPUTS),)
         ),
-        tuple(_operation(choices, n) for n in range(choices.integer(0, 3))),
-        _events(choices),
+        operations,
+        events,
     )
 
 
-def _data(choices: Choices) -> tuple[tuple[str, Type, str | None], ...]:
+def _data(choices: Choices, needed: Sequence[Type]) -> tuple[tuple[str, Type, str | None], ...]:
+    """Return variables; one of each ``needed`` type of whose values there are no literals."""
     found: list[tuple[str, Type, str | None]] = []
     for n in range(choices.integer(0, 5)):
         type_ = _scalar(choices)
@@ -102,8 +110,10 @@ def _data(choices: Choices) -> tuple[tuple[str, Type, str | None], ...]:
             found.append(("item", array.element, literal(choices, array.element)))
     if choices.chance(25):
         found.append(("w", DURATION, literal(choices, DURATION)))
-    if choices.chance(20):
+    if PAIR in needed or choices.chance(20):
         found.append(("r", PAIR, None))
+    if BYTES in needed:
+        found.append(("bytes", BYTES, literal_array(choices, BYTES)))
     return tuple(found)
 
 
@@ -121,7 +131,10 @@ def _scalar(choices: Choices) -> Type:
 
 
 def _field_types() -> tuple[Type, ...]:
-    return (IntType(0, 9), BOOL, COLOR, IntType(-5, 5), MACHINE_INTEGERS["int16"], IntType(0, 4000))
+    return (
+        *(IntType(0, 9), BOOL, COLOR, IntType(-5, 5), MACHINE_INTEGERS["int16"]),
+        *(IntType(0, 4000), SYMBOL, PAIR, BYTES),
+    )
 
 
 def _fields(choices: Choices, most: int) -> tuple[Field, ...]:

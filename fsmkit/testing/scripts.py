@@ -23,7 +23,9 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Direction
+from fsmkit.runtime.values import part_types
 from fsmkit.testing.choices import Choices, DrawnChoices
+from fsmkit.testing.vocabulary import SYMBOLS
 
 if TYPE_CHECKING:
     from hypothesis.strategies import DrawFn
@@ -101,6 +103,6 @@ def value(choices: Choices, type_: Type) -> str:
         case DurationType():
             return str(choices.integer(0, 1000))
         case SymbolType():
-            return '""'
+            return f'"{choices.pick((*SYMBOLS, "never heard of"))}"'
         case ArrayType() | RecordType():
-            raise AssertionError(type_)
+            return f"[{' '.join(value(choices, part) for part in part_types(type_))}]"

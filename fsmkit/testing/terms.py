@@ -6,6 +6,7 @@ stays far from the bounds of int64, so that no term is refused for leaving it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from fsmkit.expressions import (
@@ -75,8 +76,8 @@ class Terms:
                 return literal(self.choices, type_)
             case DurationType():
                 return self.duration()
-            case ArrayType() | RecordType():
-                raise AssertionError(type_)
+            case ArrayType() | RecordType():  # a variable of it is declared
+                return self.choices.pick(self.same(type_))
 
     def duration(self) -> str:
         """Return a span of time, never 0."""
@@ -88,13 +89,15 @@ class Terms:
 
     def parts(self, type_: Type) -> tuple[str, ...]:
         """Return the parts of records that have exactly that type."""
-        return tuple(
-            f"{v.name}.{part.name}"
-            for v in self.names.variables
-            if isinstance(v.type, RecordType)
-            for part in v.type.fields
-            if part.type == type_
-        )
+        return tuple(name for name, part in self._all_parts() if part == type_)
+
+    def _all_parts(self) -> Iterator[tuple[str, Type]]:
+        """Yield each part of a record, with its type: of variables, and of the event at hand."""
+        records = [(v.name, v.type) for v in self.names.variables]
+        records += [(f"event.{f.name}", f.type) for f in self.names.fields]
+        for name, type_ in records:
+            if isinstance(type_, RecordType):
+                yield from ((f"{name}.{part.name}", part.type) for part in type_.fields)
 
     def same(self, type_: Type) -> tuple[str, ...]:
         """Return what has exactly that type."""
@@ -146,13 +149,7 @@ class Terms:
             for _ in range(2)
         ]
         leaves += [Term(name, exact(value, value)) for name, value in self.names.constants]
-        leaves += [
-            Term(f"{v.name}.{part.name}", part.type)
-            for v in self.names.variables
-            if isinstance(v.type, RecordType)
-            for part in v.type.fields
-            if isinstance(part.type, IntType)
-        ]
+        leaves += [Term(n, part) for n, part in self._all_parts() if isinstance(part, IntType)]
         leaves += [
             Term(f"len({v.name})", exact(v.type.length, v.type.length))
             for v in self.names.of(ArrayType)
@@ -304,15 +301,24 @@ class Terms:
         return f"{left.at(SUM)} {op} {self.integer_leaf().at(SUM)}"
 
     def _equality(self) -> str:
-        kinds = [v for v in self.names.variables if isinstance(v.type, EnumType | SymbolType)]
+        kinds = [
+            (v.name, v.type)
+            for v in self.names.variables
+            if isinstance(v.type, EnumType | SymbolType)
+        ]
+        kinds += [
+            (f"event.{f.name}", f.type)
+            for f in self.names.fields
+            if isinstance(f.type, EnumType | SymbolType)
+        ]
         spans = self.names.of(DurationType)
         if spans and self.choices.chance(30):
             return f"{self.choices.pick(spans).name} > {self.duration()}"
         if not kinds:
             return self.boolean(0)
-        chosen = self.choices.pick(kinds)
+        name, type_ = self.choices.pick(kinds)
         op = self.choices.pick(("==", "!="))
-        return f"{chosen.name} {op} {self.value(chosen.type)}"
+        return f"{name} {op} {self.value(type_)}"
 
     def floating(self, depth: int) -> str:
         """Return a floating-point expression."""

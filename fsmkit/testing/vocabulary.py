@@ -25,7 +25,7 @@ FAR = 2**40
 """Exact intervals are kept within plus and minus this."""
 SPANS = ("5ms", "1ms", "12ms", "1s")
 """Durations; none is 0, because an event sent again and again at once would keep `run` busy."""
-SYMBOLS = ("idle", "busy", "late")
+SYMBOLS = ("idle", "busy", "late", "")
 COMPARE, SUM, PRODUCT, UNARY, ATOM = range(1, 6)
 
 

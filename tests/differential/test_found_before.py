@@ -74,8 +74,34 @@ states:
     states:
       last: {final: true}
 """
+PAYLOADS = """\
+chart: Payloads
+types:
+  Pair: {a: 0..9, b: bool}
+data:
+  pair: Pair
+  bytes: uint8[3] = 1
+  word: symbol = "idle"
+events:
+  in: [all(pair Pair, bytes uint8[3], word symbol)]
+  out: [told(pair Pair, bytes uint8[3], word symbol)]
+states:
+  only:
+    on:
+      all:
+        do: |
+          pair = event.pair
+          bytes = event.bytes
+          word = event.word
+          send told(pair = pair, bytes = bytes, word = word)
+"""
 
 CASES = {
+    "a script posts records, arrays and strings": (
+        PAYLOADS,
+        ("start 0", 'post all [7 1] [3, 4, 5] "never heard of"', "run 1"),
+        ["t 1", 'out told [7 1] [3 4 5] "never heard of"', "= only"],
+    ),
     # a history taken from within enters nothing beside the domain of the transition
     "another region stays as it is": (
         FROM_WITHIN,

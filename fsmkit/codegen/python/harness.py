@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -22,6 +23,8 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart
 
+WORDS = re.compile(r'"[^"]*"|[^\s\[\],"]+')
+"""Of a line: brackets tell nothing that the types do not."""
 LARGEST_RANGE = 2**22
 """Wider ranges are sampled from this many of their least values."""
 
@@ -83,7 +86,7 @@ def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:
     machine.trace = told.append
     now = 0
     for line in script_lines:
-        verb, *words = line.split()
+        verb, *words = WORDS.findall(line)
         try:
             match verb:
                 case "start":

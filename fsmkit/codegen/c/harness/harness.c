@@ -48,7 +48,7 @@ void end_script(void)
 const char *read_text(void)
 {
     char *word;
-    while (*at == ' ')
+    while (*at != 0 && strchr(" [],", *at) != NULL) /* brackets tell nothing that types do not */
         at++;
     if (*at == '"') {
         word = ++at;
@@ -56,7 +56,7 @@ const char *read_text(void)
             at++;
     } else {
         word = at;
-        while (*at != ' ' && *at != '\n' && *at != 0)
+        while (*at != 0 && strchr(" [],\n", *at) == NULL)
             at++;
     }
     if (*at != 0)
@@ -64,34 +64,26 @@ const char *read_text(void)
     return word;
 }
 
-static const char *number(void)
-{
-    const char *text = read_text();
-    while (*text == '[')
-        text++;
-    return text;
-}
-
 int64_t read_integer(void)
 {
-    const char *text = number();
+    const char *text = read_text();
     return text[0] == '-' ? strtoll(text, NULL, 10) : (int64_t)strtoull(text, NULL, 10);
 }
 
 double read_float(void)
 {
-    return strtod(number(), NULL);
+    return strtod(read_text(), NULL);
 }
 
 bool read_bool(void)
 {
-    const char *text = number();
+    const char *text = read_text();
     return strncmp(text, "1", 1) == 0 || strncmp(text, "true", 4) == 0;
 }
 
 unsigned read_member(const char *const *members, unsigned count)
 {
-    const char *text = number();
+    const char *text = read_text();
     for (unsigned i = 0; i < count; i++)
         if (strcmp(members[i], text) == 0)
             return i;
