@@ -83,8 +83,10 @@ data:
   bytes: uint8[3] = 1
   word: symbol = "idle"
 events:
-  in: [all(pair Pair, bytes uint8[3], word symbol)]
-  out: [told(pair Pair, bytes uint8[3], word symbol)]
+  in:
+    - all(pair Pair, bytes uint8[3], word symbol)
+  out:
+    - told(pair Pair, bytes uint8[3], word symbol)
 states:
   only:
     on:
