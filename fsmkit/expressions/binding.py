@@ -15,6 +15,7 @@ from fsmkit.expressions.ecmascript import (
     bind_comparison,
     bind_relation,
     bind_system,
+    event_as_value,
     join,
     truth,
 )
@@ -168,6 +169,8 @@ class Binder:
             return with_span(scope.constants[name], span)
         if isinstance(hint, EnumType) and name in hint.members:
             return Literal(hint.members.index(name), hint, span)
+        if name == "_event" and self.context.is_ecmascript:
+            return event_as_value(self.context, span)
         if name in ("event", "_event"):
             advice = f"name a field: `{name}.field`"
             return self.context.report("type-mismatch", "an event is no value", span, advice)

@@ -23,6 +23,7 @@ from fsmkit.expressions.tree import (
     BinaryOp,
     Element,
     EventField,
+    EventName,
     Expr,
     Literal,
     Member,
@@ -46,6 +47,7 @@ from fsmkit.expressions.types import (
 if TYPE_CHECKING:
     from fsmkit.diagnostics import Span
     from fsmkit.expressions.binding import Binder
+    from fsmkit.expressions.names import Context
 
 EVENT_FIELDS = ("name", "type", "sendid", "origin", "origintype", "invokeid", "data")
 """The properties that every ``_event`` has (SCXML 5.10.1)."""
@@ -104,6 +106,8 @@ def bind_comparison(binder: Binder, node: BinaryNode) -> Expr | None:
 
 
 def _is_of_kind(binder: Binder, node: Node, kind: str, span: Span) -> Expr | None:
+    if isinstance(node, NameNode) and node.name in ("_event", "_ioprocessors"):
+        return Literal(kind == "object", BOOL, span)
     if isinstance(node, NameNode) and not _is_known(binder, node.name):
         return Literal(kind == "undefined", BOOL, span)
     defined = _is_defined(binder, node, span)
@@ -177,6 +181,17 @@ def join(left: Expr, right: Expr, span: Span) -> Expr | None:
         if isinstance(part, Literal) and isinstance(part.type, SymbolType | IntType)
     ]
     return Literal("".join(texts), SYMBOL, span) if len(texts) == len(parts) else None
+
+
+def event_as_value(context: Context, span: Span) -> Expr:
+    """Return ``_event`` as something to keep and compare: its name, which is told."""
+    context.report(
+        "event-as-name",
+        "`_event` as a value is the name of the event",
+        span,
+        "compare `_event.name`, or keep the fields that are needed",
+    )
+    return EventName(span)
 
 
 def bind_relation(binder: Binder, node: BinaryNode) -> Expr | None:

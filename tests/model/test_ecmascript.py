@@ -45,6 +45,7 @@ HOLD = [
     ("u !== undefined", N, '<assign location="u" expr="1"/><raise event="go"/>'),
     ("l instanceof Array", '<data id="l" expr="[1, 2]"/>', ""),
     ("'origin' in _event", "", ""),
+    ("typeof _event === 'object' &amp;&amp; typeof _ioprocessors === 'object'", "", ""),
     ("_name == 'M' &amp;&amp; _sessionid", "", ""),
     ("_event.type == 'internal' &amp;&amp; typeof _event.origin === 'undefined'", "", ""),
     ("_event.type == 'external' &amp;&amp; _event.origin == '#_scxml_M'", "", '<send event="go"/>'),
@@ -118,6 +119,22 @@ def test_system_variables_cannot_be_assigned(scxml: Any, name: str) -> None:
     text = asking("true", "", entry).replace('event="go"', 'event="error.execution"')
     chart = scxml(text).chart
     assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("pass",)
+
+
+def test_an_event_is_kept_as_its_name(scxml: Any) -> None:
+    result = scxml(
+        f'{HEAD}<datamodel><data id="v"/><data id="w"/></datamodel><state id="s"><onentry>'
+        '<raise event="go"/><raise event="other"/><assign location="w" expr="_ioprocessors"/>'
+        '</onentry><transition event="go" target="t"><assign location="v" expr="_event"/>'
+        '<assign location="_event" expr="27"/></transition></state><state id="t">'
+        '<transition event="other" cond="v != _event &amp;&amp; w == _ioprocessors" target="pass"/>'
+        '<transition cond="v != _event" target="fail"/>'
+        f'<transition event="other" target="fail"/></state>{FINALS}'
+    )
+    assert result.rules.count("event-as-name") == 3
+    assert types(result) == {"v": SYMBOL, "w": SYMBOL}
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
 
 
 JOINED = '<data id="v" expr="\'#_scxml_\'"/><data id="w" expr="{}"/>'
