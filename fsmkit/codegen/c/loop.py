@@ -9,7 +9,9 @@ typedef struct {
     uint8_t count;
     bool defers;
 } @_selection;
+"""
 
+ADD = """
 static void @_add(@_selection *found, uint16_t taken)
 {
     if (taken == %_DEFER)

@@ -8,6 +8,7 @@ from fsmkit.codegen.c.header import NOTICE, event_type, parameters
 from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
 from fsmkit.codegen.c.loop import (
+    ADD,
     CONFLICTS,
     SELECTION,
 )
@@ -226,6 +227,9 @@ class SourcePrinter:
         if not names.plan.is_single:
             out.lines(fill(names, SELECTION))
             out.line()
+            if any(state.transitions or state.defer for state in self.chart.states):
+                out.lines(fill(names, ADD))
+                out.line()
         for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
             calls = self.selection.finders(out, trigger)
             self.selection.over_regions(out, trigger, calls)

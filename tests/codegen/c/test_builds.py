@@ -136,3 +136,24 @@ def test_library(compiler: str, tmp_path: Path, compile_with: Compile) -> None:
     compile_with(tmp_path, compiler, *arguments, f"-I{library}", *files, "-o", "fsm_test")
     done = subprocess.run([tmp_path / "fsm_test"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">'
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<state id="a"/>',
+        '<state id="a"><transition event="go" target="a"/></state>',
+        '<parallel id="p"><state id="a"/><state id="b"/></parallel>',
+        '<parallel id="p"><state id="a"/><state id="b"><transition cond="1"/></state></parallel>',
+    ],
+)
+def test_what_nothing_uses_is_not_there(
+    body: str, tmp_path: Path, compile_with: Compile, write: Write
+) -> None:
+    """An unused function or parameter is a warning: small charts, and those that forgive errors."""
+    (tmp_path / "small.scxml").write_text(f"{HEAD}{body}</scxml>", encoding="utf-8")
+    write(tmp_path, generate_machine(load(tmp_path / "small.scxml")).files)
+    compile_with(tmp_path, "gcc", "-c", "small.c")
