@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
 from fsmkit.model.chart import Chart
-from fsmkit.model.document import Document
+from fsmkit.model.document import DocInvoke, DocState, Document
 from fsmkit.model.elaborate import elaborate
+from fsmkit.model.passes.invoked_sources import has_invokes, invoked_sources
+from fsmkit.model.passes.plan_invocations import is_service
 from fsmkit.plugins import FrontEnd, plugin_for
 
 LARGEST_FILE = 64 * 1024 * 1024
@@ -29,8 +32,69 @@ def load_with_findings(path: str | Path, findings: Findings, *, strict: bool = F
     return chart
 
 
-def read_documents(path: Path, findings: Findings) -> tuple[Document, ...]:
-    """Return the document of a file and, after it, those it extends, nearest first."""
+def read_documents(
+    path: Path, findings: Findings, invokers: tuple[Path, ...] = ()
+) -> tuple[Document, ...]:
+    """Return the document of a file and, after it, those it extends, nearest first.
+
+    What they invoke is read with them; ``invokers`` are the files in which this one is invoked.
+    """
+    chain = read_chain(path, findings)
+    here = (*invokers, path.resolve())
+    return tuple(with_invoked(document, findings, here) for document in chain)
+
+
+def with_invoked(document: Document, findings: Findings, invokers: tuple[Path, ...]) -> Document:
+    """Return a document with the charts that its states invoke."""
+
+    def load_state(state: DocState) -> DocState:
+        return replace(
+            state,
+            children=tuple(load_state(child) for child in state.children),
+            invokes=tuple(load_invoke(invoke) for invoke in state.invokes),
+        )
+
+    def load_invoke(invoke: DocInvoke) -> DocInvoke:
+        if invoke.content is not None:
+            inner = with_invoked(invoke.content, findings, invokers)
+            bases = base_documents(inner, findings)
+            return replace(invoke, loaded=(("", (inner, *bases)),))
+        names = sources.get(invoke.span.start, ())
+        found = [(name.value, load_source(name)) for name in names if is_service(invoke.type)]
+        return replace(invoke, loaded=tuple((name, d) for name, d in found if d))
+
+    def load_source(name: Text) -> tuple[Document, ...]:
+        path = Path(document.source.name).parent / name.value.removeprefix("file:")
+        if path.resolve() in invokers:
+            raise fail(
+                "invocation-cycle",
+                f"a chart invokes itself: {' -> '.join(p.name for p in (*invokers, path))}",
+                name,
+                help="remove one `invoke` of the cycle",
+            )
+        if document.datamodel != "fsmkit" and not path.is_file():
+            return ()
+        return read_documents(path, findings, invokers)
+
+    sources = invoked_sources(document)
+    if not has_invokes(document):
+        return document
+    return replace(
+        document,
+        root=load_state(document.root),
+        refine=tuple(load_state(state) for state in document.refine),
+    )
+
+
+def base_documents(document: Document, findings: Findings) -> tuple[Document, ...]:
+    """Return the bases of a chart that stands in another file."""
+    if document.extends is None:
+        return ()
+    return read_documents(Path(document.source.name).parent / document.extends.value, findings)
+
+
+def read_chain(path: Path, findings: Findings) -> tuple[Document, ...]:
+    """Return the document of a file and those it extends, without what they invoke."""
     documents: list[Document] = []
     seen: list[Path] = []
     at: Text | None = None

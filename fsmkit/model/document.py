@@ -305,7 +305,11 @@ class DocTransition:
 
 @dataclass(frozen=True, slots=True)
 class DocInvoke:
-    """An invoked chart (SCXML 6.4). ``types`` and ``sources``: all values of the expressions."""
+    """An invoked chart (SCXML 6.4).
+
+    ``types`` and ``sources`` are all values of the expressions, each with its condition. ``loaded``
+    holds the charts by source, each with its bases; an inline one under the empty name.
+    """
 
     span: Span = field(compare=False, repr=False)
     id: Text | None = None
@@ -320,8 +324,11 @@ class DocInvoke:
     content: Document | None = None
     content_expr: Text | None = None
     finalize: Block | None = None
-    types: tuple[Text, ...] = ()
-    sources: tuple[Text, ...] = ()
+    types: tuple[tuple[Text | None, Text], ...] = field(default=(), compare=False, repr=False)
+    sources: tuple[tuple[Text | None, Text], ...] = field(default=(), compare=False, repr=False)
+    loaded: tuple[tuple[str, tuple[Document, ...]], ...] = field(
+        default=(), compare=False, repr=False
+    )
 
 
 @dataclass(frozen=True, slots=True)

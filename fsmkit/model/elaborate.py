@@ -6,6 +6,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.model.chart import Chart
 from fsmkit.model.checks import run_checks
 from fsmkit.model.document import Document
+from fsmkit.model.given import Given
 from fsmkit.model.passes.bind_late import bind_late
 from fsmkit.model.passes.build_chart import build_chart
 from fsmkit.model.passes.check_narrowing import check_narrowing
@@ -13,9 +14,10 @@ from fsmkit.model.passes.check_nesting import check_nesting
 from fsmkit.model.passes.collect_events import collect_events
 from fsmkit.model.passes.collect_names import collect_names
 from fsmkit.model.passes.declare_loops import declare_loops
-from fsmkit.model.passes.infer_types import infer_types
+from fsmkit.model.passes.invoke_charts import Draft, invoke_charts, returned
 from fsmkit.model.passes.lower_ecmascript import lower_ecmascript
 from fsmkit.model.passes.number_states import number_states
+from fsmkit.model.passes.plan_invocations import plan_invocations
 from fsmkit.model.passes.read_capacities import read_capacities
 from fsmkit.model.passes.report_unsupported import report_unsupported
 from fsmkit.model.passes.resolve_inheritance import resolve_inheritance
@@ -23,29 +25,52 @@ from fsmkit.model.passes.resolve_targets import resolve_targets
 
 
 def elaborate(
-    documents: tuple[Document, ...], findings: Findings, *, strict: bool = False
+    documents: tuple[Document, ...],
+    findings: Findings,
+    *,
+    strict: bool = False,
+    given: Given | None = None,
 ) -> Chart | None:
     """Return the Chart of a document (the first) and its bases (nearest first).
 
     None where an error was found. With ``strict``, content that lenient dialects keep as
-    ``error.execution`` at run time is an error now.
+    ``error.execution`` at run time is an error now. ``given`` says what an invoked chart has from
+    the one that invokes it; the charts that this one invokes are elaborated with it.
     """
     resolved = resolve_inheritance(documents, findings)
-    document = lower_ecmascript(bind_late(resolved.document))
+    document = lower_ecmascript(
+        bind_late(resolved.document), () if given is None else [name for name, _ in given.data]
+    )
     tree = number_states(document, findings)
     check_nesting(tree, findings, is_loose=document.datamodel != "fsmkit")
     report_unsupported(tree, findings, strict=strict)
     arrows = resolve_targets(document, tree, findings)
     capacities = read_capacities(document, findings)
-    names = collect_names(document, tree, capacities.tick, findings)
-    events = collect_events(document, tree, names.scope, findings)
+    names = collect_names(document, tree, capacities.tick, findings, given)
+    events = collect_events(document, tree, names.scope, findings, given)
+    slots = plan_invocations(document, tree, given, findings)
     check_narrowing(resolved.base, names, capacities.tick, findings)
     if findings.has_errors:
         return None
     names = declare_loops(document, tree, names)
-    names, events = infer_types(document, tree, names, events, findings)
+    draft = Draft(document, tree, names, events, slots, given)
+    charts = invoke_charts(draft, elaborate, findings, strict=strict)
+    if charts is None:
+        return None
+    names, events = draft.typed(returned(slots, charts), findings)
     chart = build_chart(
-        documents, document, tree, arrows, names, events, capacities, findings, strict=strict
+        documents,
+        document,
+        tree,
+        arrows,
+        names,
+        events,
+        capacities,
+        findings,
+        strict=strict,
+        given=given,
+        slots=slots,
+        charts=charts,
     )
     if chart is not None and not findings.has_errors:
         run_checks(chart, findings)

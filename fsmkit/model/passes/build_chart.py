@@ -7,12 +7,20 @@ from dataclasses import replace
 from fsmkit.diagnostics import Findings
 from fsmkit.model.chart import Capacities, Chart
 from fsmkit.model.document import Document
-from fsmkit.model.passes.collect_events import Events
+from fsmkit.model.given import Given
+from fsmkit.model.passes.collect_events import DONE, Events
 from fsmkit.model.passes.collect_names import Names
 from fsmkit.model.passes.context import Context
 from fsmkit.model.passes.number_states import Tree
+from fsmkit.model.passes.plan_invocations import Slot, targets
 from fsmkit.model.passes.resolve_targets import Arrows
 from fsmkit.model.passes.type_content import type_block
+from fsmkit.model.passes.type_invokes import (
+    build_invocations,
+    invoker_targets,
+    type_invokes,
+    with_finalize,
+)
 from fsmkit.model.passes.type_states import check_abstract, type_states
 from fsmkit.model.passes.type_transitions import type_transitions
 
@@ -28,14 +36,21 @@ def build_chart(
     findings: Findings,
     *,
     strict: bool,
+    given: Given | None = None,
+    slots: tuple[Slot, ...] = (),
+    charts: tuple[Chart, ...] = (),
 ) -> Chart:
-    """Return the chart of a resolved document; sound only if no error was found."""
+    """Return the chart of a resolved document; sound only if no error was found.
+
+    ``charts`` are those in the ``slots`` for what it invokes.
+    """
     context = context_of(document, names, events, findings, strict=strict)
+    context = replace(context, invoked=targets(slots), invoker=invoker_targets(given))
     return Chart(
         name=document.name.value,
-        states=type_states(tree, arrows, context),
+        states=type_states(tree, arrows, type_invokes(tree, slots, charts, context), context),
         transitions=type_transitions(arrows, context),
-        events=events.all,
+        events=with_finalize(events, slots, context),
         data=names.data,
         inputs=names.inputs,
         outputs=names.outputs,
@@ -50,6 +65,8 @@ def build_chart(
         ),
         doc=document.doc,
         base=documents[1].name.value if len(documents) > 1 else None,
+        invocations=build_invocations(events, slots, charts, findings),
+        done=None if given is None else events.index.get(DONE),
         sources=tuple(d.source for d in documents),
     )
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice, takewhile
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.expressions import Scope, Type, location_of_session, read_type
+from fsmkit.expressions import Field, Scope, Type, location_of_session, read_type
 from fsmkit.expressions.ecmascript import PROCESSOR
 from fsmkit.model.chart import Event
 from fsmkit.model.document import (
@@ -21,10 +21,13 @@ from fsmkit.model.document import (
     Kind,
     Trigger,
 )
+from fsmkit.model.given import Given
 from fsmkit.model.passes.collect_names import read_fields
 from fsmkit.model.passes.number_states import Node, Tree
 from fsmkit.model.passes.walk_content import places, statements
 
+DONE = "done.session"
+"""What an invoked machine sends when it ends; its invoker knows it as ``done.invoke.id``."""
 ERRORS = ("error.execution", "error.range", "error.communication")
 
 
@@ -35,33 +38,69 @@ class Events:
     all: tuple[Event, ...]
     implied: frozenset[str] = frozenset()
     """Names of events nothing declares: their fields are read off their uses."""
-    facts: Mapping[str, Mapping[str, str | None]] = field(default_factory=dict)
-    """What is known of ``_event`` when an event is handled, in ECMAScript (SCXML 5.10.1)."""
+    facts: Mapping[tuple[int | None, str], Mapping[str, str | None]] = field(default_factory=dict)
+    """What is known of ``_event`` when an event is handled, in ECMAScript (SCXML 5.10.1).
+
+    By the invocation that it comes from, if any, and name."""
+    matched: frozenset[str] = frozenset()
+    """Names of events of which nothing is known but that a transition matches them."""
 
     @cached_property
     def index(self) -> dict[str, int]:
-        """Indices by name."""
-        return {event.name: event.index for event in self.all}
+        """Indices by name; of an event that comes from elsewhere too, the own one."""
+        ordered = sorted(self.all, key=lambda event: event.invocation is None)
+        return {event.name: event.index for event in ordered}
+
+    def with_returned(self, returned: tuple[Returned, ...]) -> Events:
+        """Return the same with events that invoked machines send.
+
+        What transitions match is then taken to mean these, and not an event of the host.
+        """
+        if not returned:
+            return self
+        coming = sorted({event.name for event in returned})
+        kept = [
+            event
+            for event in self.all
+            if event.name not in self.matched
+            or not (event.name in coming or names_below(event.name, coming))
+        ]
+        found = [
+            *kept,
+            *(Event(0, r.name, r.fields, frozenset(), invocation=r.slot) for r in returned),
+        ]
+        facts = dict(self.facts)
+        if facts:
+            facts |= {(r.slot, r.name): r.facts() for r in returned}
+        numbered = tuple(replace(event, index=index) for index, event in enumerate(found))
+        return Events(numbered, self.implied, facts, self.matched)
 
     def matching(self, descriptor: str) -> tuple[int, ...]:
         """Return the events a descriptor matches: by prefix of tokens (SCXML 3.12.1)."""
         prefix = descriptor.removesuffix(".*").removesuffix(".")
         if prefix == "*":
             return tuple(event.index for event in self.all)
-        found = [self.index[name] for name in names_below(prefix, self._sorted)]
-        if prefix in self.index:
-            found.append(self.index[prefix])
-        return tuple(sorted(found))
+        names = [*names_below(prefix, self._sorted), prefix]
+        return tuple(sorted(index for name in names for index in self._by_name.get(name, ())))
 
     @cached_property
     def _sorted(self) -> list[str]:
-        return sorted(self.index)
+        return sorted(self._by_name)
+
+    @cached_property
+    def _by_name(self) -> dict[str, list[int]]:
+        found: dict[str, list[int]] = {}
+        for event in self.all:
+            found.setdefault(event.name, []).append(event.index)
+        return found
 
     def common_facts(self, indices: tuple[int, ...]) -> dict[str, str | None]:
         """Return what is known alike of all these events."""
         if not indices:
             return {}
-        first, *rest = (self.facts.get(self.all[i].name, {}) for i in indices)
+        first, *rest = (
+            self.facts.get((self.all[i].invocation, self.all[i].name), {}) for i in indices
+        )
         return {k: v for k, v in first.items() if all(k in o and o[k] == v for o in rest)}
 
     def common_fields(self, indices: tuple[int, ...]) -> dict[str, Type]:
@@ -72,6 +111,32 @@ class Events:
         return {f.name: f.type for f in first if all(f in other for other in rest)}
 
 
+@dataclass(frozen=True, slots=True)
+class Returned:
+    """An event that an invoked machine sends to its invoker; ``event`` is its index there."""
+
+    slot: int
+    id: str
+    session: str
+    name: str
+    fields: tuple[Field, ...]
+    event: int
+    has_id: bool = False
+
+    def facts(self) -> dict[str, str | None]:
+        """Return what is known of ``_event`` when it is handled."""
+        facts: dict[str, str | None] = {
+            "type": "external",
+            "origin": location_of_session(self.session),
+            "origintype": PROCESSOR,
+            "invokeid": self.id,
+            "sendid": None,
+        }
+        if self.has_id:
+            del facts["sendid"]
+        return facts
+
+
 def names_below(prefix: str, known: list[str]) -> list[str]:
     """Return the names, of a sorted list, that go on after a prefix of tokens."""
     start = prefix + "."
@@ -79,14 +144,21 @@ def names_below(prefix: str, known: list[str]) -> list[str]:
     return list(takewhile(lambda name: name.startswith(start), islice(known, first, None)))
 
 
-def collect_events(document: Document, tree: Tree, scope: Scope, findings: Findings) -> Events:
+def collect_events(
+    document: Document, tree: Tree, scope: Scope, findings: Findings, given: Given | None = None
+) -> Events:
     """Return the events of a document: declared, then implied, then the platform's."""
     found = [_event(group, scope, findings) for group in _groups(document).values()]
     names = {event.name for event in found}
-    platform = (*ERRORS, *_done_events(tree))
+    platform = (*ERRORS, *_done_events(tree, is_invoked=given is not None))
     implied: dict[str, _Use] = {}
+    coming = () if given is None else given.events
     if document.datamodel != "fsmkit":
         implied = _implied(document, tree)
+        for name, _ in coming:
+            known_use = implied.setdefault(name, _Use(document.name.span))
+            known_use.directions.add(Direction.IN)
+            known_use.is_exact = True
         known = {*names, *platform, "done.state."}
         in_order = sorted(known)
         for name in list(implied):
@@ -109,12 +181,16 @@ def collect_events(document: Document, tree: Tree, scope: Scope, findings: Findi
         Event(i, e.name, e.fields, e.directions, e.reply, e.span, e.origin)
         for i, e in enumerate(found)
     )
-    facts = _facts(document, tree, numbered) if document.datamodel == "ecmascript" else {}
-    return Events(numbered, frozenset(implied), facts)
+    facts = _facts(document, tree, numbered, given) if document.datamodel == "ecmascript" else {}
+    matched = frozenset(name for name, use in implied.items() if not use.is_exact)
+    by_place: dict[tuple[int | None, str], dict[str, str | None]] = {
+        (None, name): known for name, known in facts.items()
+    }
+    return Events(numbered, frozenset(implied), by_place, matched)
 
 
 def _facts(
-    document: Document, tree: Tree, events: tuple[Event, ...]
+    document: Document, tree: Tree, events: tuple[Event, ...], given: Given | None
 ) -> dict[str, dict[str, str | None]]:
     """Return what is known of each event: where it comes from is seen where it is sent.
 
@@ -133,7 +209,8 @@ def _facts(
                     else:
                         has_id = statement.id is not None or statement.id_location is not None
                         sent[event.value] = sent.get(event.value, False) or has_id
-    has_invoke = any(node.state.invokes for node in tree.nodes)
+    session = document.name.value if given is None else given.session
+    coming = set() if given is None else {name for name, _ in given.events}
     found: dict[str, dict[str, str | None]] = {}
     for name in (event.name for event in events):
         facts: dict[str, str | None] = {"origin": None, "origintype": None, "sendid": None}
@@ -147,12 +224,18 @@ def _facts(
         if name in sent and name in raised:
             facts = {}
         elif name in sent:
-            facts["origin"] = location_of_session(document.name.value)
+            facts["origin"] = location_of_session(session)
             facts["origintype"] = PROCESSOR
             if sent[name]:
                 del facts["sendid"]
-        if not has_invoke:
-            facts["invokeid"] = None
+        facts["invokeid"] = None
+        if given is not None and name in coming:
+            is_own = name in sent or name in raised
+            facts = {"type": "external", "origintype": PROCESSOR, "invokeid": None}
+            if is_own:
+                facts = {}
+            else:
+                facts["origin"] = location_of_session(given.invoker)
         found[name] = facts
     return found
 
@@ -231,14 +314,19 @@ def _implied(document: Document, tree: Tree) -> dict[str, _Use]:
     return found
 
 
-def _done_events(tree: Tree) -> list[str]:
-    """Return ``done.state.x`` of each state that can be done (SCXML 3.7.1, 3.4)."""
-    return [f"done.state.{node.id}" for node in tree.nodes[1:] if can_be_final(tree, node.index)]
+def _done_events(tree: Tree, *, is_invoked: bool) -> list[str]:
+    """Return ``done.state.x`` of each state that can be done (SCXML 3.7.1, 3.4).
+
+    And what an invoked machine tells its invoker when it ends.
+    """
+    found = [f"done.state.{node.id}" for node in tree.nodes[1:] if can_be_final(tree, node.index)]
+    return [*found, *([DONE] if is_invoked and can_be_final(tree, 0) else [])]
 
 
 def done_event(tree: Tree, final: Node) -> str:
     """Return the event that tells of a final state that its parent is done."""
-    return f"done.state.{tree.parent(final).id}"
+    parent = tree.parent(final)
+    return f"done.state.{parent.id}" if parent.index else DONE
 
 
 def can_be_final(tree: Tree, state: int) -> bool:

@@ -24,6 +24,7 @@ from fsmkit.expressions import (
 from fsmkit.expressions.ecmascript import SESSION
 from fsmkit.model.chart import Data, Operation
 from fsmkit.model.document import DocData, DocField, DocOperation, Document
+from fsmkit.model.given import Given
 from fsmkit.model.passes.number_states import Tree
 from fsmkit.model.passes.read_values import constant_value, start_value
 from fsmkit.model.statements import Block, Fail
@@ -77,7 +78,9 @@ def _brought(init: Literal, type_: Type) -> Literal:
     return Literal(value, type_, init.span)
 
 
-def collect_names(document: Document, tree: Tree, tick: int, findings: Findings) -> Names:
+def collect_names(
+    document: Document, tree: Tree, tick: int, findings: Findings, given: Given | None = None
+) -> Names:
     """Return the names of a document; what is declared twice or cannot be read is a finding."""
     check_unique(document, tree, findings)
     scope = Scope(
@@ -91,7 +94,7 @@ def collect_names(document: Document, tree: Tree, tick: int, findings: Findings)
         dialect=document.datamodel,
         super_guard=None,
     )
-    scope = _with_system_variables(document, scope)
+    scope = _with_system_variables(document, scope, given)
     scope = _with_enumerations(document, scope)
     scope = _with_constants(document, scope, findings)
     scope = _with_records(document, scope, findings)
@@ -115,12 +118,16 @@ def collect_names(document: Document, tree: Tree, tick: int, findings: Findings)
     return replace(reader.names, data=data, operations=operations, constants=constants)
 
 
-def _with_system_variables(document: Document, scope: Scope) -> Scope:
-    """Add ``_name`` and ``_sessionid`` (SCXML 5.10): a machine is its own and only session."""
+def _with_system_variables(document: Document, scope: Scope, given: Given | None) -> Scope:
+    """Add ``_name`` and ``_sessionid`` (SCXML 5.10): a session is called as its chart is.
+
+    That of an invoked chart is called after its place in the invoking one.
+    """
     if document.datamodel != "ecmascript":
         return scope
     name = Literal(document.name.value, SYMBOL, document.name.span)
-    return replace(scope, constants={"_name": name, SESSION: name})
+    session = name if given is None else Literal(given.session, SYMBOL, document.name.span)
+    return replace(scope, constants={"_name": name, SESSION: session})
 
 
 def all_data(document: Document, tree: Tree) -> tuple[DocData, ...]:

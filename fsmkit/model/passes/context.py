@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.expressions import Scope, Type
@@ -23,6 +24,10 @@ class Context:
     lenient: bool
     replies: tuple[Type, ...] = ()
     """What ``reply`` may answer: the declared answers of the events that can be at hand."""
+    invoked: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    """The invocations that are reached under a target."""
+    invoker: frozenset[str] = frozenset()
+    """The targets that mean the machine that invokes this one."""
 
     @property
     def is_loose(self) -> bool:

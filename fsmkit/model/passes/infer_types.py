@@ -31,9 +31,11 @@ from fsmkit.model.document import (
     Document,
     Trigger,
 )
+from fsmkit.model.given import Given
 from fsmkit.model.passes.collect_events import Events, done_event
 from fsmkit.model.passes.collect_names import Names
 from fsmkit.model.passes.number_states import Tree
+from fsmkit.model.passes.plan_invocations import Slot
 from fsmkit.model.passes.read_values import general_type, join_types
 from fsmkit.model.passes.walk_content import Place, places, statements
 
@@ -42,16 +44,28 @@ MOST_ROUNDS = 10
 
 
 def infer_types(
-    document: Document, tree: Tree, names: Names, events: Events, findings: Findings
+    document: Document,
+    tree: Tree,
+    names: Names,
+    events: Events,
+    findings: Findings,
+    given: Given | None = None,
+    slots: tuple[Slot, ...] = (),
 ) -> tuple[Names, Events]:
-    """Return names and events with every type known; what no use tells is a finding."""
-    uses = _Uses(names, events)
+    """Return names and events with every type known; what no use tells is a finding.
+
+    ``given`` tells what the chart that invokes this one gives it, ``slots`` what it invokes.
+    """
+    uses = _Uses(names, events, slots=slots)
     content = tuple(places(document, tree)) if document.datamodel != "fsmkit" else ()
     for _ in range(MOST_ROUNDS):
         before = (dict(uses.types), {e: dict(f) for e, f in uses.fields.items()})
         for place in content:
             uses.look_at(place)
         uses.look_at_finals(tree)
+        uses.look_at_invokes(tree)
+        if given is not None:
+            uses.look_at_given(given)
         uses.learn()
         if before == (uses.types, uses.fields):
             break
@@ -71,12 +85,16 @@ def infer_types(
 class _Uses:
     names: Names
     events: Events
+    slots: tuple[Slot, ...] = ()
     types: dict[str, Type] = field(default_factory=dict)
     fields: dict[str, dict[str, Type]] = field(default_factory=dict)
 
     def look_at(self, place: Place) -> None:
         """Take note of what one handler assigns and sends."""
         matched = self._matched(place)
+        if place.invoke is not None:
+            taken = {slot.index for slot in self.slots if slot.invoke is place.invoke}
+            matched = tuple(e.index for e in self.events.all if e.invocation in taken)
         scope = replace(
             self.names.scope,
             event_fields=self.events.common_fields(matched),
@@ -92,6 +110,24 @@ class _Uses:
                 event = done_event(tree, node)
                 self._join(event, node.state.done_data, self.names.scope)
 
+    def look_at_invokes(self, tree: Tree) -> None:
+        """Take note of the variables that ids of invocations are stored in."""
+        for node in tree.nodes:
+            for invoke in node.state.invokes:
+                if invoke.id_location is not None:
+                    self._assign(invoke.id_location.value.strip(), SYMBOL)
+
+    def look_at_given(self, given: Given) -> None:
+        """Take note of what comes from the machine that invokes this one."""
+        for name, type_ in given.data:
+            self._assign(name, type_)
+        for event, fields in given.events:
+            if event in self.events.implied:
+                known = self.fields.setdefault(event, {})
+                for part in fields:
+                    own = known.get(part.name, part.type)
+                    known[part.name] = join_types(own, part.type) or own
+
     def learn(self) -> None:
         """Make what was noted known to the next round."""
         self.names = self.names.with_types(self.types)
@@ -99,7 +135,7 @@ class _Uses:
             self.events,
             all=tuple(
                 replace(e, fields=tuple(Field(n, t) for n, t in self.fields[e.name].items()))
-                if e.name in self.fields
+                if e.name in self.fields and e.invocation is None
                 else e
                 for e in self.events.all
             ),
@@ -116,7 +152,7 @@ class _Uses:
         match statement:
             case DocAssign(location, value, operator=operator):
                 text = _joined(location, operator, value) if operator else value
-                self._assign(location.value.strip(), _type_of(text, scope))
+                self._assign(location.value.strip(), type_of(text, scope))
             case DocRaise(event, arguments):
                 self._send(event.value, arguments, scope)
             case DocSend(event=event, arguments=arguments, name_list=listed):
@@ -151,13 +187,13 @@ class _Uses:
     def _join(self, event: str, arguments: tuple[DocArgument, ...], scope: Scope) -> None:
         fields = self.fields.setdefault(event, {})
         for argument in arguments:
-            type_ = _type_of(argument.value, scope)
+            type_ = type_of(argument.value, scope)
             if type_ is not None:
                 known = fields.get(argument.name.value, type_)
                 fields[argument.name.value] = join_types(known, type_) or known
 
 
-def _type_of(text: Text, scope: Scope) -> Type | None:
+def type_of(text: Text, scope: Scope) -> Type | None:
     """Return the type a variable needs that takes this value; None while it is not known."""
     findings = Findings()
     typed = type_expression(text, scope, findings)

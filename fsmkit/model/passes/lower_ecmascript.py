@@ -10,7 +10,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -28,6 +28,7 @@ from fsmkit.model.document import (
     DocData,
     DocForEach,
     DocIf,
+    DocInvoke,
     DocSend,
     DocState,
     DocStatement,
@@ -49,11 +50,14 @@ ASKED = re.compile(
 NUMBER = re.compile(r"\s*\d+\s*")
 
 
-def lower_ecmascript(document: Document) -> Document:
-    """Return a document of a loose dialect without what is only shorthand there."""
+def lower_ecmascript(document: Document, given: Collection[str] = ()) -> Document:
+    """Return a document of a loose dialect without what is only shorthand there.
+
+    ``given``: data that an invoker sets when the machine starts.
+    """
     if document.datamodel == "fsmkit":
         return document
-    return _Lowering(document).run()
+    return _Lowering(document, given).run()
 
 
 def string_value(text: Text) -> str | None:
@@ -65,6 +69,7 @@ def string_value(text: Text) -> str | None:
 @dataclass
 class _Lowering:
     document: Document
+    given: Collection[str] = ()
     strings: KnownStrings = field(default_factory=lambda: KnownStrings("", {}))
     flagged: tuple[str, ...] = ()
     spelt: frozenset[str] = frozenset()
@@ -91,12 +96,13 @@ class _Lowering:
         data = [self._spelt(written) for written in document.data]
         self.flagged = tuple(name for name in declared if name in asked)
         for flagged in self.flagged:
-            at, start = declared[flagged].name, declared[flagged].init
+            at = declared[flagged].name
+            has_value = declared[flagged].init is not None or flagged in self.given
             data.append(
                 DocData(
                     replace(at, value=flag_of(flagged), offsets=()),
                     replace(at, value="bool", offsets=()),
-                    replace(at, value="false" if start is None else "true", offsets=()),
+                    replace(at, value="true" if has_value else "false", offsets=()),
                 )
             )
         return replace(
@@ -137,6 +143,7 @@ class _Lowering:
             entry=tuple(self._block(block) for block in state.entry),
             exit=tuple(self._block(block) for block in state.exit),
             data=tuple(self._spelt(written) for written in state.data),
+            invokes=tuple(self._invoke(invoke) for invoke in state.invokes),
             done_data=done_data,
             done_content=done_content,
         )
@@ -190,6 +197,29 @@ class _Lowering:
             return ()
         made = [replace(location, value=v, offsets=()) for v in (flag_of(name), "true")]
         return (DocAssign(made[0], made[1], span),)
+
+    def _invoke(self, invoke: DocInvoke) -> DocInvoke:
+        finalize = None if invoke.finalize is None else self._block(invoke.finalize)
+        return replace(
+            invoke,
+            finalize=finalize,
+            types=self._values(invoke.type_expr),
+            sources=self._values(invoke.src_expr),
+        )
+
+    def _values(self, expression: Text | None) -> tuple[tuple[Text | None, Text], ...]:
+        """Return each string that an expression can be, behind the condition that it is."""
+        if expression is None:
+            return ()
+        at = expression
+
+        def text(value: str) -> Text:
+            return replace(at, value=value, offsets=())
+
+        return tuple(
+            (None if choice.condition is None else text(choice.condition), text(choice.value))
+            for choice in self.strings.choices(expression)
+        )
 
     # --- send and cancel ------------------------------------------------------------------
 

@@ -7,17 +7,9 @@ from fsmkit.model.passes.number_states import Tree
 
 
 def report_unsupported(tree: Tree, findings: Findings, *, strict: bool) -> None:
-    """Add a finding for each invoked chart and each done event whose payload has no type."""
+    """Add a finding for each done event whose payload has no type."""
     severity = Severity.ERROR if strict else None
     for node in tree.nodes:
-        for invoke in node.state.invokes:
-            findings.add(
-                "unsupported-invoke",
-                f"the chart invoked in `{node.id}` is not run",
-                invoke.span,
-                help="make it a machine of its own, and connect the two in a system",
-                severity=severity,
-            )
         if node.state.done_content is not None:
             findings.add(
                 "payload-dropped",

@@ -164,6 +164,7 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
         delay=delay,
         id=identity,
         peer=where.peer,
+        invocations=where.invocations,
     )
     return (*before, send)
 
@@ -174,6 +175,7 @@ class _Where:
 
     destination: Destination
     peer: str | None = None
+    invocations: tuple[int, ...] = ()
 
 
 class _Bad:
@@ -257,6 +259,10 @@ def _destination(
         if delay is not None:
             return _failure("`#_internal` takes no delay", target, written, context)
         return _Where(Destination.INTERNAL)
+    if target.value in context.invoker:
+        return _Where(Destination.INVOKER, "#_parent")
+    if target.value in context.invoked:
+        return _Where(Destination.INVOKED, target.value, context.invoked[target.value])
     session = context.scope.constants.get(SESSION)
     if session is not None and target.value == location_of_session(str(session.value)):
         return _Where(Destination.SELF)

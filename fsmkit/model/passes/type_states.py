@@ -15,12 +15,20 @@ from fsmkit.model.passes.type_content import type_block, type_value
 from fsmkit.model.statements import Block, Fail
 
 
-def type_states(tree: Tree, arrows: Arrows, context: Context) -> tuple[State, ...]:
-    """Return the states, in document order."""
-    return tuple(_state(tree, node, arrows, context) for node in tree.nodes)
+def type_states(
+    tree: Tree, arrows: Arrows, invokes: tuple[tuple[Block, ...], ...], context: Context
+) -> tuple[State, ...]:
+    """Return the states, in document order; ``invokes``: what each of them invokes."""
+    return tuple(_state(tree, node, arrows, invokes, context) for node in tree.nodes)
 
 
-def _state(tree: Tree, node: Node, arrows: Arrows, context: Context) -> State:
+def _state(
+    tree: Tree,
+    node: Node,
+    arrows: Arrows,
+    invokes: tuple[tuple[Block, ...], ...],
+    context: Context,
+) -> State:
     state = node.state
     invariant = None
     if state.invariant is not None:
@@ -48,6 +56,7 @@ def _state(tree: Tree, node: Node, arrows: Arrows, context: Context) -> State:
         doc=state.doc,
         origin=state.origin,
         done_data=_done_data(tree, node, context),
+        invokes=invokes[node.index],
     )
 
 

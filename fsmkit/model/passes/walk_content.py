@@ -5,16 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fsmkit.model.document import Block, DocForEach, DocIf, DocStatement, DocTransition, Document
+from fsmkit.model.document import (
+    Block,
+    DocForEach,
+    DocIf,
+    DocInvoke,
+    DocStatement,
+    DocTransition,
+    Document,
+)
 from fsmkit.model.passes.number_states import Tree
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A handler and whose it is: a transition's content, or else entry, exit or script."""
+    """A handler and whose it is: a transition's content, a finalize, or entry, exit, script."""
 
     block: Block
     transition: DocTransition | None = None
+    invoke: DocInvoke | None = None
 
 
 def places(document: Document, tree: Tree) -> Iterator[Place]:
@@ -26,6 +35,8 @@ def places(document: Document, tree: Tree) -> Iterator[Place]:
             yield Place(block)
         for transition in (*([state.initial] if state.initial else []), *state.transitions):
             yield Place(transition.content or (), transition)
+        for invoke in state.invokes:
+            yield Place(invoke.finalize or (), invoke=invoke)
 
 
 def statements(block: Block) -> Iterator[DocStatement]:
