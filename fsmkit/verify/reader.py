@@ -21,12 +21,12 @@ from fsmkit.verify.system import (
     System,
     state_invariants,
 )
+from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
     Mapping,
     Node,
     Scalar,
     check_keys,
-    decode,
     demand_mapping,
     demand_text,
     read_nodes,

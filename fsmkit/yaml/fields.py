@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping as Table
 from typing import TypeVar
 
@@ -22,6 +23,7 @@ from fsmkit.yaml.nodes import (
 )
 
 Choice = TypeVar("Choice")
+WORD = re.compile(r"[^\s,]+")
 
 
 class Fields:
@@ -147,12 +149,4 @@ def names(node: Node | None, what: str, findings: Findings) -> tuple[Text, ...]:
 
 def words(text: Text) -> tuple[Text, ...]:
     """Split a text at white space and commas, keeping the place of each word."""
-    found, start = [], None
-    for index, char in enumerate(text.value + " "):
-        if char.isspace() or char == ",":
-            if start is not None:
-                found.append(text.part(start, index))
-            start = None
-        elif start is None:
-            start = index
-    return tuple(found)
+    return tuple(text.part(*match.span()) for match in WORD.finditer(text.value))

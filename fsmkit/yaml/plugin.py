@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.model.document import Document
-from fsmkit.yaml.nodes import decode
+from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.reader import read_document
 from fsmkit.yaml.writer import write_document
 

@@ -140,4 +140,4 @@ def _place(node: Node, key: Text | None) -> Span:
         start = key.span.start
     line_end = text.find("\n", start)
     end = node.span.end if line_end < 0 else min(node.span.end, line_end)
-    return Span(node.span.source, start, len(text[:end].rstrip()) if end > start else end)
+    return Span(node.span.source, start, start + len(text[start:end].rstrip()))

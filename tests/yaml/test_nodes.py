@@ -9,7 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings, Source, Span
-from fsmkit.yaml.nodes import DEEPEST, Mapping, Scalar, Sequence, decode, read_nodes
+from fsmkit.yaml.encoding import decode
+from fsmkit.yaml.nodes import (
+    DEEPEST,
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    read_by_libyaml,
+    read_by_pyyaml,
+    read_nodes,
+)
 from fsmkit.yaml.places import offsets_of
 
 Nodes = Callable[[str], Any]
@@ -166,3 +176,90 @@ def test_any_text_gives_nodes_or_findings(text: str) -> None:
     findings = Findings()
     node = read_nodes(Source("a.yaml", text), findings)
     assert node is not None or findings.has_errors
+
+
+WORDS = [
+    "a",
+    "b: ",
+    "- ",
+    "? ",
+    "{",
+    "}",
+    "[",
+    "]",
+    ", ",
+    ":",
+    "'",
+    '"',
+    "it''s",
+    "!t ",
+    "&x ",
+    "*x",
+]
+BREAKS = [
+    "\n",
+    "\n  ",
+    "\n- ",
+    " ",
+    " # c\n",
+    ">-\n  ",
+    "|\n",
+    "|2",
+    "|#",
+    "---\n",
+    "\r",
+    "\x85",
+    "\t",
+]
+ODD = ["''", '"\\x41"', "\ufeff", "a ? b", "%", "@", "\\", "<<: ", "\u2028", "é", "😀"]
+LINES = """\
+states:
+  a:
+    on: {go: {if: n < 2, target: b}}
+    entry: |
+      n = 1
+
+# c
+    do: 'it''s'  # c
+  b: {history: deep, default: a}
+  - [x, y, {z: }]
+a: b
+  c
+- d""".splitlines()
+WRITTEN = st.lists(st.sampled_from([*WORDS, *BREAKS, *ODD]), max_size=12).map("".join)
+WRITTEN |= st.lists(st.sampled_from(LINES), max_size=8).map("\n".join)
+
+
+@pytest.mark.skipif(not yaml.__with_libyaml__, reason="PyYAML was built without libyaml")
+@settings(max_examples=1500, deadline=None)
+@given(WRITTEN)
+def test_both_parsers_read_the_same(text: str) -> None:
+    source, found, expected = Source("a.yaml", text), Findings(), Findings()
+    node = read_by_libyaml(source, found)
+    if node is None:
+        assert not len(found)
+        return
+    assert places(node) == places(read_by_pyyaml(source, expected))
+    assert list(found) == list(expected)
+
+
+def test_what_a_chart_holds_is_read_by_libyaml() -> None:
+    text = "states:\n  é😀: {on: {go: {if: 'a ? b', target: [x, y]}}}  # c\n  b: |\n    n = 1\n"
+    source = Source("a.yaml", text)
+    node = read_by_libyaml(source, Findings())
+    assert (node is not None) is yaml.__with_libyaml__
+    assert node is None or places(node) == places(read_by_pyyaml(source, Findings()))
+
+
+def places(node: Node | None) -> object:
+    """A node with all that does not take part in equality."""
+    match node:
+        case None:
+            return None
+        case Scalar(text, quoted):
+            return text.value, text.span.start, text.span.end, text.offsets, quoted
+        case Sequence(items, span):
+            return span.start, span.end, [places(item) for item in items]
+        case Mapping(entries, span):
+            pairs = [(places(Scalar(key)), places(value)) for key, value in entries]
+            return span.start, span.end, pairs
