@@ -49,6 +49,7 @@ def check(
     """Explore a system and return the verdicts; ``names`` limits the properties that are judged."""
     manner = manner or Manner()
     _demand_known(system, names)
+    _demand_no_invocations(system)
     closed = close(system, untimed=manner.untimed, silent=manner.silent)
     engine = manner.engine or ("c" if compiler() is not None else "python")
     if not manner.engine and engine == "python":
@@ -72,6 +73,17 @@ def check(
         found = built.explore(manner.limits.memory, manner.limits.seconds, progress, until)
         show = _shower(closed, built.trail, built.confirm)
         return conclude(closed, found, show, names, findings)
+
+
+def _demand_no_invocations(system: System) -> None:
+    for machine in system.machines:
+        for invocation in machine.chart.invocations:
+            raise fail(
+                "not-explored-yet",
+                f"`{invocation.id}` is invoked by `{machine.chart.name}`: not explored yet",
+                invocation.span,
+                help="check the invoked chart by itself, or make the two machines of a system",
+            )
 
 
 def _shower(
