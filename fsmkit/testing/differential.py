@@ -25,10 +25,10 @@ from fsmkit.model.chart import Chart
 from fsmkit.model.document import Document
 from fsmkit.model.elaborate import elaborate
 from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.testing.charts import random_document
-from fsmkit.testing.choices import SeededChoices
+from fsmkit.testing.charts import random_document, random_family
+from fsmkit.testing.choices import Choices, SeededChoices
 from fsmkit.testing.harness import Harness, InterpreterHarness, TargetHarness, harness, harnesses
-from fsmkit.testing.reduction import Script, reduce_example
+from fsmkit.testing.reduction import Documents, Script, reduce_example
 from fsmkit.testing.scripts import random_script
 
 BATCH = 25
@@ -52,7 +52,8 @@ class Batched(Protocol):
 class Case:
     """A chart, as written and as it means, and what its host does."""
 
-    document: Document
+    documents: Documents
+    """The chart as written, and after it those it extends, nearest first."""
     chart: Chart
     script: Script
     name: str = "example"
@@ -97,15 +98,23 @@ class Totals:
 def random_case(seed: int, number: int) -> Case:
     """Return one example; the same for the same seed and number."""
     choices = SeededChoices(f"{seed}:{number}")
-    document = random_document(choices)
-    chart = elaborated(document)
-    return Case(document, chart, random_script(choices, chart), f"chart {number} of seed {seed}")
+    documents = random_documents(choices)
+    chart = elaborated(documents)
+    return Case(documents, chart, random_script(choices, chart), f"chart {number} of seed {seed}")
 
 
-def elaborated(document: Document) -> Chart:
-    """Return the chart of a random document, which has no errors by construction."""
+def random_documents(choices: Choices) -> Documents:
+    """Return a chart of any kind, with those it extends."""
+    kind = choices.integer(0, 9)
+    if kind in (7, 8):
+        return random_family(choices)
+    return (random_document(choices),)
+
+
+def elaborated(documents: Documents) -> Chart:
+    """Return the chart of random documents, which has no errors by construction."""
     findings = Findings()
-    chart = elaborate((document,), findings)
+    chart = elaborate(documents, findings)
     findings.stop_on_errors()
     if chart is None:
         raise FsmkitError(findings)
@@ -176,22 +185,23 @@ def written(document: Document) -> str:
 def explain(case: Case, divergence: Divergence) -> str:
     """Return everything needed to look into a divergence."""
     script = "\n".join(case.script)
-    return f"{case.name}\n\n{written(case.document)}\n--- script\n{script}\n---\n{divergence}"
+    text = "\n--- extends\n".join(written(document) for document in case.documents)
+    return f"{case.name}\n\n{text}\n--- script\n{script}\n---\n{divergence}"
 
 
 def reduced(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, Divergence | None]:
     """Return a smaller case on which the target still diverges."""
 
-    def attempt(document: Document, script: Script) -> Divergence | None:
+    def attempt(documents: Documents, script: Script) -> Divergence | None:
         try:
-            return compare(Case(document, elaborated(document), script), target)
+            return compare(Case(documents, elaborated(documents), script), target)
         except FsmkitError:  # no valid chart, or a script that is not one for it
             return None
 
-    document, script = reduce_example(
-        case.document, case.script, lambda d, s: attempt(d, s) is not None, budget
+    documents, script = reduce_example(
+        case.documents, case.script, lambda d, s: attempt(d, s) is not None, budget
     )
-    small = Case(document, elaborated(document), script, f"{case.name}, reduced")
+    small = Case(documents, elaborated(documents), script, f"{case.name}, reduced")
     return small, compare(small, target)
 
 

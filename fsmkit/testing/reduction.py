@@ -1,4 +1,4 @@
-"""Making a failing example small: a Document and a script, piece by piece, while it still fails.
+"""Making a failing example small: Documents and a script, piece by piece, while it still fails.
 
 Hypothesis shrinks what it drew itself. This is for what a seed gave, in the long runs.
 """
@@ -14,8 +14,10 @@ from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.model.document import DocIf, DocState, DocTransition, Document, Kind, Trigger
 
 Script = tuple[str, ...]
+Documents = tuple[Document, ...]
+"""A chart as written, and after it those it extends, nearest first."""
 Item = TypeVar("Item")
-Fails = Callable[[Document, Script], bool]
+Fails = Callable[[Documents, Script], bool]
 """Whether an example still fails; False for one that is not valid."""
 
 DROPPED = frozenset({"guard", "content", "id", "target", "index", "reply", "result", "delay_expr"})
@@ -25,20 +27,20 @@ SIMPLER = {"guard": "true", "condition": "true", "value": "0"}
 
 
 def reduce_example(
-    document: Document, script: Script, fails: Fails, budget: int = 3000
-) -> tuple[Document, Script]:
+    documents: Documents, script: Script, fails: Fails, budget: int = 3000
+) -> tuple[Documents, Script]:
     """Return a smaller example that still fails, after at most ``budget`` tries."""
     tries = _Tries(budget)
     size = -1
     while size != tries.successes and tries.left > 0:
         size = tries.successes
-        script = _improve(script, _shorter, partial(fails, document), tries)
-        document = _improve(document, _documents, partial(_swapped, fails, script), tries)
-    return document, script
+        script = _improve(script, _shorter, partial(fails, documents), tries)
+        documents = _improve(documents, _documents, partial(_swapped, fails, script), tries)
+    return documents, script
 
 
-def _swapped(fails: Fails, script: Script, document: Document) -> bool:
-    return fails(document, script)
+def _swapped(fails: Fails, script: Script, documents: Documents) -> bool:
+    return fails(documents, script)
 
 
 @dataclass
@@ -71,8 +73,8 @@ def _improve(
     return whole
 
 
-def _documents(document: Document) -> Iterator[Document]:
-    return (mend(variant) for variant in _variants(document))
+def _documents(documents: Documents) -> Iterator[Documents]:
+    return (mend(variant) for variant in _variants(documents) if variant)
 
 
 def _shorter(script: Script) -> Iterator[Script]:
@@ -111,10 +113,22 @@ def _variants(node: Any) -> Iterator[Any]:
                 yield replace(node, **{part.name: variant})
 
 
-def mend(document: Document) -> Document:
-    """Return a document without what dangles after states were taken out of it."""
-    ids = {state.id.value for state in _states(document.root) if state.id is not None}
-    return replace(document, root=_mended(document.root, ids))
+def mend(documents: Documents) -> Documents:
+    """Return documents without what dangles after states were taken out of them.
+
+    A base that goes leaves a chart that says all by itself, or is not valid.
+    """
+    found: list[Document] = []
+    ids: set[str] = set()
+    for document in reversed(documents):
+        states = [s for root in (document.root, *document.refine) for s in _states(root)]
+        ids |= {state.id.value for state in states if state.id is not None}
+        ids |= {f"{state.id}.main" for state in document.refine}
+        refine = tuple(_refined(state, ids) for state in document.refine)
+        extends = document.extends if found else None
+        root = _mended(document.root, ids)
+        found.append(replace(document, root=root, refine=refine, extends=extends))
+    return tuple(reversed(found))
 
 
 def _states(state: DocState) -> Iterator[DocState]:
@@ -138,6 +152,13 @@ def _mended(state: DocState, ids: set[str]) -> DocState:
         initial = None
     transitions = tuple(t for t in state.transitions if _stands(t, ids))
     return replace(state, kind=kind, children=children, initial=initial, transitions=transitions)
+
+
+def _refined(state: DocState, ids: set[str]) -> DocState:
+    """Return a change of an inherited state, which says only what is new of it."""
+    mended = _mended(state, ids)
+    stands = state.initial is not None and _stands(state.initial, ids)
+    return replace(mended, kind=state.kind, initial=state.initial if stands else None)
 
 
 def _stands(transition: DocTransition, ids: set[str]) -> bool:

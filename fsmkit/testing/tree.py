@@ -78,6 +78,17 @@ class Grower:
         self._fill_compound(root)
         return root
 
+    def fill(self, node: Node) -> None:
+        """Give children to a state that has none."""
+        if node.kind is Kind.PARALLEL:
+            self._fill_parallel(node)
+        else:
+            self._fill_compound(node)
+
+    def add_to(self, node: Node) -> None:
+        """Add a child to a state that has some."""
+        self._add(node, Kind.COMPOUND if node.kind is Kind.PARALLEL else self._any(node))
+
     def _add(self, parent: Node, kind: Kind) -> Node:
         self.made += 1
         self.budget -= 1

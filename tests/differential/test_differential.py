@@ -48,8 +48,8 @@ def test_random_charts(target: str) -> None:
 @given(st.data())
 def test_drawn_charts_in_python(data: st.DataObject) -> None:
     document = data.draw(documents(8))
-    chart = elaborated(document)
-    case = Case(document, chart, data.draw(scripts(chart, 15)))
+    chart = elaborated((document,))
+    case = Case((document,), chart, data.draw(scripts(chart, 15)))
     divergence = compare(case, harness("python"))
     assert divergence is None, explain(case, divergence)
 
