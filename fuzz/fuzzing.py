@@ -68,6 +68,9 @@ def _written(chart: Chart, findings: Findings) -> None:
         generated = target.generate(chart, refused, {})
         assert generated is not None or refused.has_errors, "not written without a word"
         findings.extend(refused)
+        if target is PYTHON and generated is not None:
+            for name, text in generated.files.items():
+                compile(text, name, "exec")
 
 
 def fuzz(

@@ -1,6 +1,6 @@
 """Indented text and identifiers; knows no language but the names a language reserves."""
 
 from fsmkit.emit.emitter import Emitter
-from fsmkit.emit.identifiers import Namer, snake
+from fsmkit.emit.identifiers import Namer, legal, snake
 
-__all__ = ["Emitter", "Namer", "snake"]
+__all__ = ["Emitter", "Namer", "legal", "snake"]

@@ -174,7 +174,10 @@ class _ChartReader:
             field = context.required(child, "name")
             if field is not None:
                 fields.append(DocField(field, context.required(child, "type")))
-        return DocType(name, words(element.get("members")), tuple(fields))
+        members = words(element.get("members"))
+        if not members and not fields:
+            context.incomplete(element, "has neither members nor fields", 'add `members="..."`')
+        return DocType(name, members, tuple(fields))
 
     def _constants(self) -> tuple[DocConstant, ...]:
         found = []

@@ -100,10 +100,10 @@ def _name(fields: Fields, source: Source, findings: Findings) -> Text:
 
 def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:
     for name, node in fields.entries("types"):
-        if isinstance(node, Sequence):
+        if isinstance(node, Sequence) and node.items:
             texts = (demand_text(item, "a member", findings) for item in node.items)
             yield DocType(name, members=tuple(text for text in texts if text is not None))
-        elif isinstance(node, Mapping):
+        elif isinstance(node, Mapping) and node.entries:
             yield DocType(name, fields=tuple(_record(node, findings)))
         else:
             findings.add(

@@ -163,3 +163,11 @@ def test_an_unknown_data_model(read: ReadChart) -> None:
     result = read("<state/>", datamodel="lua")
     assert result.rules == ["unknown-datamodel"]
     assert result.document.datamodel == "ecmascript"
+
+
+def test_a_type_of_nothing() -> None:
+    text = (
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml" version="1.0">'
+        '<fk:type name="R" members=" "/><state id="a"/></scxml>'
+    )
+    assert rules_of(text) == ["incomplete-element"]

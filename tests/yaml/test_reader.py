@@ -255,6 +255,8 @@ def test_refinements(chart: Chart) -> None:
         (HEAD + "abstract: maybe", "unexpected-value", "maybe", "write false or true"),
         (HEAD + "datamodel: xpath", "unexpected-value", "xpath", "ecmascript"),
         (HEAD + "types: {F: x}", "unexpected-shape", "x", "list the members"),
+        (HEAD + "types: {F: {}}", "unexpected-shape", "{}", "list the members"),
+        (HEAD + "types: {F: []}", "unexpected-shape", "[]", "list the members"),
         (HEAD + "operations: {goto: x}", "unexpected-shape", "{goto: x}", "- "),
         (HEAD + "events: {inn: [x]}", "unknown-key", "inn", "did you mean `in`?"),
         (HEAD + "events: {in: [fault(code Fault, n 0..3)]}", "lost-text", "fault", "quote it"),

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import PurePath
 
-from fsmkit.emit import Namer, snake
+from fsmkit.emit import Namer, legal, snake
 from fsmkit.expressions import EnumType, RecordType
 from fsmkit.model.chart import Chart, Operation
 from fsmkit.model.document import Direction, Trigger
@@ -26,6 +26,11 @@ KEYWORDS = _words(
     "unsigned using virtual void volatile wchar_t while xor xor_eq m linux unix"
 )
 """Of C and C++ both, since the header is read by either; ``m`` is the machine everywhere."""
+
+LOCALS = KEYWORDS | _words(
+    "e i result NULL int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t"
+)
+"""And what a parameter cannot be called: what the functions that take it name themselves."""
 
 MEMBERS = _words(
     "now timers queue deferred internal delayed event fault failed budget timer_count queue_count "
@@ -72,6 +77,8 @@ class Names:
     regions: tuple[str, ...]
     histories: dict[tuple[int, int], str]
     """By history and region."""
+    fields: dict[str, str]
+    """Of records, payloads and operations alike."""
     symbols: list[str] = field(default_factory=lambda: [""])
     numbers: dict[str, int] = field(default_factory=lambda: {"": 0})
     """Numbers of the interned strings."""
@@ -118,7 +125,7 @@ class Names:
 
     def field(self, name: str) -> str:
         """Return the C name of a field of a record or payload."""
-        return f"{name}_" if name in KEYWORDS else name
+        return self.fields[name]
 
     def in_state(self, machine: str, state: int) -> str:
         """Return the test whether a state is active."""
@@ -165,8 +172,10 @@ def name_everything(plan: Plan, prefix: str | None) -> Names:
     payloads = tuple(
         f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
     )
+    own = Namer()
+    operations = {o.name: own.name(_free(snake(o.name), "_operation")) for o in chart.operations}
     enumerations = {
-        t.name: f"{lower}_{_free(snake(t.name), '_kind')}"
+        t.name: f"{lower}_{own.name(_free(snake(t.name), '_kind'))}"
         for t in chart.types
         if isinstance(t, EnumType)
     }
@@ -179,9 +188,9 @@ def name_everything(plan: Plan, prefix: str | None) -> Names:
         events=events,
         event_names=event_names,
         payloads=payloads,
-        operations={o.name: _free(snake(o.name), "_operation") for o in chart.operations},
+        operations=operations,
         records={
-            t.name: f"{lower}_{_free(snake(t.name), '_record')}"
+            t.name: f"{lower}_{own.name(_free(snake(t.name), '_record'))}"
             for t in chart.types
             if isinstance(t, RecordType)
         },
@@ -202,7 +211,26 @@ def name_everything(plan: Plan, prefix: str | None) -> Names:
             for s in chart.states
             for region in plan.recorded_regions[s.index]
         },
+        fields=_fields(chart),
     )
+
+
+def _fields(chart: Chart) -> dict[str, str]:
+    """Return the names of all fields, which SCXML lets be any text."""
+    found = {
+        part.name
+        for fields in (
+            *(t.fields for t in chart.types if isinstance(t, RecordType)),
+            *(event.fields for event in chart.events),
+            *(operation.parameters for operation in chart.operations),
+        )
+        for part in fields
+    }
+    plain = sorted(name for name in found if name not in LOCALS and legal(name) == name)
+    namer = Namer(LOCALS)
+    given = {name: namer.name(name) for name in plain}
+    others = sorted(found - given.keys())
+    return given | {n: namer.name(f"{n}_" if n in LOCALS else n) for n in others}
 
 
 def _free(name: str, suffix: str) -> str:

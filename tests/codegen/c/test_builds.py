@@ -48,6 +48,31 @@ def test_no_warning(
     compile_with(tmp_path, compiler, "-c", *sources, "fsm.c")
 
 
+HOSTILE_NAMES = """<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml"
+    version="1.0" datamodel="fsmkit" name="Hostile">
+  <fk:type name="R"><fk:field name="1e309" type="uint8"/><fk:field name="a; b" type="uint8"/>
+    <fk:field name="a__b" type="uint8"/><fk:field name="größe" type="uint8"/></fk:type>
+  <fk:type name="goTo" members="x y"/>
+  <fk:operation signature="goto(e uint8, i uint8[2], result bool, uint8_t bool) -> bool"/>
+  <fk:operation signature="go_to(int uint8) -> bool"/>
+  <fk:event direction="in" signature="ev(e uint8, i uint8[2], result R, größe bool)"/>
+  <fk:event direction="out" signature="o(e uint8, i uint8[2], result R, größe bool)"/>
+  <state id="a"><transition event="ev"><send event="o"><param name="e" expr="event.e"/>
+    <param name="i" expr="event.i"/><param name="result" expr="event.result"/>
+    <param name="größe" expr="goto(1, event.i, true, go_to(1))"/></send></transition></state>
+</scxml>"""
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_names_that_are_none_in_c(
+    compiler: str, tmp_path: Path, compile_with: Compile, write: Write
+) -> None:
+    path = tmp_path / "hostile.scxml"
+    path.write_text(HOSTILE_NAMES, encoding="utf-8")
+    write(tmp_path, generate_machine(load(path)).files)
+    compile_with(tmp_path, compiler, "-c", "hostile.c", "fsm.c")
+
+
 @pytest.mark.parametrize("names", ["", "-DFSM_NO_NAMES"])
 def test_sizes_are_as_stated(
     machines: list[Machine], names: str, tmp_path: Path, compile_with: Compile, write: Write
