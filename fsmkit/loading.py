@@ -33,13 +33,17 @@ def load_with_findings(path: str | Path, findings: Findings, *, strict: bool = F
 
 
 def read_documents(
-    path: Path, findings: Findings, invokers: tuple[Path, ...] = ()
+    path: Path,
+    findings: Findings,
+    invokers: tuple[Path, ...] = (),
+    at: Text | None = None,
 ) -> tuple[Document, ...]:
     """Return the document of a file and, after it, those it extends, nearest first.
 
-    What they invoke is read with them; ``invokers`` are the files in which this one is invoked.
+    What they invoke is read with them; ``invokers`` are the files in which this one is invoked,
+    and ``at`` is the place that names it.
     """
-    chain = read_chain(path, findings)
+    chain = read_chain(path, findings, at)
     here = (*invokers, path.resolve())
     return tuple(with_invoked(document, findings, here) for document in chain)
 
@@ -74,7 +78,7 @@ def with_invoked(document: Document, findings: Findings, invokers: tuple[Path, .
             )
         if document.datamodel != "fsmkit" and not path.is_file():
             return ()
-        return read_documents(path, findings, invokers)
+        return read_documents(path, findings, invokers, name)
 
     sources = invoked_sources(document)
     if not has_invokes(document):
@@ -90,14 +94,14 @@ def base_documents(document: Document, findings: Findings) -> tuple[Document, ..
     """Return the bases of a chart that stands in another file."""
     if document.extends is None:
         return ()
-    return read_documents(Path(document.source.name).parent / document.extends.value, findings)
+    path = Path(document.source.name).parent / document.extends.value
+    return read_documents(path, findings, at=document.extends)
 
 
-def read_chain(path: Path, findings: Findings) -> tuple[Document, ...]:
+def read_chain(path: Path, findings: Findings, at: Text | None = None) -> tuple[Document, ...]:
     """Return the document of a file and those it extends, without what they invoke."""
     documents: list[Document] = []
     seen: list[Path] = []
-    at: Text | None = None
     while True:
         seen.append(path.resolve())
         document = read_document(path, findings, at=at)

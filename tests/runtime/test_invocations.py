@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import load
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.loading import load, load_with_findings
 from fsmkit.runtime.session import Session
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" '
@@ -176,3 +176,68 @@ def test_nesting_without_end_in_one_file_is_bounded(tmp_path: Path) -> None:
         text = f'initial="s"><state id="s"><invoke>{child(text)}</invoke></state></scxml>'
     machine = session(tmp_path, text)
     assert machine.is_running
+
+
+def test_charts_that_declare_what_passes_between_them(tmp_path: Path) -> None:
+    (tmp_path / "worker.yaml").write_text(WORKER, encoding="utf-8")
+    (tmp_path / "boss.yaml").write_text(BOSS, encoding="utf-8")
+    findings = Findings()
+    machine = Session(load_with_findings(tmp_path / "boss.yaml", findings))
+    assert not list(findings)
+    machine.post("go")
+    machine.run()
+    machine.advance("100ms")
+    assert machine["seen"] == 1
+    machine.advance("100ms")
+    assert machine.active == ("idle",)
+
+
+def test_a_file_that_is_not_there_is_told_where_it_is_named(tmp_path: Path) -> None:
+    (tmp_path / "boss.yaml").write_text(BOSS, encoding="utf-8")
+    with pytest.raises(FsmkitError) as refused:
+        load(tmp_path / "boss.yaml")
+    (found,) = refused.value.diagnostics
+    assert found.rule.name == "unreadable-file"
+    assert found.primary is not None
+    span = found.primary.span
+    assert span.source.text[span.start : span.end] == "worker.yaml"
+
+
+WORKER = """
+chart: Worker
+data: {left: 0..9 = 3}
+events:
+  in: [tick]
+  out: ["progress(left 0..9)"]
+initial: busy
+states:
+  busy:
+    on:
+      tick:
+        - if: left > 1
+          do: |
+            left -= 1
+            send progress(left = left) to "#_parent"
+        - target: ready
+  ready: {final: true}
+"""
+BOSS = """
+chart: Boss
+data: {seen: 0..9 = 9, size: 0..9 = 2}
+outputs: {shown: 0..9 = 0}
+events:
+  in: [go, "progress(left 0..9)"]
+  out: [tick]
+initial: idle
+states:
+  idle:
+    entry: shown = seen
+    on: {go: working}
+  working:
+    invoke: {id: worker, src: worker.yaml, with: {left: size}}
+    every:
+      100ms: {do: 'send tick to "#_worker"'}
+    on:
+      progress: {do: seen = event.left}
+      done.invoke.worker: idle
+"""

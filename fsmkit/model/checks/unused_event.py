@@ -18,7 +18,9 @@ def check(chart: Chart, findings: Findings) -> None:
     sent: set[int] = set()
     for statement in all_statements(chart):
         match statement:
-            case Send(event, destination=Destination.PORT):
+            case Send(
+                event, destination=Destination.PORT | Destination.INVOKER | Destination.INVOKED
+            ):
                 sent.add(event)
             case Send(event) | Raise(event):
                 heard.add(event)
