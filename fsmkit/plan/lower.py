@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.model.chart import Chart, Transition
-from fsmkit.model.document import Kind
+from fsmkit.model.document import Kind, Trigger
 from fsmkit.model.structure import is_internal, lcca
 from fsmkit.plan.entries import entries_below
 from fsmkit.plan.plan import Move, Plan, Region, Restore, Variant, Within
@@ -93,6 +93,10 @@ def _variants(
     if not transition.targets:
         return (Variant((), None, ()),)
     source = transition.source
+    if transition.trigger is Trigger.INITIAL:
+        domain = chart.states[source].parent if chart.states[source].is_history else source
+        assert domain is not None  # noqa: S101
+        return (Variant((), domain, entries_below(chart, domain, transition.targets)),)
     if is_internal(chart, transition):
         domain = source
     else:

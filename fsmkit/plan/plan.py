@@ -118,7 +118,8 @@ class Plan:
     last_number: tuple[int, ...]
     """By state: the greatest number of a descendant in its region, or its own."""
     moves: tuple[Move, ...]
-    """By transition; of initial and default ones what they enter below their source's domain."""
+    """By transition; of an initial one what it enters below its source, of a default below the
+    parent of the history."""
     start: tuple[Op, ...]
     """What entering the machine enters, after the content of the root's initial transition."""
     recorded_regions: tuple[tuple[int, ...], ...]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
 
@@ -115,12 +116,11 @@ def test_what_is_entered_is_a_configuration(plan: Plan) -> None:
     chart = plan.chart
     programs = [(plan.start, 0)]
     for transition in chart.transitions:
-        if transition.trigger is not Trigger.INITIAL:
-            programs += [
-                (variant.entry, variant.domain)
-                for variant in plan.moves[transition.index].variants
-                if variant.domain is not None
-            ]
+        programs += [
+            (variant.entry, variant.domain)
+            for variant in plan.moves[transition.index].variants
+            if variant.domain is not None
+        ]
     for ops, domain in programs:
         for entered, is_known in paths(ops):
             if is_known:
@@ -179,15 +179,30 @@ def size(ops: tuple[Op, ...]) -> int:
     )
 
 
-def test_size_grows_with_the_chart(tmp_path: Path) -> None:
+def states_in_a_row(count: int) -> list[str]:
+    lines = ["initial: s0", "states:"]
+    for i in range(count):
+        lines.append(f"  s{i}:")
+        lines.append(f"    initial: s{i}_a")
+        lines.append(f"    on: {{go: s{(i + 1) % count}}}")
+        lines.append(f"    states: {{s{i}_a: {{}}, s{i}_b: {{}}}}")
+    return lines
+
+
+def regions_side_by_side(count: int) -> list[str]:
+    lines = ["initial: all", "states:", "  all:", "    regions:"]
+    for i in range(count):
+        lines.append(f"      s{i}:")
+        lines.append(f"        initial: s{i}_a")
+        lines.append(f"        states: {{s{i}_a: {{on: {{go: s{i}_b}}}}, s{i}_b: {{}}}}")
+    return lines
+
+
+@pytest.mark.parametrize("states", [states_in_a_row, regions_side_by_side])
+def test_size_grows_with_the_chart(tmp_path: Path, states: Callable[[int], list[str]]) -> None:
     sizes = []
     for count in (100, 200):
-        lines = ["chart: Wide", "initial: s0", "events: {in: [go]}", "states:"]
-        for i in range(count):
-            lines.append(f"  s{i}:")
-            lines.append(f"    initial: s{i}_a")
-            lines.append(f"    on: {{go: s{(i + 1) % count}}}")
-            lines.append(f"    states: {{s{i}_a: {{}}, s{i}_b: {{}}}}")
+        lines = ["chart: Wide", "events: {in: [go]}", *states(count)]
         path = tmp_path / f"{count}.yaml"
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
         plan = lower(load(path))
