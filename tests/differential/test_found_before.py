@@ -97,8 +97,28 @@ states:
           word = event.word
           send told(pair = pair, bytes = bytes, word = word)
 """
+NO_VALUE = """\
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="a">
+  <datamodel>
+    <data id="n" expr="3"/>
+    <data id="first" expr="{x: 1}.x"/>
+    <data id="second" expr="new Date()"/>
+  </datamodel>
+  <script>n = 4</script>
+  <state id="a"/>
+</scxml>
+"""
 
 CASES = {
+    "a start value of no meaning leaves the script as it is": (
+        NO_VALUE,
+        ("start 0", "dump"),
+        [
+            *("@0 > start", "raise error.execution", "raise error.execution", "+ a"),
+            *("unhandled error.execution", "unhandled error.execution", "= a"),
+            *("d n 4", "d first 0", "d second 0"),
+        ],
+    ),
     "a script posts records, arrays and strings": (
         PAYLOADS,
         ("start 0", 'post all [7 1] [3, 4, 5] "never heard of"', "run 1"),
@@ -132,7 +152,7 @@ CASES = {
 
 
 def chart_of(text: str, folder: Path) -> Chart:
-    path = folder / "chart.yaml"
+    path = folder / ("chart.scxml" if text.startswith("<") else "chart.yaml")
     path.write_text(text)
     return load(path)
 

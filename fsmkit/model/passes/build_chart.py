@@ -23,6 +23,7 @@ from fsmkit.model.passes.type_invokes import (
 )
 from fsmkit.model.passes.type_states import check_abstract, type_states
 from fsmkit.model.passes.type_transitions import type_transitions
+from fsmkit.model.statements import Block, Raise
 
 
 def build_chart(
@@ -58,7 +59,7 @@ def build_chart(
         capacities=capacities,
         types=tuple(names.scope.types.values()),
         constants=names.constants,
-        script=(*names.failures, *type_block(document.script, context)),
+        script=(*_failures(names, events), *type_block(document.script, context)),
         lenient=document.datamodel != "fsmkit",
         abstract=check_abstract(
             tree, findings, is_abstract=document.abstract, is_derived=len(documents) > 1
@@ -69,6 +70,12 @@ def build_chart(
         done=None if given is None else events.index.get(DONE),
         sources=tuple(d.source for d in documents),
     )
+
+
+def _failures(names: Names, events: Events) -> Block:
+    """Return an error for each start value of no meaning; the script goes on (SCXML 5.3, 5.8)."""
+    error = events.index["error.execution"]
+    return tuple(Raise(error, (), failure.span) for failure in names.failures)
 
 
 def context_of(
