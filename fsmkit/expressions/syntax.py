@@ -131,6 +131,27 @@ class CallNode(Node):
     arguments: tuple[Node, ...]
 
 
+def children(node: Node) -> tuple[Node, ...]:
+    """Return the direct parts of a node."""
+    match node:
+        case UnaryNode(operand=operand):
+            return (operand,)
+        case BinaryNode(left=left, right=right):
+            return (left, right)
+        case ConditionalNode(test=test, then=then, otherwise=otherwise):
+            return (test, then, otherwise)
+        case ElementNode(base=base, index=index):
+            return (base, index)
+        case MemberNode(base=base):
+            return (base,)
+        case CallNode(callee=callee, arguments=arguments):
+            return (callee, *arguments)
+        case ArrayNode(items=items):
+            return items
+        case _:
+            return ()
+
+
 class SyntaxFault(Exception):  # noqa: N818  (becomes a finding at once)
     """Why a text is no expression: the rule broken, where, and a way out."""
 

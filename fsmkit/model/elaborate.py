@@ -8,6 +8,7 @@ from fsmkit.model.checks import run_checks
 from fsmkit.model.document import Document
 from fsmkit.model.given import Given
 from fsmkit.model.passes.bind_late import bind_late
+from fsmkit.model.passes.bound_arrays import bound_arrays
 from fsmkit.model.passes.build_chart import build_chart
 from fsmkit.model.passes.check_narrowing import check_narrowing
 from fsmkit.model.passes.check_nesting import check_nesting
@@ -38,9 +39,8 @@ def elaborate(
     the one that invokes it; the charts that this one invokes are elaborated with it.
     """
     resolved = resolve_inheritance(documents, findings)
-    document = lower_ecmascript(
-        bind_late(resolved.document), () if given is None else [name for name, _ in given.data]
-    )
+    document = bound_arrays(bind_late(resolved.document), given, findings)
+    document = lower_ecmascript(document, given)
     tree = number_states(document, findings)
     check_nesting(tree, findings, is_loose=document.datamodel != "fsmkit")
     report_unsupported(tree, findings, strict=strict)

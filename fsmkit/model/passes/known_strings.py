@@ -28,11 +28,13 @@ from fsmkit.model.document import (
     DocData,
     DocForEach,
     DocIf,
+    DocInvoke,
     DocSend,
     DocState,
     Document,
     Trigger,
 )
+from fsmkit.model.given import Given
 from fsmkit.model.literal_content import string
 
 MOST_VALUES = 32
@@ -63,6 +65,8 @@ class KnownStrings:
     """Variables that have no value at first."""
     once: frozenset[int] = frozenset()
     """Identities of the assignments that are executed at most once."""
+    is_alone: bool = True
+    """Whether every event that has an origin has it here."""
 
     def of(self, name: str) -> set[str] | None:
         """Return what a variable can hold, None where it may be anything else."""
@@ -167,7 +171,7 @@ class KnownStrings:
                 made = {(a + b, x | y) for a, x in first for b, y in second}
                 too_long = any(len(value) > MOST_LENGTH for value, _ in made)
                 return None if too_long or len(made) > MOST_VALUES else made
-            case MemberNode(base=NameNode(name="_event"), name="origin"):
+            case MemberNode(base=NameNode(name="_event"), name="origin") if self.is_alone:
                 return {(self.here, frozenset())}
             case _ if self._is_here(node):
                 return {(self.here, frozenset())}
@@ -176,37 +180,45 @@ class KnownStrings:
 
 
 def find_strings(
-    document: Document, parts: Iterable[object], placeholders: Mapping[str, str]
+    document: Document,
+    parts: tuple[object, ...],
+    given: Given | None,
+    placeholders: Mapping[str, str],
 ) -> KnownStrings:
-    """Return what the variables of a document can hold.
+    """Return what the variables of a document can hold; ``given`` is what its invoker sets.
 
     ``placeholders`` are numbers that stand for a string until one is assigned.
     """
     name = document.name.value
+    session = name if given is None else given.session
+    is_alone = given is None and not any(isinstance(part, DocInvoke) for part in parts)
     known = KnownStrings(
-        location_of_session(name),
-        {"_name": name, SESSION: name},
+        location_of_session(session),
+        {"_name": name, SESSION: session},
         once=frozenset(_executed_once(document)),
+        is_alone=is_alone,
     )
-    gifts: list[tuple[str, Node | None, int]] = [
-        (written.name.value, None, 0) for written in (*document.inputs, *document.outputs)
-    ]
+    set_outside = [written.name.value for written in (*document.inputs, *document.outputs)]
+    set_outside += [] if given is None else [name for name, _ in given.data]
+    gifts: list[tuple[str, Node | None, int]] = [(name, None, 0) for name in set_outside]
     for part in parts:
         match part:
-            case DocData(name=given, init=None):
-                known.unset.add(given.value)
-            case DocData(name=given, init=Text() as init):
-                stands = placeholders.get(given.value)
+            case DocData(name=written, init=None):
+                known.unset.add(written.value)
+            case DocData(name=written, init=Text() as init):
+                stands = placeholders.get(written.value)
                 gifts.append(
-                    (given.value, _read(init if stands is None else string(stands, init)), 0)
+                    (written.value, _read(init if stands is None else string(stands, init)), 0)
                 )
             case DocAssign(location, value, operator=operator):
                 gifts.append(
                     (location.value.strip(), _read(assigned(location, value, operator)), id(part))
                 )
             case DocForEach(item=item, index=index):
-                gifts += [(given.value.strip(), None, 0) for given in (item, index) if given]
-            case DocSend(id_location=Text() as location):
+                gifts += [(each.value.strip(), None, 0) for each in (item, index) if each]
+            case (
+                DocSend(id_location=Text() as location) | DocInvoke(id_location=Text() as location)
+            ):
                 gifts.append((location.value.strip(), None, 0))
             case _:
                 pass

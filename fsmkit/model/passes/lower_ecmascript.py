@@ -10,10 +10,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, field, fields, is_dataclass, replace
-from functools import cache
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.expressions import flag_of
@@ -36,11 +34,10 @@ from fsmkit.model.document import (
     Document,
     DocUnreadable,
 )
+from fsmkit.model.given import Given
 from fsmkit.model.literal_content import content_value, members, string
 from fsmkit.model.passes.known_strings import KnownStrings, assigned, find_strings
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+from fsmkit.model.passes.walk_document import parts
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
 ASKED = re.compile(
@@ -50,10 +47,10 @@ ASKED = re.compile(
 NUMBER = re.compile(r"\s*\d+\s*")
 
 
-def lower_ecmascript(document: Document, given: Collection[str] = ()) -> Document:
+def lower_ecmascript(document: Document, given: Given | None = None) -> Document:
     """Return a document of a loose dialect without what is only shorthand there.
 
-    ``given``: data that an invoker sets when the machine starts.
+    ``given`` says what an invoker sets when the machine starts.
     """
     if document.datamodel == "fsmkit":
         return document
@@ -69,7 +66,7 @@ def string_value(text: Text) -> str | None:
 @dataclass
 class _Lowering:
     document: Document
-    given: Collection[str] = ()
+    given: Given | None = None
     strings: KnownStrings = field(default_factory=lambda: KnownStrings("", {}))
     flagged: tuple[str, ...] = ()
     spelt: frozenset[str] = frozenset()
@@ -77,17 +74,17 @@ class _Lowering:
 
     def run(self) -> Document:
         document = self.document
-        parts = tuple(_parts(document))
-        self.strings = find_strings(document, parts, self._placeholders(parts))
+        whole = tuple(parts(document))
+        self.strings = find_strings(document, whole, self.given, self._placeholders(whole))
         hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
         declared = {
             part.name.value: part
-            for part in parts
+            for part in whole
             if isinstance(part, DocData) and part.name.value not in hosts
         }
         asked = {
             name
-            for part in parts
+            for part in whole
             if isinstance(part, Text)
             for match in ASKED.finditer(part.value)
             for name in match.groups()
@@ -95,9 +92,10 @@ class _Lowering:
         }
         data = [self._spelt(written) for written in document.data]
         self.flagged = tuple(name for name in declared if name in asked)
+        given = () if self.given is None else [name for name, _ in self.given.data]
         for flagged in self.flagged:
             at = declared[flagged].name
-            has_value = declared[flagged].init is not None or flagged in self.given
+            has_value = declared[flagged].init is not None or flagged in given
             data.append(
                 DocData(
                     replace(at, value=flag_of(flagged), offsets=()),
@@ -117,15 +115,15 @@ class _Lowering:
             return data
         return replace(data, init=string(data.init.value.strip(), data.init))
 
-    def _placeholders(self, parts: tuple[object, ...]) -> dict[str, str]:
+    def _placeholders(self, whole: tuple[object, ...]) -> dict[str, str]:
         """Return the numbers that only hold the place of a string, and note whose they are."""
         numbers = {
             part.name.value: part.init.value.strip()
-            for part in parts
+            for part in whole
             if isinstance(part, DocData) and part.type is None and part.init is not None
-            if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, parts)
+            if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, whole)
         }
-        known = find_strings(self.document, parts, numbers)
+        known = find_strings(self.document, whole, self.given, numbers)
         self.spelt = frozenset(name for name in numbers if len(known.of(name) or ()) > 1)
         return {name: numbers[name] for name in self.spelt}
 
@@ -285,13 +283,13 @@ class _Lowering:
         return (DocIf(tuple(branches), span),) if branches else ()
 
 
-def _is_only_sent(name: str, parts: tuple[object, ...]) -> bool:
+def _is_only_sent(name: str, whole: tuple[object, ...]) -> bool:
     """Whether a variable is only assigned, and read only as an attribute of what is sent.
 
     Then a number that it starts with may as well be written as a string.
     """
     expected = 0
-    for part in parts:
+    for part in whole:
         match part:
             case DocData(name=Text(value=value)) | DocAssign(location=Text(value=value)):
                 expected += value.strip() == name
@@ -302,37 +300,16 @@ def _is_only_sent(name: str, parts: tuple[object, ...]) -> bool:
                 pass
     mention = re.compile(rf"(?<![\w$]){re.escape(name)}(?![\w$])")
     return expected == sum(
-        len(mention.findall(part.value)) for part in parts if isinstance(part, Text)
+        len(mention.findall(part.value)) for part in whole if isinstance(part, Text)
     )
 
 
 def _payload(content: Text) -> tuple[DocArgument, ...]:
     """Return a payload that is one value, or the members of an object."""
-    parts = members(content)
-    if parts is None:
+    inside = members(content)
+    if inside is None:
         return (DocArgument(replace(content, value=WHOLE_PAYLOAD, offsets=()), content),)
     return tuple(
         DocArgument(replace(content, value=name, offsets=()), value)
-        for name, value in parts.items()
+        for name, value in inside.items()
     )
-
-
-def _parts(whole: object) -> Iterator[object]:
-    """Return everything in a document, in order; places and invoked charts are left aside."""
-    left = [whole]
-    while left:
-        part = left.pop()
-        yield part
-        if isinstance(part, tuple):
-            left.extend(reversed(part))
-        elif isinstance(part, Document) and part is not whole:
-            continue
-        elif is_dataclass(part) and not isinstance(part, Text | type):
-            left.extend(getattr(part, name) for name in _field_names(type(part)))
-
-
-@cache
-def _field_names(kind: type[DataclassInstance]) -> tuple[str, ...]:
-    """Return what a piece of a document holds, the last first."""
-    names = [known.name for known in fields(kind)]
-    return tuple(name for name in reversed(names) if name not in ("span", "source"))
