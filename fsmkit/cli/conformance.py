@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Sequence
 from pathlib import Path
 
 import click
@@ -9,14 +10,19 @@ from rich.progress import Progress
 from rich.text import Text
 
 from fsmkit.cli.console import err, out, print_json
-from fsmkit.testing.conformance import Result, Verdict, judge
-from fsmkit.testing.conformance_suites import find_cases
-from fsmkit.testing.harness import harness, harnesses
+from fsmkit.cli.writing import write_files
+from fsmkit.diagnostics import fail
+from fsmkit.testing.conformance import Case, Result, Verdict, judge
+from fsmkit.testing.conformance_charts import Reading, Stage, read_chart, totals
+from fsmkit.testing.conformance_page import page, write_into
+from fsmkit.testing.conformance_suites import find_cases, find_charts
+from fsmkit.testing.harness import Harness, harness, harnesses
 
 STYLES = {Result.PASSED: "green", Result.FAILED: "bold red", Result.SKIPPED: "yellow"}
 EPILOG = """\b
-Example:
+Examples:
   fsmkit conformance ../shared/conformance/w3c --target all
+  fsmkit conformance ~/some/project
 """
 
 
@@ -25,25 +31,67 @@ Example:
 @click.option("--target", default="interpreter", show_default=True, help="A target, or `all`.")
 @click.option("--limit", type=float, default=60.0, show_default=True, help="Seconds for a test.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-@click.option("--quiet", is_flag=True, help="Print no line for a test that passed.")
-def command(folder: Path, target: str, limit: float, as_json: bool, quiet: bool) -> int:
-    """Run the W3C's SCXML tests, or charts with a script each, and count."""
+@click.option(
+    "--markdown",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Also write tables into this page, between the marks it has or at its end.",
+)
+@click.option("--quiet", is_flag=True, help="Print no line for what passed.")
+def command(
+    folder: Path, target: str, limit: float, as_json: bool, markdown: Path | None, quiet: bool
+) -> int:
+    """Run the tests in a folder and count.
+
+    The W3C's SCXML tests (in folders named `ecma`) must end in `pass`; a chart with a script beside
+    it (`.json`) must follow it. Each runs on the target, or on all. Of any other chart it is told
+    how far it gets: is it read, does it become a Chart, does a strict C compiler take its C.
+    """
     chosen = harnesses() if target == "all" else (harness(target),)
-    cases = find_cases(folder)
+    cases, charts = find_cases(folder), find_charts(folder)
+    if not cases and not charts:
+        raise fail(
+            "no-conformance-tests",
+            f"there are no tests and no charts in `{folder}`",
+            help="give a folder with the W3C's `ecma/test*.scxml`, with charts and a `.json` for "
+            "each, or with charts",
+        )
+    told = set() if as_json else set(Result) - ({Result.PASSED} if quiet else set())
+    verdicts, readings = run(folder, cases, charts, chosen, limit, told)
+    if as_json:
+        print_json(document(verdicts, readings))
+    else:
+        summary(verdicts, readings)
+    if markdown is not None:
+        before = markdown.read_text(encoding="utf-8") if markdown.is_file() else ""
+        write_files({markdown: write_into(before, page(verdicts, readings))})
+    results = [*(v.result for v in verdicts), *(reading.result for reading in readings)]
+    return int(Result.FAILED in results)
+
+
+def run(
+    folder: Path,
+    cases: Sequence[Case],
+    charts: Sequence[Path],
+    chosen: Sequence[Harness],
+    limit: float,
+    told: Container[Result],
+) -> tuple[list[Verdict], list[Reading]]:
+    """Run each test and try each chart; print a line for those that end in a way to be told."""
     verdicts: list[Verdict] = []
+    readings: list[Reading] = []
     with Progress(console=err, transient=True, disable=not err.is_terminal) as progress:
-        for case in progress.track(cases, description="conformance"):
+        for case in progress.track(cases, description="tests"):
             for verdict in judge(case, chosen, limit):
                 verdicts.append(verdict)
-                if not as_json and not (quiet and verdict.result is Result.PASSED):
+                if verdict.result in told:
                     out.print(line(verdict))
-    if as_json:
-        print_json(document(verdicts))
-    else:
-        for one in chosen:
-            counted = count([v for v in verdicts if v.target == one.name])
-            out.print(f"{one.name}: {', '.join(f'{n} {name}' for name, n in counted.items())}")
-    return int(any(verdict.result is Result.FAILED for verdict in verdicts))
+        for path in progress.track(charts, description="charts"):
+            reading = read_chart(path, path.relative_to(folder).as_posix(), limit)
+            readings.append(reading)
+            if reading.result in told:
+                out.print(chart_line(reading))
+    return verdicts, readings
 
 
 def line(verdict: Verdict) -> Text:
@@ -54,14 +102,39 @@ def line(verdict: Verdict) -> Text:
     return text
 
 
-def count(verdicts: list[Verdict]) -> dict[str, int]:
+def chart_line(reading: Reading) -> Text:
+    """Return the line of one chart: how far it got, and its warnings or what stopped it."""
+    if not reading.is_chart:
+        return Text.assemble((f"{'no chart':26}", "yellow"), reading.name)
+    text = Text()
+    for name, stage in (("read", Stage.READ), ("chart", Stage.CHART), ("C", Stage.COMPILED)):
+        reached = reading.stage >= stage
+        text.append(f"{name} {'yes' if reached else 'no':5}", "green" if reached else "bold red")
+    warnings = f"{reading.warnings} warnings" if reading.warnings else ""
+    remark = reading.reason or warnings
+    text.append(reading.name, "")
+    text.append(f"  {remark}" if remark else "", "dim")
+    return text
+
+
+def summary(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> None:
+    """Print how many tests ended in which way on each runtime, and how far the charts got."""
+    for target in dict.fromkeys(verdict.target for verdict in verdicts):
+        counted = count([v.result for v in verdicts if v.target == target])
+        out.print(f"{target}: {', '.join(f'{n} {name}' for name, n in counted.items())}")
+    if readings:
+        told = (f"{n} {name.replace('_', ' ')}" for name, n in totals(readings).items())
+        out.print(f"charts: {', '.join(told)}")
+
+
+def count(results: Sequence[Result]) -> dict[str, int]:
     """Return how many tests ended in which way."""
-    return {result.value: sum(v.result is result for v in verdicts) for result in Result}
+    return {result.value: results.count(result) for result in Result}
 
 
-def document(verdicts: list[Verdict]) -> dict[str, object]:
-    """Return the verdicts as data for JSON."""
-    tests = [
+def document(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> dict[str, object]:
+    """Return the verdicts, and how far charts got, as data for JSON."""
+    tests: list[dict[str, object]] = [
         {
             "name": verdict.name,
             "target": verdict.target,
@@ -70,4 +143,21 @@ def document(verdicts: list[Verdict]) -> dict[str, object]:
         }
         for verdict in verdicts
     ]
-    return {**count(verdicts), "tests": tests}
+    tests += [
+        {
+            "name": reading.name,
+            "result": reading.result.value,
+            "read": reading.stage >= Stage.READ,
+            "chart": reading.stage >= Stage.CHART,
+            "compiled": reading.stage >= Stage.COMPILED,
+            "warnings": reading.warnings,
+            **({"reason": reading.reason} if reading.reason else {}),
+        }
+        for reading in readings
+    ]
+    results = [*(v.result for v in verdicts), *(reading.result for reading in readings)]
+    return {
+        **count(results),
+        **({"charts": totals(readings)} if readings else {}),
+        "tests": tests,
+    }

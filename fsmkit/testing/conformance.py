@@ -1,12 +1,11 @@
-"""Public test suites, found by looking: the W3C tests and scripted charts, on any runtime.
+"""One test of a public suite, judged on any runtime.
 
-A W3C test passes when it ends in its top-level state ``pass``. A scripted chart (SCION's format)
-passes when the active atomic states are the expected ones at first and after each event.
+What is expected of a chart is its case's own: see `conformance_expectations`. A test that does not
+pass says why: what happened, what the suite notes of it, else what reading it had to leave out.
 """
 
 from __future__ import annotations
 
-import json
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -15,18 +14,16 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from types import FrameType
-from typing import Any
 
-from fsmkit.diagnostics import Findings, FsmkitError, Severity, Text
-from fsmkit.loading import load, read_documents
+from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Severity, Span, Text
+from fsmkit.loading import load_with_findings, read_documents
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Direction, DocEvent
 from fsmkit.model.elaborate import elaborate
-from fsmkit.testing.conformance_traces import configurations, ends_in, faults
 from fsmkit.testing.harness import Harness
 
-PATIENCE = 600_000_000
-"""Simulated microseconds after which a W3C test that has not ended is stuck."""
+LEFT_OUT = ("unsupported-invoke", "content-not-evaluable")
+"""Rules of warnings that change what a chart does, the gravest first."""
 
 
 class Result(Enum):
@@ -37,18 +34,12 @@ class Result(Enum):
     SKIPPED = "skipped"
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """The result of one test on one runtime, and why."""
-
-    name: str
-    target: str
-    result: Result
-    reason: str = ""
-
-
 class Unmet(Exception):  # noqa: N818  (an expectation, not an error)
     """A test did something else than it should; the message says what."""
+
+
+class Contradicted(Exception):  # noqa: N818  (a fact about a test, not an error)
+    """A test wants what the recommendation does not; the message says where they differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +56,19 @@ class Case:
     skip: str = ""
     must_be_rejected: bool = False
     events: tuple[str, ...] = ()
+    note: str = ""
+    """What the suite says of the test, for whoever sees it fail."""
+    suite: str = ""
+    group: str = ""
+    """The clause of the recommendation, or the folder; ``link`` leads to it."""
+    link: str = ""
 
-    def load(self) -> Chart:
+    def load(self, findings: Findings) -> Chart:
         """Return the chart; its undeclared events are declared, for prefixes and `*` to match."""
-        chart = load(self.path)
+        chart = load_with_findings(self.path, findings)
         if all(name in chart.event_index for name in self.events):
             return chart
-        findings = Findings()
-        document, *bases = read_documents(self.path, findings)
+        document, *bases = read_documents(self.path, Findings())
         declared = tuple(
             DocEvent(Text(name, document.name.span), (), Direction.IN)
             for name in dict.fromkeys(self.events)
@@ -83,23 +79,42 @@ class Case:
         return chart if chart_with is None else chart_with
 
 
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The result of one test on one runtime, and why."""
+
+    case: Case
+    target: str
+    result: Result
+    reason: str = ""
+
+    @property
+    def name(self) -> str:
+        """Return the name of the test."""
+        return self.case.name
+
+
 def judge(case: Case, harnesses: Sequence[Harness], limit: float) -> Iterator[Verdict]:
     """Run one test on each runtime; it never raises. ``limit``: seconds for each."""
     chart: Chart | None = None
     failure: tuple[Result, str] | None = None
+    findings = Findings()
     try:
         with time_limit(limit):
-            chart = case.load()
+            chart = case.load(findings)
     except Exception as error:  # noqa: BLE001  (a bug fails one test, not the run)
         failure = _of_load(case, error)
+    because = case.note or _left_out(findings)
     for harness in harnesses:
         if chart is None or failure is not None:
             result, reason = failure or (Result.FAILED, "was not loaded")
         else:
             result, reason = _run(case, chart, harness, limit)
-        if result is Result.FAILED and case.skip:
-            result, reason = Result.SKIPPED, f"{case.skip}; {reason}"
-        yield Verdict(case.name, harness.name, result, reason)
+        if result is Result.FAILED:
+            reason = f"{reason} ({because})" if because else reason
+            if case.skip:
+                result, reason = Result.SKIPPED, f"{case.skip}; {reason}"
+        yield Verdict(case, harness.name, result, reason)
 
 
 def _of_load(case: Case, error: Exception) -> tuple[Result, str]:
@@ -114,9 +129,17 @@ def _run(case: Case, chart: Chart, harness: Harness, limit: float) -> tuple[Resu
     try:
         with time_limit(limit):
             case.judge(chart, harness)
+    except Contradicted as contradiction:
+        return Result.SKIPPED, str(contradiction)
     except Exception as error:  # noqa: BLE001  (a bug fails one test, not the run)
         return Result.FAILED, reason_of(error)
     return Result.PASSED, ""
+
+
+def _left_out(findings: Findings) -> str:
+    """Return the first of the gravest warnings, or nothing."""
+    grave = [d for name in LEFT_OUT for d in findings if d.rule.name == name]
+    return told(grave[0]) if grave else ""
 
 
 def reason_of(error: Exception) -> str:
@@ -128,14 +151,28 @@ def reason_of(error: Exception) -> str:
             return "takes too long"
         case FsmkitError():
             errors = [d for d in error.diagnostics if d.severity is Severity.ERROR]
-            first = (errors or list(error.diagnostics))[0]
             more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-            where = f" at {first.primary.span}" if first.primary else ""
-            return f"{first.rule.code} {first.rule.name}: {first.message}{where}{more}"
+            return f"{told((errors or list(error.diagnostics))[0])}{more}"
         case _:
             return (
                 f"bug: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"
             )
+
+
+def told(diagnostic: Diagnostic) -> str:
+    """Return the rule, the message and the place of a finding in one line.
+
+    Of what a compiler says, that is the first error. A file is told by its name alone.
+    """
+    first, *others = diagnostic.message.splitlines()
+    message = " ".join([first, *[line for line in others if "error:" in line][:1]])
+    where = f" at {_place(diagnostic.primary.span)}" if diagnostic.primary else ""
+    return f"{diagnostic.rule.code} {diagnostic.rule.name}: {message}{where}"
+
+
+def _place(span: Span) -> str:
+    line, column = span.source.position(span.start)
+    return f"{Path(span.source.name).name}:{line}:{column}"
 
 
 @contextmanager
@@ -156,63 +193,3 @@ def time_limit(seconds: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
-
-
-# --- the two kinds of tests -------------------------------------------------------------------
-
-
-def ends_in_pass(chart: Chart, harness: Harness) -> None:
-    """Let simulated time pass until the chart must have ended; that must be in ``pass``."""
-    late = PATIENCE // chart.capacities.tick
-    runs = [0, 0, 0, *(late * part // 10 for part in range(1, 11))]
-    trace = harness.run(chart, ["start 0", *(f"run {at}" for at in runs)])
-    end = ends_in(trace)
-    if end == ("pass",):
-        return
-    if end is not None:
-        raise Unmet(f"ends in {', '.join(end)}")
-    stuck = configurations(trace)
-    where = ", ".join(stuck[-1][1]) if stuck else "nothing"
-    because = f" after the fault {faults(trace)[0]}" if faults(trace) else ""
-    raise Unmet(f"does not end: it stays in {where}{because}")
-
-
-def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
-    """Return the judge of a scripted chart.
-
-    Each event comes one millisecond after the one before, so that the time of a macrostep tells
-    which event it belongs to.
-    """
-
-    def judge_script(chart: Chart, harness: Harness) -> None:
-        times, lines, now = [0], ["start 0", "run 0"], 0
-        for entry in script["events"]:
-            now += max(1, (int(entry.get("after", 0)) * 1000 + 1000) // chart.capacities.tick)
-            times.append(now)
-            lines += [f"run {now}", f"post {entry['event']['name']}", f"run {now}"]
-        names = [entry["event"]["name"] for entry in script["events"]]
-        trace = configurations(harness.run(chart, lines))
-        wanted = [script["initialConfiguration"]]
-        wanted += [entry["nextConfiguration"] for entry in script["events"]]
-        for step, (time, expected) in enumerate(zip(times, wanted, strict=True)):
-            reached = [states for at, states in trace if at <= time]
-            found = reached[-1] if reached else ()
-            if sorted(found) != sorted(expected):
-                after = f"after event {step} `{names[step - 1]}`" if step else "at first"
-                raise Unmet(f"{after}: {_listed(found)} instead of {_listed(expected)}")
-
-    return judge_script
-
-
-def _listed(states: Sequence[str]) -> str:
-    return ", ".join(sorted(states)) or "nothing"
-
-
-def read_script(path: Path) -> dict[str, Any] | None:
-    """Return the script beside a chart, if that is what the file holds."""
-    try:
-        script = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError):
-        return None
-    is_script = isinstance(script, dict) and {"initialConfiguration", "events"} <= set(script)
-    return script if is_script else None

@@ -1,4 +1,9 @@
-"""Where the tests of the public suites are, and what is known of each."""
+"""Where the tests of the public suites are, and what is known of each.
+
+A folder is known by what lies in it, at any depth: an ``ecma`` with ``test*.scxml`` is a suite of
+the W3C; a chart with a script of the same name beside it is a scripted test; any other file of a
+notation of charts is a chart as it is found.
+"""
 
 from __future__ import annotations
 
@@ -7,47 +12,79 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from fsmkit.diagnostics import fail
-from fsmkit.testing.conformance import Case, ends_in_pass, follows, read_script
+from fsmkit.plugins import FrontEnd, plugins
+from fsmkit.testing.conformance import Case
+from fsmkit.testing.conformance_expectations import ends_in_pass, follows, read_script
+
+RECOMMENDATION = "https://www.w3.org/TR/scxml/"
 
 
 def find_cases(folder: Path) -> tuple[Case, ...]:
-    """Return the tests below a folder; `FsmkitError` where there is none."""
+    """Return the tests below a folder, perhaps none; `FsmkitError` where it is no folder."""
     if not folder.is_dir():
         raise fail("unreadable-file", f"cannot read `{folder}`: it is no folder")
-    suites = sorted(found.parent for found in folder.rglob("ecma") if found.is_dir())
-    if folder.name == "ecma":
-        suites.append(folder.parent)
-    cases = [case for suite in suites for case in w3c_cases(suite)]
+    cases = [case for suite in w3c_suites(folder) for case in w3c_cases(suite)]
     taken = {case.path for case in cases}
     cases += [case for case in scripted_cases(folder) if case.path not in taken]
-    if not cases:
-        raise fail(
-            "no-conformance-tests",
-            f"there are no conformance tests in `{folder}`",
-            help="give a folder with the W3C's `ecma/test*.scxml`, or with charts and `.json` each",
-        )
     return tuple(cases)
 
 
+def find_charts(folder: Path) -> tuple[Path, ...]:
+    """Return the files below a folder that look like charts and belong to no test."""
+    suffixes = {suffix for front_end in plugins(FrontEnd) for suffix in front_end.suffixes}
+    suites = w3c_suites(folder)
+    tests = {case.path for case in scripted_cases(folder)}
+    return tuple(
+        path
+        for path in sorted(folder.rglob("*"))
+        if path.suffix.lower() in suffixes
+        and path.is_file()
+        and path not in tests
+        and not any(path.is_relative_to(suite) for suite in suites)
+        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    )
+
+
+def w3c_suites(folder: Path) -> tuple[Path, ...]:
+    """Return the folders below a folder, or above it, that hold an ``ecma`` with tests."""
+    found = [path for path in folder.rglob("ecma") if path.is_dir()]
+    if folder.resolve().name == "ecma":
+        found.append(folder)
+    return tuple(sorted(path.parent for path in found if any(path.glob("test[0-9]*.scxml"))))
+
+
 def w3c_cases(suite: Path) -> Iterator[Case]:
-    """Yield the tests of a folder that holds ``ecma`` and, as a rule, ``classification.tsv``."""
+    """Yield the tests of a folder that holds ``ecma`` and, as a rule, ``classification.tsv``.
+
+    A failure is one of the recommendation's own demands: of a test that is optional, that a person
+    must judge, or that needs what is known at run time only, it is told but not counted.
+    """
     known = _classification(suite / "classification.tsv")
     for path in sorted((suite / "ecma").glob("test[0-9]*.scxml")):
         if "sub" in path.stem:
             continue
         row = known.get(path.stem, {})
         note = row.get("note", "")
-        is_dynamic = row.get("judgement") == "dynamic"
         reasons = [
             *(["a person must judge it"] if row.get("manual") == "yes" else []),
-            *(["it cannot be compiled ahead of time"] if is_dynamic else []),
+            *(["optional"] if row.get("mandatory") == "no" else []),
+            *(
+                ["needs what is known at run time only"]
+                if row.get("judgement") == "dynamic"
+                else []
+            ),
         ]
+        anchor = row.get("specid", "").removeprefix("#")
         yield Case(
             path.stem,
             path,
             ends_in_pass,
             skip=", ".join(reasons),
             must_be_rejected="must reject" in note,
+            note=note.removeprefix("manual; "),
+            suite="W3C",
+            group=f"{row.get('section', '')} {anchor}".strip(),
+            link=f"{RECOMMENDATION}#{anchor}" if anchor else "",
         )
 
 
@@ -67,4 +104,5 @@ def scripted_cases(folder: Path) -> Iterator[Case]:
         if script is not None:
             name = path.relative_to(folder).with_suffix("").as_posix()
             names = tuple(entry["event"]["name"] for entry in script["events"])
-            yield Case(name, path, follows(script), events=names)
+            group = path.relative_to(folder).parent.as_posix()
+            yield Case(name, path, follows(script), events=names, suite="scripted", group=group)

@@ -9,8 +9,10 @@ import pytest
 
 from fsmkit.cli import run
 from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.loading import load
 from fsmkit.model.chart import Chart
-from fsmkit.testing.conformance import Case, Result, ends_in_pass, follows, judge, reason_of
+from fsmkit.testing.conformance import Case, Result, judge, reason_of
+from fsmkit.testing.conformance_expectations import ends_in_pass, follows, nearest_is_parallel
 from fsmkit.testing.conformance_suites import find_cases, w3c_cases
 from fsmkit.testing.conformance_traces import configurations, ends_in, faults
 from fsmkit.testing.harness import InterpreterHarness, harness, harnesses
@@ -19,6 +21,8 @@ HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="
 PASS = f'{HEAD} initial="s"><state id="s"><onentry><send event="e" delay="30s"/></onentry>'
 PASS += '<transition event="e" target="pass"/></state><final id="pass"/></scxml>'
 FAIL = f'{HEAD} initial="fail"><final id="pass"/><final id="fail"/></scxml>'
+LEFT_OUT = f'{HEAD}><state id="s"><onentry><assign location="nothing" expr="f(1)"/></onentry>'
+LEFT_OUT += '<transition target="fail"/></state><final id="fail"/></scxml>'
 STUCK = f'{HEAD} initial="s"><state id="s"/><final id="pass"/></scxml>'
 TOGGLE = f'{HEAD} initial="a"><state id="a"><transition event="t" target="b"/></state>'
 TOGGLE += '<state id="b"><onentry><send event="u" delay="100ms"/></onentry>'
@@ -51,19 +55,26 @@ def results(folder: Path) -> dict[str, tuple[str, str]]:
 
 
 def test_w3c_tests_must_end_in_pass(tmp_path: Path) -> None:
-    table = "files\tmanual\tjudgement\tnote\n"
-    table += "test4.txml\tyes\tstatic\t\ntest5.txml\tno\tdynamic\t\n"
-    table += "test6.txml\tno\tstatic\tmust reject document\n"
+    table = "files\tmandatory\tmanual\tjudgement\tnote\n"
+    table += "test4.txml\tyes\tyes\tstatic\tmanual; look at it\n"
+    table += "test5.txml\tyes\tno\tdynamic\t\n"
+    table += "test6.txml\tyes\tno\tstatic\tmust reject document\n"
+    table += "test7.txml\tno\tno\tstatic\t\ntest8.txml\tyes\tno\tstatic\twhat it is about\n"
     charts = {"test1": PASS, "test2": FAIL, "test3": STUCK, "test4": FAIL, "test5": "<nonsense"}
-    charts |= {"test6": "<nonsense", "test1sub1": FAIL}
+    charts |= {"test6": "<nonsense", "test1sub1": FAIL, "test7": FAIL, "test8": FAIL}
+    charts |= {"test9": LEFT_OUT}
     found = results(suite(tmp_path, charts, table))
     assert found["test1"] == ("passed", "")
     assert found["test2"] == ("failed", "ends in fail")
     assert found["test3"] == ("failed", "does not end: it stays in s")
-    assert found["test4"] == ("skipped", "a person must judge it; ends in fail")
+    assert found["test4"] == ("skipped", "a person must judge it; ends in fail (look at it)")
     assert found["test5"][0] == "skipped"
     assert found["test6"] == ("passed", "")
-    assert len(found) == 6
+    assert found["test7"] == ("skipped", "optional; ends in fail")
+    assert found["test8"] == ("failed", "ends in fail (what it is about)")
+    assert found["test9"][1].startswith("ends in fail (FK0226 content-not-evaluable: ")
+    assert found["test9"][1].endswith(" at test9.scxml:1:126)")
+    assert len(found) == 9
 
 
 def test_scripted_charts_are_compared_after_each_event(tmp_path: Path) -> None:
@@ -79,6 +90,49 @@ def test_scripted_charts_are_compared_after_each_event(tmp_path: Path) -> None:
     found = results(tmp_path)
     assert found["right"] == ("passed", "")
     assert found["wrong"] == ("failed", "after event 3 `t`: b instead of a")
+
+
+REGIONS = f'{HEAD}><datamodel><data id="n" expr="0"/></datamodel>'
+REGIONS += '<%s id="p"><onexit><assign location="n" expr="n + 1"/></onexit>'
+REGIONS += '<state id="a"><transition event="t" target="a"/></state><state id="b"/></%s>'
+REGIONS += '<state id="c"/></scxml>'
+"""`t` leaves ``p`` if it is parallel: by Appendix D it is no domain then, though the nearest."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "found", "legacy", "expected"),
+    [
+        ("parallel", ["a", "b"], None, "passed"),
+        ("parallel", ["c"], ["a", "b"], "skipped"),
+        ("parallel", ["c"], ["c"], "failed"),
+        ("parallel", ["c"], None, "failed"),
+        ("state", ["c"], ["a"], "failed"),
+    ],
+)
+def test_a_script_that_contradicts_appendix_d_is_not_counted(
+    tmp_path: Path, kind: str, found: list[str], legacy: list[str] | None, expected: str
+) -> None:
+    def script(after: list[str]) -> dict[str, object]:
+        first = ["a", "b"] if kind == "parallel" else ["a"]
+        events = [{"event": {"name": "t"}, "nextConfiguration": after}]
+        return {"initialConfiguration": first, "events": events}
+
+    whole = script(found) | ({"legacySemantics": script(legacy)} if legacy else {})
+    (tmp_path / "x.scxml").write_text(REGIONS % (kind, kind))
+    (tmp_path / "x.json").write_text(json.dumps(whole))
+    result, reason = results(tmp_path)["x"]
+    assert result == expected, reason
+    assert ("Appendix D" in reason) == (expected == "skipped")
+
+
+def test_only_the_nearest_common_ancestor_of_source_and_targets_tells(tmp_path: Path) -> None:
+    body = '<transition event="u" target="c"/><transition event="v"/></state><state id="b"/>'
+    (tmp_path / "x.scxml").write_text(
+        (REGIONS % ("parallel", "parallel")).replace('</state><state id="b"/>', body)
+    )
+    chart = load(tmp_path / "x.scxml")
+    taken = [t for t in chart.transitions if t.descriptors]
+    assert [nearest_is_parallel(chart, t) for t in taken] == [True, False, False]
 
 
 def boom() -> list[str]:
@@ -146,7 +200,7 @@ def test_the_verb_counts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert run(["conformance", str(folder), "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert document["passed"] == document["failed"] == 1
-    assert document["tests"][0]["name"] == "test1"
+    assert document["tests"][0] == {"name": "test1", "target": "interpreter", "result": "passed"}
     (folder / "ecma" / "test2.scxml").unlink()
     assert run(["conformance", str(folder), "--quiet"]) == 0
 
