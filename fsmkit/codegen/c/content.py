@@ -10,7 +10,7 @@ from typing import assert_never
 
 from fsmkit.codegen.c.effects import can_fail, needs_order
 from fsmkit.codegen.c.expressions import Printer
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.names import Names, comment
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import (
@@ -101,7 +101,7 @@ class ContentPrinter:
         if is_failing:
             self._count += 1
             name = f"{self._names.prefix}_block_{self._count}"
-            self._functions.line(f"/* {what} */")
+            self._functions.line(f"/* {comment(what)} */")
             self._functions.line(f"static void {name}({self._names.prefix} *m)")
             with self._functions.block("{"):
                 _declare(self._functions, printer)
@@ -157,6 +157,9 @@ class ContentPrinter:
                 out.line(f"(void){printer.fragment(call).text};" if call.type is not None
                          else f"{printer.fragment(call).text};")  # fmt: skip
                 self._check(out, call)
+            case Fail(told=True):
+                out.line("m->failed = FSM_TOLD;")
+                out.line("return;")
             case Fail():
                 out.line("(void)fsm_fails(&m->failed);")
                 out.line("return;")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.codegen.c.layout import Member
-from fsmkit.codegen.c.names import Names, posted_events
+from fsmkit.codegen.c.names import Names, comment, posted_events
 from fsmkit.codegen.c.types import integer_storage, storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, EnumType, Field, RecordType, Type
@@ -17,7 +17,7 @@ def header(names: Names, members: list[Member], figures: dict[str, int]) -> str:
     out = Emitter()
     chart = names.chart
     guard = f"{names.upper}_H"
-    out.line(f"/* {names.prefix}.h: the machine {chart.name}. {NOTICE} */")
+    out.line(f"/* {names.prefix}.h: the machine {comment(chart.name)}. {NOTICE} */")
     out.lines([f"#ifndef {guard}", f"#define {guard}", "", '#include "fsm.h"', ""])
     out.lines(["#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
     _constants(out, names, figures)
@@ -121,7 +121,7 @@ def _struct(out: Emitter, names: Names, members: list[Member]) -> None:
     out.line(" * writes inputs and reads outputs and data; the rest is the machine's own. */")
     with out.block(f"typedef struct {names.prefix} {{", f"}} {names.prefix};"):
         for member in members:
-            note = f" /* {member.note} */" if member.note else ""
+            note = f" /* {comment(member.note)} */" if member.note else ""
             out.line(f"{member.text};{note}")
     out.line()
 

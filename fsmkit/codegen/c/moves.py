@@ -135,7 +135,7 @@ class MovePrinter:
             with out.block("while (at > until) {"):
                 with out.block("switch (at) {"):
                     for state in region.states:
-                        out.line(f"case {plan.number[state]}u: /* {self.chart.states[state].id} */")
+                        out.line(f"case {plan.number[state]}u: {self.names.note(state)}")
                         with out.indented():
                             for inner in reversed(self._inner(state)):
                                 out.line(f"{self._leave_name(inner)}(m, 0u, keep);")
@@ -183,7 +183,9 @@ class MovePrinter:
                 active = self.names.in_state("m", parent)
                 if not above:
                     continue
-                with out.block(f"if (({tests}) && {_grouped(active)}) {{ /* {history.id} */"):
+                with out.block(
+                    f"if (({tests}) && {_grouped(active)}) {{ {self.names.note(history.index)}"
+                ):
                     self._record_one(out, history.index, parent)
         out.line()
 
@@ -289,7 +291,7 @@ class MovePrinter:
             self._default_case(out)
 
     def _case(self, out: Emitter, state: int):  # type: ignore[no-untyped-def]
-        return _Case(out, f"case {self.plan.number[state]}u: /* {self.chart.states[state].id} */")
+        return _Case(out, f"case {self.plan.number[state]}u: {self.names.note(state)}")
 
     def _default_case(self, out: Emitter) -> None:
         with _Case(out, "default:"):

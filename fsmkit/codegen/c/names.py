@@ -127,6 +127,10 @@ class Names:
         """Return the C name of a field of a record or payload."""
         return self.fields[name]
 
+    def note(self, state: int) -> str:
+        """Return a comment that tells which state is meant."""
+        return f"/* {comment(self.chart.states[state].id)} */"
+
     def in_state(self, machine: str, state: int) -> str:
         """Return the test whether a state is active."""
         plan = self.plan
@@ -236,6 +240,12 @@ def _fields(chart: Chart) -> dict[str, str]:
 def _free(name: str, suffix: str) -> str:
     """Return a name that no function of the machine has."""
     return f"{name}{suffix}" if name in FUNCTIONS or FAMILIES.fullmatch(name) else name
+
+
+def comment(text: str) -> str:
+    """Return a text as it can stand in a comment: no name ends it, or begins a line."""
+    plain = "".join(char if char.isprintable() else " " for char in text)
+    return plain.replace("*/", "* /").replace("/*", "/ *")
 
 
 def posted_events(chart: Chart) -> tuple[int, ...]:

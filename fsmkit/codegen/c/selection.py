@@ -12,7 +12,7 @@ import re
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import can_fail, has_effect
 from fsmkit.codegen.c.expressions import Printer
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.names import Names, comment
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import Kind, Trigger
@@ -122,7 +122,7 @@ class SelectionPrinter:
             parameters = f"{self.prefix} *m"
             if trigger is Trigger.EVENT:
                 parameters += ", uint16_t event"
-            out.line(f"static uint16_t {name}({parameters}) /* {state.id} */")
+            out.line(f"static uint16_t {name}({parameters}) {self.names.note(state.index)}")
             with out.block("{"):
                 above = calls[state.parent]
                 if trigger is Trigger.EVENT:
@@ -204,7 +204,7 @@ class SelectionPrinter:
             cause = f"{transition.trigger.value} {transition.delay} ticks"
         on = f" on {cause}" if cause else ""
         text = f"{self.names.place(transition.span)}  {states[transition.source].id}{arrow}{on}"
-        return text.replace("*/", "* /").replace("/*", "/ *")
+        return comment(text)
 
     # --- over regions ---------------------------------------------------------------------
 
@@ -261,7 +261,7 @@ class SelectionPrinter:
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
             for call, leaves in by_call.items():
                 for leaf in leaves:
-                    out.line(f"case {self.plan.number[leaf]}u: /* {self.chart.states[leaf].id} */")
+                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
                 with out.indented():
                     out.line(f"return {call};")
             out.line("default:")
@@ -286,7 +286,7 @@ class SelectionPrinter:
                     lines = [f"{self.prefix}_add(found, {calls[leaf]});"]
                 if lines:
                     printed = True
-                    out.line(f"case {self.plan.number[leaf]}u: /* {self.chart.states[leaf].id} */")
+                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
                     with out.indented():
                         out.lines(lines)
                         out.line("break;")

@@ -13,7 +13,7 @@ from fsmkit.codegen.c.loop import (
     SELECTION,
 )
 from fsmkit.codegen.c.moves import MovePrinter, entered
-from fsmkit.codegen.c.names import Names, file_name
+from fsmkit.codegen.c.names import Names, comment, file_name
 from fsmkit.codegen.c.selection import SelectionPrinter
 from fsmkit.codegen.c.steps import StepPrinter
 from fsmkit.codegen.c.types import storage
@@ -54,7 +54,8 @@ class SourcePrinter:
         names = self.names
         out = Emitter()
         sources = " ".join(file_name(source.name) for source in self.chart.sources)
-        out.line(f"/* {names.prefix}.c: the machine {self.chart.name}, from {sources}. {NOTICE} */")
+        what = comment(f"the machine {self.chart.name}, from {sources}")
+        out.line(f"/* {names.prefix}.c: {what}. {NOTICE} */")
         out.line(f'#include "{names.prefix}.h"')
         out.line()
         self._prologue(out)
@@ -139,7 +140,9 @@ class SourcePrinter:
         reached = entered(names.plan)
         for state in self.chart.states[1:]:
             if not state.is_history and state.index in reached:
-                out.line(f"static void {p}_enter_{state.index}({p} *m) /* {state.id} */")
+                out.line(
+                    f"static void {p}_enter_{state.index}({p} *m) {self.names.note(state.index)}"
+                )
                 with out.block("{"):
                     moves.enter_state(out, state.index)
                 out.line()
@@ -211,7 +214,7 @@ class SourcePrinter:
             out.line("(void)m;")
             with out.block("switch (domain) {"):
                 for domain in domains:
-                    out.line(f"case {domain + 1}u: /* {chart.states[domain].id} */")
+                    out.line(f"case {domain + 1}u: {names.note(domain)}")
                     with out.indented():
                         out.line(self.moves.leave_below(domain))
                         out.line("break;")

@@ -8,6 +8,12 @@ from contextlib import contextmanager
 from fsmkit.emit import Emitter
 
 
+def docstring(text: str) -> str:
+    """Return a text as it can stand in a docstring of one line: no name of a state ends it."""
+    plain = "".join(char if char.isprintable() else " " for char in text)
+    return plain.replace("\\", "\\\\").replace('"""', "'''")
+
+
 class Lines(Emitter):
     """Collects lines at the current depth."""
 
@@ -34,5 +40,5 @@ class Lines(Emitter):
         self.line()
         passed = f"self, {arguments}" if arguments else "self"
         with self.suite(f"def {name}({passed}) -> {result}:"):
-            self.line(f'"""{doc}"""')
+            self.line(f'"""{docstring(doc)}"""')
             yield

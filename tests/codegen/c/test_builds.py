@@ -10,6 +10,7 @@ import pytest
 
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.limits import report_limits
+from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
 from fsmkit.model.document import Direction
@@ -49,7 +50,8 @@ def test_no_warning(
 
 
 HOSTILE_NAMES = """<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml"
-    version="1.0" datamodel="fsmkit" name="Hostile">
+    version="1.0" datamodel="fsmkit" name="Hostile*/int">
+  <datamodel><data id="x*/" fk:type="uint8" expr="0"/></datamodel>
   <fk:type name="R"><fk:field name="1e309" type="uint8"/><fk:field name="a; b" type="uint8"/>
     <fk:field name="a__b" type="uint8"/><fk:field name="größe" type="uint8"/></fk:type>
   <fk:type name="goTo" members="x y"/>
@@ -60,6 +62,12 @@ HOSTILE_NAMES = """<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:
   <state id="a"><transition event="ev"><send event="o"><param name="e" expr="event.e"/>
     <param name="i" expr="event.i"/><param name="result" expr="event.result"/>
     <param name="größe" expr="goto(1, event.i, true, go_to(1))"/></send></transition></state>
+  <parallel id="p*/"><onentry><log label="*/" expr="1"/></onentry>
+    <state id="q*/" initial="r*/"><history id="h*/" type="deep"><transition target="r*/"/></history>
+      <state id="r*/"><transition event="ev" target="h*/"/></state>
+      <state id='&quot;&quot;&quot;&#10;\\'><transition fk:after="1s" target="q*/"/><onexit>
+        <log label="\\" expr="1"/></onexit></state></state>
+    <state id="/*"><onexit><log label="a" expr="2"/></onexit></state></parallel>
 </scxml>"""
 
 
@@ -69,8 +77,14 @@ def test_names_that_are_none_in_c(
 ) -> None:
     path = tmp_path / "hostile.scxml"
     path.write_text(HOSTILE_NAMES, encoding="utf-8")
-    write(tmp_path, generate_machine(load(path)).files)
+    write(tmp_path, generate_machine(load(path), "hostile").files)
     compile_with(tmp_path, compiler, "-c", "hostile.c", "fsm.c")
+
+
+def test_names_that_are_none_in_python(tmp_path: Path) -> None:
+    path = tmp_path / "hostile.scxml"
+    path.write_text(HOSTILE_NAMES, encoding="utf-8")
+    compile(module_text(load(path)), "hostile.py", "exec")
 
 
 @pytest.mark.parametrize("names", ["", "-DFSM_NO_NAMES"])
