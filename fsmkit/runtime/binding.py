@@ -26,7 +26,7 @@ class BoundHost:
     """Performs operations by calling Python; values go out and in as Python has them."""
 
     def __init__(self, chart: Chart, operations: object) -> None:
-        self._operations = {operation.name: operation for operation in chart.operations}
+        self._operations = every_operation(chart)
         self._functions = bind_operations(chart, operations)
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
@@ -50,10 +50,19 @@ class BoundHost:
             ) from error
 
 
+def every_operation(chart: Chart) -> dict[str, Operation]:
+    """Return the operations of a chart and of those it invokes, by name; of two the outer one."""
+    found = {operation.name: operation for operation in chart.operations}
+    for invocation in chart.invocations:
+        found = every_operation(invocation.chart) | found
+    return found
+
+
 def bind_operations(chart: Chart, operations: object) -> dict[str, Callable[..., Any]]:
     """Return the function of each operation; `FsmkitError` that lists those there are none for."""
-    found = {operation.name: find(operations, operation.name) for operation in chart.operations}
-    missing = [operation for operation in chart.operations if found[operation.name] is None]
+    declared = every_operation(chart)
+    found = {name: find(operations, name) for name in declared}
+    missing = [operation for name, operation in declared.items() if found[name] is None]
     if missing:
         raise missing_operations(chart, missing)
     return {name: function for name, function in found.items() if function is not None}

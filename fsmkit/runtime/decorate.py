@@ -7,7 +7,7 @@ from functools import wraps
 from typing import Any, TypeVar
 
 from fsmkit.model.chart import Chart
-from fsmkit.runtime.binding import find, missing_operations
+from fsmkit.runtime.binding import every_operation, find, missing_operations
 from fsmkit.runtime.clock import Clock, SimulatedClock
 from fsmkit.runtime.session import Session
 
@@ -22,7 +22,7 @@ def bind(chart: Chart, clock: Callable[[], Clock] = SimulatedClock) -> Callable[
     """
 
     def decorate(cls: Class) -> Class:
-        missing = [one for one in chart.operations if find(cls, one.name) is None]
+        missing = [one for one in every_operation(chart).values() if find(cls, one.name) is None]
         if missing:
             raise missing_operations(chart, missing)
         initialise: Callable[..., None] = cls.__init__  # type: ignore[misc]

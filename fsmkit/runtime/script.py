@@ -27,6 +27,7 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart
 from fsmkit.runtime import interpreter
+from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
 from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines
 from fsmkit.runtime.values import part_types, read_value, tokens
@@ -40,7 +41,8 @@ class SeededHost:
 
     def __init__(self, chart: Chart, seed: int = 1) -> None:
         self.state = seed
-        self._results = {operation.name: operation.result for operation in chart.operations}
+        operations = every_operation(chart)
+        self._results = {name: operation.result for name, operation in operations.items()}
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Return the next value of the result type."""

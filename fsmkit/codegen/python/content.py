@@ -47,7 +47,14 @@ from fsmkit.model.statements import (
     Statement,
 )
 
-ROUTES = {Destination.SELF: 0, Destination.INTERNAL: 1, Destination.PORT: 2}
+ROUTES = {
+    Destination.SELF: 0,
+    Destination.INTERNAL: 1,
+    Destination.PORT: 2,
+    Destination.INVOKER: 3,
+    Destination.INVOKED: 4,
+}
+"""Of delayed sends. To invoked machines: this and the number of their `Needs.addresses`."""
 
 
 @dataclass
@@ -62,6 +69,12 @@ class Needs:
     """Ids of delayed sends."""
     conditions: list[str] = field(default_factory=list)
     """Texts of conditions in content that can fail."""
+    passed: set[int] = field(default_factory=set)
+    """Sent to invoked machines."""
+    answered: set[int] = field(default_factory=set)
+    """Sent to the invoker."""
+    addresses: list[tuple[int, ...]] = field(default_factory=list)
+    """Slots of invoked machines that delayed sends go to."""
     copies: list[int] = field(default_factory=list)
     """Lengths of the arrays that are iterated over."""
 
@@ -148,8 +161,8 @@ class ContentPrinter:
                 out.line(printer.print(call))
             case Fail(reason):
                 out.line(f"raise ContentError({reason!r})")
-            case Invoke():
-                raise NotImplementedError  # see `limits`
+            case Invoke(slot, arguments):
+                out.line(f"self._start_{slot}({_passed(printer, arguments)})")
             case _:
                 assert_never(statement)
 
@@ -177,18 +190,34 @@ class ContentPrinter:
             if statement.destination is Destination.PORT:
                 self.needs.emitted.add(statement.event)
             mark = -1 if statement.id is None else self._mark(statement.id)
-            rest = [str(mark), str(ROUTES[statement.destination]), repr(statement.peer)]
+            rest = [str(mark), str(self._route(statement)), repr(statement.peer)]
             passed = ", ".join([*arguments, printer.print(statement.delay), *rest])
             out.line(f"self._delay_{event}({passed})")
         elif statement.destination is Destination.PORT:
             self.needs.emitted.add(statement.event)
             passed = ", ".join([*arguments, repr(statement.peer)])
             out.line(f"self._emit_{event}({passed})")
+        elif statement.destination is Destination.INVOKED:
+            self.needs.passed.add(statement.event)
+            passed = ", ".join([*arguments, repr(statement.invocations), repr(statement.peer)])
+            out.line(f"self._pass_{event}({passed})")
+        elif statement.destination is Destination.INVOKER:
+            self.needs.answered.add(statement.event)
+            out.line(f"self._answer_{event}({', '.join(arguments)})")
         else:
             is_own = statement.destination is Destination.SELF
             (self.needs.sent if is_own else self.needs.raised).add(statement.event)
             how = "send" if is_own else "raise"
             out.line(f"self._{how}_{event}({', '.join(arguments)})")
+
+    def _route(self, statement: Send) -> int:
+        route = ROUTES[statement.destination]
+        if statement.destination is not Destination.INVOKED:
+            return route
+        addresses = self.needs.addresses
+        if statement.invocations not in addresses:
+            addresses.append(statement.invocations)
+        return route + addresses.index(statement.invocations)
 
     def _mark(self, name: str) -> int:
         return self.needs.marks.setdefault(name, len(self.needs.marks))

@@ -6,11 +6,12 @@ import json
 import re
 from collections.abc import Iterator
 
-from fsmkit.codegen.python import movement, relations, sending, template
+from fsmkit.codegen.python import invoking, movement, relations, sending, template
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
+from fsmkit.codegen.python.family import Member, family_of, is_alone
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.names import Names, identifier, names_of
+from fsmkit.codegen.python.names import Names, distinct, identifier
 from fsmkit.codegen.python.selection import bit, is_needing_memo, print_selection
 from fsmkit.expressions import ArrayType, EnumType, RecordType
 from fsmkit.model.chart import Chart
@@ -39,30 +40,43 @@ NOTHING = -1
 
 def module_text(chart: Chart) -> str:
     """Return the text of the module: the same for the same chart."""
-    names = names_of(chart)
+    family = family_of(chart)
+    members = tuple(family.everyone)
+    shared = template.machine() if is_alone(chart) else template.invoking()
+    needs = tuple(Needs() for _ in members)
+    classes = [_class(*pair, shared) for pair in zip(members, needs, strict=True)]
+    parts = [shared.bases, *classes]
+    arithmetic = template.arithmetic("\n".join(parts))
+    pieces = (
+        _header(chart, arithmetic),
+        *_enumerations(members),
+        *(_bits(member.chart, member.names) for member in members),
+        arithmetic,
+        _host(family.names, list(zip(members, needs, strict=True))),
+        *parts,
+    )
+    return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n"
+
+
+def _class(member: Member, needs: Needs, shared: template.Template) -> str:
+    """Return a class: alone with all that it needs, else derived from what several share."""
+    chart, names = member.chart, member.names
     plan = lower(chart)
-    needs = Needs()
     content = ContentPrinter(chart, names, needs)
     body = Lines(1)
     _select(body, chart, names)
     _guards(body, chart, names)
     movement.print_moves(body, plan, names, content)
+    if shared.bases:
+        invoking.print_invocations(body, member, content)
     sending.print_senders(body, chart, names, needs)
     _conditions(body, needs)
-    _tables(body, names)
+    _tables(body, names, shared)
     head = Lines(1)
-    _class_head(head, plan, names, needs)
-    text = f"{head.finish()}\n{template.machine().body}\n{body.finish()}"
-    arithmetic = template.arithmetic(text)
-    parts = (
-        _header(chart, arithmetic),
-        *_enumerations(chart),
-        _bits(chart, names),
-        arithmetic,
-        _host(chart, names, needs),
-        f"class {names.machine}:\n{text}",
-    )
-    return "\n\n\n".join(part.strip("\n") for part in parts if part) + "\n"
+    _class_head(head, plan, member, needs, shared)
+    if shared.bases:
+        return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{body.finish()}"
+    return f"class {names.machine}:\n{head.finish()}\n{shared.body}\n{body.finish()}"
 
 
 def _header(chart: Chart, arithmetic: str) -> str:
@@ -77,11 +91,17 @@ def _header(chart: Chart, arithmetic: str) -> str:
     )
 
 
-def _enumerations(chart: Chart) -> Iterator[str]:
-    for type_ in chart.types:
-        if isinstance(type_, EnumType):
+def _enumerations(members: tuple[Member, ...]) -> Iterator[str]:
+    """Print the enumerations that are declared, the outermost machine's under their own names."""
+    known: list[EnumType] = []
+    taken = [member.names.machine for member in members[:-1]]
+    for type_ in (type_ for member in reversed(members) for type_ in member.chart.types):
+        if isinstance(type_, EnumType) and type_ not in known:
+            known.append(type_)
+            (named,) = distinct([identifier(type_.name)], taken)
+            taken.append(named)
             out = Lines()
-            with out.suite(f"class {identifier(type_.name)}(IntEnum):"):
+            with out.suite(f"class {named}(IntEnum):"):
                 out.line('"""An enumeration of the chart."""')
                 out.line()
                 for place, member in enumerate(type_.members):
@@ -97,41 +117,58 @@ def _bits(chart: Chart, names: Names) -> str:
     return "\n".join(f"{name} = {bit(state.index)}" for state, name in pairs)
 
 
-def _host(chart: Chart, names: Names, needs: Needs) -> str:
-    methods = sending.host_methods(chart, names, needs)
+def _host(names: Names, members: list[tuple[Member, Needs]]) -> str:
+    """Return what the host is asked for, by all machines of the module."""
+    methods = {
+        method[0]: method
+        for member, needs in members
+        for method in sending.host_methods(member.chart, member.names, needs)
+    }
     if not methods:
         return ""
     out = Lines()
     with out.suite(f"class {names.machine}Host(Protocol):"):
         out.line('"""What the machine asks of its host: methods of a subclass, or of an object."""')
-        for name, passed, result, doc in methods:
+        for name, passed, result, doc in methods.values():
             with out.method(name, doc, ", ".join(passed), result):
                 out.line("...")
     return out.finish()
 
 
-def _class_head(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
-    chart = plan.chart
+def _class_head(
+    out: Lines, plan: Plan, member: Member, needs: Needs, shared: template.Template
+) -> None:
+    chart, names = plan.chart, member.names
     variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
     own = [names.variables[v.name] for v in variables]
     own += [f"_history_{names.bare[s.index]}" for s in chart.states if s.is_history]
     own += [f"_copy_{number}" for number in range(len(needs.copies))]
     out.line(f'"""{names.machine}: create it, `start` it, `post` events, `run` it to a time."""')
     out.line()
-    with out.suite("__slots__ = ("):
-        out.lines(f'"{slot}",' for slot in sorted({*template.machine().slots, *own}))
-    out.line(")")
+    slots = sorted({*shared.slots, *own})
+    if slots:
+        with out.suite("__slots__ = ("):
+            out.lines(f'"{slot}",' for slot in slots)
+        out.line(")")
+    else:
+        out.line("__slots__ = ()")
     out.line()
     for variable in variables:
         out.line(f"{names.variables[variable.name]}: {sending.annotation(variable.type)}")
-    out.lines(f"{name}: {type_}" for name, type_ in template.machine().variables.items())
+    out.lines(f"{name}: {type_}" for name, type_ in shared.variables.items())
     out.line()
-    _constants(out, plan, names, needs)
+    constants = _constants(plan, names, needs)
+    if shared.bases:
+        constants |= invoking.constants(chart, needs)
+    for name, value in constants.items():
+        _constant(out, f"{name}: {shared.constants[name]} = ", value)
     with out.method(
         "__init__",
         "Make a machine; `operations` has the host's methods, or this has.",
         "operations: object | None = None",
     ):
+        if shared.bases:
+            _adoption(out, member)
         for number, length in enumerate(needs.copies):
             out.line(f"self._copy_{number}: list[Any] = [None] * {length}")
         for variable in chart.inputs:
@@ -149,12 +186,19 @@ def _class_head(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
             out.line("return")
 
 
+def _adoption(out: Lines, member: Member) -> None:
+    children = [f"{child.names.machine}(host)" for child in member.invoked]
+    if children:
+        out.line("host = self if operations is None else operations")
+    _wrapped(out, "self._adopt((", children, "))")
+
+
 def _start(value: object, type_: object) -> str:
     is_parts = isinstance(type_, ArrayType | RecordType)
     return spell(value, type_, mutable=is_parts)  # type: ignore[arg-type]
 
 
-def _constants(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
+def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:
     chart = plan.chart
     timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
     errors = [e.index for e in chart.events if e.name.startswith("error.") and not e.directions]
@@ -164,8 +208,8 @@ def _constants(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
     periods = [t.delay if t.trigger is Trigger.EVERY else 0 for t in chart.transitions]
     fields = [{f.name: place for place, f in enumerate(e.fields)} for e in chart.events]
     hosts = [name for name, *_ in sending.host_methods(chart, names, needs)]
-    postable = {e.name: (e.index, len(e.fields)) for e in chart.events}
-    constants: dict[str, object] = {
+    postable = [chart.events[chart.event_index[e.name]] for e in chart.events]
+    return {
         "NAME": chart.name,
         "STATES": tuple(s.id for s in chart.states),
         "EVENTS": tuple(e.name for e in chart.events),
@@ -184,11 +228,9 @@ def _constants(out: Lines, plan: Plan, names: Names, needs: Needs) -> None:
         "ERRORS": () if chart.lenient else tuple(errors),
         "DEFERRING": tuple(deferring),
         "PERIODS": tuple(periods),
-        "_POSTABLE": postable,
+        "_POSTABLE": {e.name: (e.index, len(e.fields)) for e in postable},
         **relations.conflict_tables(plan),
     }
-    for name, value in constants.items():
-        _constant(out, name, value)
 
 
 def _select(out: Lines, chart: Chart, names: Names) -> None:
@@ -237,13 +279,13 @@ def _conditions(out: Lines, needs: Needs) -> None:
                 out.line("return False")
 
 
-def _tables(out: Lines, names: Names) -> None:
+def _tables(out: Lines, names: Names, shared: template.Template) -> None:
     text = out.finish()
     defined = set(re.findall(r"^    def (\w+)\(", text, re.MULTILINE))
 
     def table(name: str, methods: list[str]) -> None:
         entries = [m if m in defined else "None" for m in methods]
-        _wrapped(out, f"{name}: {template.machine().constants[name]} = (", entries, ")")
+        _wrapped(out, f"{name}: {shared.constants[name]} = (", entries, ")")
 
     out.line()
     states, transitions = names.bare, names.transitions
@@ -251,6 +293,9 @@ def _tables(out: Lines, names: Names) -> None:
     table("_PORTS", [f"_port_{event}" for event in names.events])
     table("_EXITED", [f"_exited_{state}" for state in states])
     table("_ENTERED", [f"_entered_{state}" for state in states])
+    if "_INVOKE" in shared.constants:
+        table("_INVOKE", [f"_invoke_{state}" for state in states])
+        table("_FINALIZE", [f"_finalize_{event}" for event in names.events])
     for name, verb in (
         ("_LEAVE", "leave"),
         ("_DO", "do"),
@@ -260,8 +305,7 @@ def _tables(out: Lines, names: Names) -> None:
         table(name, [f"_{verb}_{transition}" for transition in transitions])
 
 
-def _constant(out: Lines, name: str, value: object) -> None:
-    opening = f"{name}: {template.machine().constants[name]} = "
+def _constant(out: Lines, opening: str, value: object) -> None:
     match value:
         case tuple():
             _wrapped(out, f"{opening}(", [_spelled(part) for part in value], ")")
@@ -278,7 +322,7 @@ def _spelled(value: object) -> str:
 
 def _wrapped(out: Lines, opening: str, parts: list[str], closing: str) -> None:
     """Print a sequence on one line, or else on as many as it takes."""
-    comma = "," if len(parts) == 1 and closing == ")" else ""
+    comma = "," if len(parts) == 1 and closing.startswith(")") else ""
     whole = f"{opening}{', '.join(parts)}{comma}{closing}"
     if len(whole) + 4 <= WIDTH:
         out.line(whole)

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
+from fsmkit.codegen.python.family import Member, family_of
 from fsmkit.codegen.python.generate import module_text
-from fsmkit.codegen.python.names import Names, names_of
 from fsmkit.diagnostics import fail
 from fsmkit.expressions import (
     ArrayType,
@@ -32,14 +32,15 @@ LARGEST_RANGE = 2**22
 class SeededHost:
     """Operations that return pseudo-random values; events sent out are only traced."""
 
-    def __init__(self, chart: Chart, names: Names) -> None:
-        """Provide every method that a machine of the chart can ask for."""
+    def __init__(self, family: Member) -> None:
+        """Provide every method that the machines of a module can ask for."""
         self.state = 1
-        for operation in chart.operations:
-            method: Callable[..., Any] = partial(self._answer, operation.result)
-            setattr(self, names.operations[operation.name], method)
-        for event in names.events:
-            setattr(self, f"send_{event}", lambda *_: None)
+        for member in family.everyone:
+            for operation in member.chart.operations:
+                method: Callable[..., Any] = partial(self._answer, operation.result)
+                setattr(self, member.names.operations[operation.name], method)
+            for event in member.names.events:
+                setattr(self, f"send_{event}", lambda *_: None)
 
     def _answer(self, result: Type | None, *_: object) -> Any:
         return None if result is None else self._value(result)
@@ -70,17 +71,19 @@ class SeededHost:
 
 def load_machine(chart: Chart) -> type[Any]:
     """Return the generated class of a chart."""
-    space: dict[str, Any] = {"__name__": f"fsmkit_generated_{names_of(chart).machine}"}
+    machine = family_of(chart).names.machine
+    space: dict[str, Any] = {"__name__": f"fsmkit_generated_{machine}"}
     code = compile(module_text(chart), f"<{chart.name}.py>", "exec", dont_inherit=True)
     exec(code, space)  # noqa: S102  (the text is our own)
-    found: type[Any] = space[names_of(chart).machine]
+    found: type[Any] = space[machine]
     return found
 
 
 def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:
     """Run a generated machine by a script and return its trace; `FsmkitError` for a wrong line."""
-    names = names_of(chart)
-    host = SeededHost(chart, names)
+    family = family_of(chart)
+    names = family.names
+    host = SeededHost(family)
     machine = load_machine(chart)(host)
     told: list[str] = []
     machine.trace = told.append
@@ -107,16 +110,27 @@ def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:
                 case "seed":
                     host.state = int(words[0])
                 case "dump":
-                    shown = machine_shown(machine)
-                    told += [
-                        f"d {v.name} {shown(getattr(machine, names.variables[v.name]))}"
-                        for v in (*chart.data, *chart.outputs)
-                    ]
+                    told += dump_lines(family, machine, machine_shown(machine))
                 case _:
                     raise ValueError(f"there is no script line `{verb}`")
         except (ValueError, KeyError, IndexError, TypeError, StopIteration) as error:
             raise fail("wrong-script-line", f"`{line}`: {error}") from error
     return told
+
+
+def dump_lines(
+    member: Member, machine: Any, shown: Callable[[object], str], before: str = ""
+) -> Iterator[str]:
+    """Yield the values of data and outputs, then those of the invoked machines that run."""
+    for variable in (*member.chart.data, *member.chart.outputs):
+        value = getattr(machine, member.names.variables[variable.name])
+        yield f"{before}d {variable.name} {shown(value)}"
+    if member.invoked:
+        children = machine._children  # noqa: SLF001  (a host has no need to see them)
+        slots = zip(member.chart.invocations, member.invoked, children, strict=True)
+        for invocation, invoked, child in slots:
+            if child.running:
+                yield from dump_lines(invoked, child, shown, f"{before}{invocation.id}: ")
 
 
 def machine_shown(machine: Any) -> Callable[[object], str]:

@@ -9,14 +9,7 @@ from fsmkit.model.document import Trigger
 
 def check(chart: Chart, findings: Findings) -> bool:
     """Whether a chart can be written as a Python machine; findings where not."""
-    is_fine = not chart.invocations
-    for invocation in chart.invocations:
-        findings.add(
-            "c-limit",
-            f"`{invocation.id}` is an invoked chart: this target has none yet",
-            invocation.span or chart.root.span,
-            help="run it with `fsmkit run`",
-        )
+    is_fine = True
     for transition in chart.transitions:
         if transition.trigger is Trigger.SOMETIMES:
             is_fine = False
@@ -26,4 +19,5 @@ def check(chart: Chart, findings: Findings) -> bool:
                 transition.span,
                 help="give it an event, or use the chart only as an environment of `fsmkit check`",
             )
-    return is_fine
+    within = [check(invocation.chart, findings) for invocation in chart.invocations]
+    return is_fine and all(within)

@@ -66,7 +66,8 @@ class _Mover:
         """Print what happens when a state is left, if anything does."""
         timed = self._timed(state)
         blocks = [block for block in state.on_exit if block]
-        if not timed and not blocks:
+        slots = [i.index for i in self._chart.invocations if i.state == state.index]
+        if not timed and not blocks and not slots and not state.invokes:
             return
         with self._out.method(
             f"_exited_{self._names.bare[state.index]}", f"On leaving {state.id}."
@@ -74,13 +75,17 @@ class _Mover:
             for transition in timed:
                 self._out.line(f"self._disarm({transition.index})")
             self._content.blocks(self._out, tuple(blocks), None)
+            if state.invokes:
+                self._out.line(f"self._waiting &= ~{self._names.states[state.index]}")
+            self._out.lines(f"self._dismiss({slot})" for slot in slots)
 
     def entered(self, state: State) -> None:
         """Print what happens when a state is entered, if anything does."""
         timed = self._timed(state)
         blocks = tuple(block for block in state.on_entry if block)
         defaults = self._defaults(state)
-        if not timed and not blocks and not defaults and state.kind is not Kind.FINAL:
+        is_plain = not timed and not blocks and not defaults and not state.invokes
+        if is_plain and state.kind is not Kind.FINAL:
             return
         name = f"_entered_{self._names.bare[state.index]}"
         with self._out.method(name, f"On entering {state.id}.", "defaults: int"):
@@ -88,6 +93,8 @@ class _Mover:
                 self._out.line("del defaults")
             for t in timed:
                 self._out.line(f"self._insert({t.index}, {t.delay}, NOTHING, 0, None)")
+            if state.invokes:
+                self._out.line(f"self._waiting |= {self._names.states[state.index]}")
             self._content.blocks(self._out, blocks, None)
             for transition in defaults:
                 with self._out.suite(f"if defaults & {1 << transition.index:#x}:"):

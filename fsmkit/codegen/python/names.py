@@ -29,8 +29,11 @@ class Names:
     operations: dict[str, str]
 
 
-def names_of(chart: Chart) -> Names:
-    """Return the names for a chart. A clash is resolved by underscores at the end."""
+def names_of(chart: Chart, hidden: Collection[str] = ()) -> Names:
+    """Return the names for a chart. A clash is resolved by underscores at the end.
+
+    ``hidden``: what operations cannot be called, because a machine around it is called so.
+    """
     machine = identifier(chart.name)
     events = distinct([identifier(event.name) for event in chart.events])
     methods = [f"{verb}_{event}" for event in events for verb in ("post", "dispatch", "send")]
@@ -40,7 +43,7 @@ def names_of(chart: Chart) -> Names:
     states = distinct([identifier(state.id) for state in chart.states])
     operations = [operation.name for operation in chart.operations]
     # methods of a subclass: they must not hide what the machine has
-    own = distinct(map(_public, operations), taken | set(attributes))
+    own = distinct(map(_public, operations), taken | {*attributes, *hidden})
     return Names(
         machine=machine[:1].upper() + machine[1:],
         states=tuple(f"S_{name}" if place else "ROOT" for place, name in enumerate(states)),

@@ -65,7 +65,7 @@ def annotation(type_: Type) -> str:
 def print_senders(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
     """Print all of them."""
     for event in chart.events:
-        if Direction.IN in event.directions:
+        if Direction.IN in event.directions and event.invocation is None:
             _post(out, chart, names, event.index)
     for event in chart.events:
         if event.index in needs.raised:
@@ -74,6 +74,13 @@ def print_senders(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
             _queue(out, chart, names, event.index, "send", "own")
         if event.index in needs.emitted:
             _emit(out, chart, names, event.index)
+        if event.index in needs.passed:
+            doc = f"Send `{event.name}` to the first machine that runs in one of some slots."
+            rest = "slots: tuple[int, ...], peer: str | None"
+            _hand(out, chart, names, event.index, "pass", doc, rest)
+        if event.index in needs.answered:
+            doc = f"Send `{event.name}` to the invoker."
+            _hand(out, chart, names, event.index, "answer", doc)
         if event.index in needs.delayed:
             _delay(out, chart, names, event.index)
     for operation in chart.operations:
@@ -161,6 +168,20 @@ def _emit(out: Lines, chart: Chart, names: Names, index: int) -> None:
     with out.method(f"_port_{name}", "Send it with the payload at hand.", "peer: str | None"):
         passed = ", ".join([*[f"self._fields[{k}]" for k in range(len(fields))], "peer"])
         out.line(f"self._emit_{name}({passed})")
+
+
+def _hand(
+    out: Lines, chart: Chart, names: Names, index: int, verb: str, doc: str, rest: str = ""
+) -> None:
+    fields = _named(chart.events[index].fields)
+    arguments = ", ".join(filter(None, (_arguments(fields), rest)))
+    with out.method(f"_{verb}_{names.events[index]}", doc, arguments):
+        for place, part in enumerate(fields):
+            out.line(f"self._passed[{place}] = {part.name}")
+        if rest:
+            out.line(f"self._hand(slots, {index}, self._passed, peer)")
+        else:
+            out.line(f"self._answer({index}, self._passed)")
 
 
 def _delay(out: Lines, chart: Chart, names: Names, index: int) -> None:

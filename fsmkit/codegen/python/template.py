@@ -14,6 +14,9 @@ import fsmkit
 FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
 FILES = ("machine.py", "stepping.py", "timers.py", "queues.py", "trace.py")
 """What a host calls comes first; each stands on the next."""
+INVOKING = "invoking.py"
+BASES = ("_Machine", "_Invoking")
+"""Classes that a module of several machines holds once, the second derived from the first."""
 MARK = "    # --- copied from here on into each generated class "
 
 
@@ -29,17 +32,49 @@ class Template:
     """Types of the constants and tables that each machine supplies."""
     names: frozenset[str]
     """Everything that a generated class has already."""
+    bases: str = ""
+    """Classes that all others of the module derive from, instead of holding the body each."""
 
 
 @cache
 def machine() -> Template:
     """Return the part of a machine that does not depend on its chart."""
+    return _read(FILES)
+
+
+@cache
+def invoking() -> Template:
+    """Return what machines that invoke each other derive from: two classes, whole."""
+    alone, more = machine(), _read((INVOKING,))
+    first = _class(BASES[0], "What all machines share.", alone, _declared(FILES[-1]))
+    doc = "A machine with slots for others, which know it."
+    second = _class(f"{BASES[1]}({BASES[0]})", doc, more, _declared(INVOKING))
+    constants, names = alone.constants | more.constants, alone.names | more.names
+    return Template("", (), {}, constants, names, f"{first}\n\n\n{second}")
+
+
+def _class(opening: str, doc: str, read: Template, declared: str) -> str:
+    slots = "".join(f'        "{slot}",\n' for slot in sorted(read.slots))
+    head = f'class {opening}:\n    """{doc}"""\n\n    __slots__ = (\n{slots}    )\n'
+    return f"{head}\n{declared}\n\n{read.body}"
+
+
+def _declared(file: str) -> str:
+    """Return what stands in a class between its slots and what is copied."""
+    text = (FOLDER / file).read_text(encoding="utf-8")
+    (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
+    (slots,) = [node for node in class_.body if isinstance(node, ast.Assign)]
+    before = text[: text.index(MARK)].splitlines()
+    return "\n".join(before[slots.end_lineno or 0 :]).strip("\n")
+
+
+def _read(files: tuple[str, ...]) -> Template:
     bodies: list[str] = []
     slots: tuple[str, ...] = ()
     names: set[str] = set()
     variables: dict[str, str] = {}
     constants: dict[str, str] = {}
-    for file in FILES:
+    for file in files:
         text = (FOLDER / file).read_text(encoding="utf-8")
         bodies.append(text[text.index("\n", text.index(MARK)) + 1 :].strip("\n"))
         (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
@@ -62,7 +97,7 @@ def arithmetic(used_by: str) -> str:
     """Return the classes, and of the functions those that a text calls, directly or not."""
     text = (FOLDER / "arithmetic.py").read_text(encoding="utf-8")
     pieces = dict(_pieces(text))
-    wanted = [name for name in pieces if name[0].isupper()]
+    wanted = ["ContentError", "RangeFault"]
     todo = [used_by]
     while todo:
         mentioned = set(re.findall(r"(?<![.\w])(\w+)\(", todo.pop()))

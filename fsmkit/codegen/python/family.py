@@ -1,0 +1,73 @@
+"""The machines of one module: a chart, and a class for each slot that it invokes others in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from fsmkit.codegen.python.expressions import parts_of
+from fsmkit.codegen.python.names import Names, distinct, identifier, names_of
+from fsmkit.codegen.python.template import BASES
+from fsmkit.model.chart import Chart
+from fsmkit.model.statements import Destination, Send
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A chart with its names in the module, and those of its slots, in order."""
+
+    chart: Chart
+    names: Names
+    invoked: tuple[Member, ...] = ()
+
+    @property
+    def everyone(self) -> Iterator[Member]:
+        """All machines of the module: those that are invoked before what invokes them."""
+        for member in self.invoked:
+            yield from member.everyone
+        yield self
+
+
+def is_alone(chart: Chart) -> bool:
+    """Whether a machine neither invokes nor is invoked, nor tries to send where that would lead."""
+    if chart.invocations or chart.done is not None or any(s.invokes for s in chart.states):
+        return False
+    blocks = [b for s in chart.states for b in (*s.on_entry, *s.on_exit)]
+    blocks += [chart.script, *(t.content for t in chart.transitions)]
+    return not any(map(_is_sending_far, blocks))
+
+
+def _is_sending_far(node: object) -> bool:
+    if isinstance(node, Send):
+        return node.destination in (Destination.INVOKER, Destination.INVOKED)
+    return any(map(_is_sending_far, parts_of(node)))
+
+
+def family_of(chart: Chart) -> Member:
+    """Return a chart with all that it invokes. The class of a slot is called after its id."""
+    names = names_of(chart)
+    if is_alone(chart):
+        return Member(chart, names)
+    (machine,) = distinct([names.machine], BASES)
+    names = replace(names, machine=machine)
+    taken = {machine, f"{machine}Host", *BASES, *names.states}
+    return Member(chart, names, _invoked(chart, names, "S", tuple(names.variables.values()), taken))
+
+
+def _invoked(
+    chart: Chart, names: Names, prefix: str, hidden: tuple[str, ...], taken: set[str]
+) -> tuple[Member, ...]:
+    found = []
+    for invocation in chart.invocations:
+        name = identifier(invocation.id)
+        own = names_of(invocation.chart, hidden)
+        (machine,) = distinct([f"{names.machine}_{name}"], taken)
+        taken.add(machine)
+        path = f"{prefix}_{name}"
+        states = distinct([f"{path}_{bare}" for bare in own.bare[1:]], taken)
+        taken.update(states)
+        own = replace(own, machine=machine, states=("ROOT", *states))
+        found.append(
+            Member(invocation.chart, own, _invoked(invocation.chart, own, path, hidden, taken))
+        )
+    return tuple(found)
