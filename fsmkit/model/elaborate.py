@@ -68,8 +68,7 @@ def elaborate(
         capacities,
         findings,
         strict=strict,
-        given=given,
-        slots=slots,
+        draft=draft,
         charts=charts,
     )
     if chart is not None and not findings.has_errors:

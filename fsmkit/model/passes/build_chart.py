@@ -7,12 +7,12 @@ from dataclasses import replace
 from fsmkit.diagnostics import Findings
 from fsmkit.model.chart import Capacities, Chart
 from fsmkit.model.document import Document
-from fsmkit.model.given import Given
 from fsmkit.model.passes.collect_events import DONE, Events
 from fsmkit.model.passes.collect_names import Names
 from fsmkit.model.passes.context import Context
+from fsmkit.model.passes.invoke_charts import Draft
 from fsmkit.model.passes.number_states import Tree
-from fsmkit.model.passes.plan_invocations import Slot, targets
+from fsmkit.model.passes.plan_invocations import targets
 from fsmkit.model.passes.resolve_targets import Arrows
 from fsmkit.model.passes.type_content import type_block
 from fsmkit.model.passes.type_invokes import (
@@ -37,14 +37,14 @@ def build_chart(
     findings: Findings,
     *,
     strict: bool,
-    given: Given | None = None,
-    slots: tuple[Slot, ...] = (),
-    charts: tuple[Chart, ...] = (),
+    draft: Draft,
+    charts: tuple[Chart, ...],
 ) -> Chart:
     """Return the chart of a resolved document; sound only if no error was found.
 
-    ``charts`` are those in the ``slots`` for what it invokes.
+    ``charts`` are those that it invokes.
     """
+    slots, given = draft.slots, draft.given
     context = context_of(document, names, events, findings, strict=strict)
     context = replace(context, invoked=targets(slots), invoker=invoker_targets(given))
     return Chart(
@@ -66,7 +66,7 @@ def build_chart(
         ),
         doc=document.doc,
         base=documents[1].name.value if len(documents) > 1 else None,
-        invocations=build_invocations(events, slots, charts, findings),
+        invocations=build_invocations(draft, events, charts, findings),
         done=None if given is None else events.index.get(DONE),
         sources=tuple(d.source for d in documents),
     )

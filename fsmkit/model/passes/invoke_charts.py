@@ -104,7 +104,7 @@ def _returned(slot: Slot, name: str, event: Event, *, has_id: bool = False) -> R
 
 def _given(slot: Slot, draft: Draft, names: Names, events: Events) -> Given:
     depth = draft.given.depth + 1 if draft.given is not None else 1
-    passed = [events.all[i] for i in _passed(slot, draft, events)]
+    passed = [events.all[i] for i in passed_events(slot, draft, events)]
     fields = {event.name: event.fields for event in passed}
     known = top_level(slot.documents)
     data = [
@@ -116,7 +116,7 @@ def _given(slot: Slot, draft: Draft, names: Names, events: Events) -> Given:
     return Given(slot.session, session, tuple(fields.items()), tuple(data), depth)
 
 
-def _passed(slot: Slot, draft: Draft, events: Events) -> Iterator[int]:
+def passed_events(slot: Slot, draft: Draft, events: Events) -> Iterator[int]:
     """Yield the events that are sent to an invoked machine, or all if it gets all."""
     if slot.invoke.autoforward:
         for event in events.all:

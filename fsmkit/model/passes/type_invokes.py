@@ -14,7 +14,13 @@ from fsmkit.model.given import Given
 from fsmkit.model.literal_content import string
 from fsmkit.model.passes.collect_events import Events, Returned
 from fsmkit.model.passes.context import Context, warn_not_evaluable
-from fsmkit.model.passes.invoke_charts import given_values, returned, top_level
+from fsmkit.model.passes.invoke_charts import (
+    Draft,
+    given_values,
+    passed_events,
+    returned,
+    top_level,
+)
 from fsmkit.model.passes.number_states import Node, Tree
 from fsmkit.model.passes.plan_invocations import Slot, is_service
 from fsmkit.model.passes.type_content import type_block, type_condition, type_value
@@ -128,13 +134,15 @@ def _given_data(slot: Slot, chart: Chart) -> list[tuple[str, int]]:
 
 
 def build_invocations(
-    events: Events, slots: tuple[Slot, ...], charts: tuple[Chart, ...], findings: Findings
+    draft: Draft, events: Events, charts: tuple[Chart, ...], findings: Findings
 ) -> tuple[Invocation, ...]:
     """Return the slots of a chart, and what becomes of events on the way in and out."""
+    slots = draft.slots
     coming = returned(slots, charts)
     found = []
     for slot, chart in zip(slots, charts, strict=True):
-        _check(slot, chart, events, coming, findings)
+        passed = frozenset(passed_events(slot, draft, events))
+        _check(slot, chart, [events.all[index] for index in sorted(passed)], coming, findings)
         found.append(
             Invocation(
                 index=slot.index,
@@ -142,7 +150,10 @@ def build_invocations(
                 id=slot.id,
                 chart=chart,
                 given=tuple(place for _, place in _given_data(slot, chart)),
-                passages=tuple(_passage(event, chart) for event in events.all),
+                passages=tuple(
+                    _passage(event, chart) if event.index in passed else None
+                    for event in events.all
+                ),
                 returns=_returns(slot, chart, events, coming),
                 autoforward=slot.invoke.autoforward,
                 span=slot.invoke.span,
@@ -169,7 +180,7 @@ def _returns(
 
 
 def _check(
-    slot: Slot, chart: Chart, events: Events, coming: tuple[Returned, ...], findings: Findings
+    slot: Slot, chart: Chart, passed: list[Event], coming: tuple[Returned, ...], findings: Findings
 ) -> None:
     """Report what cannot pass, and a chart that has inputs, which nobody would write."""
     if chart.inputs:
@@ -189,7 +200,7 @@ def _check(
                 slot.invoke.span,
                 help="send numbers, truth values or strings to the invoker",
             )
-    for own in events.all:
+    for own in passed:
         passage = _passage(own, chart)
         if passage is None or not own.fields:
             continue
