@@ -151,6 +151,19 @@ def test_regions_for_a_compound_state(yaml: Any) -> None:
     assert "internal-of-parallel" in result.rules
 
 
+def test_regions_for_a_state_that_another_derived_chart_filled(yaml: Any) -> None:
+    between = derived("error: {states: {e1: {}, e2: {}}}")
+    chart = yaml(
+        "chart: Last\nextends: between.yaml\nrefine:\n"
+        "  error: {regions: {watch: {states: {ok: {}}}}}\n",
+        between,
+        BASE,
+    ).chart
+    error, main = state(chart, "error"), state(chart, "error.main")
+    assert [chart.states[c].id for c in error.children] == ["error.main", "watch"]
+    assert [chart.states[c].id for c in main.children] == ["e1", "e2"]
+
+
 def test_a_deep_history_stays_with_the_parallel_state(yaml: Any) -> None:
     base = BASE.replace("history: shallow", "history: deep")
     chart = yaml(derived("work: {regions: {watch: {states: {ok: {}}}}}"), base).chart

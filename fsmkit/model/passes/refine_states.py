@@ -77,6 +77,8 @@ class _Refiner:
 
     def change(self, base: DocState, entry: DocState, what: str) -> DocState:
         """Return an inherited state changed as its entry says."""
+        if base.kind is Kind.ATOMIC and base.children:  # as another derived chart filled it
+            base = replace(base, kind=Kind.COMPOUND)
         self._check_kind(base, entry, what)
         if base.kind is Kind.COMPOUND and entry.kind is Kind.PARALLEL and base.children:
             base = self._with_main_region(base, entry)
