@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -44,7 +45,7 @@ def read_documents(
     and ``at`` is the place that names it.
     """
     chain = read_chain(path, findings, at)
-    here = (*invokers, path.resolve())
+    here = (*invokers, real(path))
     return tuple(with_invoked(document, findings, here) for document in chain)
 
 
@@ -69,7 +70,7 @@ def with_invoked(document: Document, findings: Findings, invokers: tuple[Path, .
 
     def load_source(name: Text) -> tuple[Document, ...]:
         path = Path(document.source.name).parent / name.value.removeprefix("file:")
-        if path.resolve() in invokers:
+        if real(path) in invokers:
             raise fail(
                 "invocation-cycle",
                 f"a chart invokes itself: {' -> '.join(p.name for p in (*invokers, path))}",
@@ -103,15 +104,15 @@ def read_chain(path: Path, findings: Findings, at: Text | None = None) -> tuple[
     documents: list[Document] = []
     seen: list[Path] = []
     while True:
-        seen.append(path.resolve())
+        seen.append(real(path))
         document = read_document(path, findings, at=at)
         documents.append(document)
         if document.extends is None:
             return tuple(documents)
         at = document.extends
         path = path.parent / at.value
-        if path.resolve() in seen:
-            chain = " -> ".join(p.name for p in [*seen[seen.index(path.resolve()) :], path])
+        if real(path) in seen:
+            chain = " -> ".join(p.name for p in [*seen[seen.index(real(path)) :], path])
             raise fail(
                 "inheritance-cycle",
                 f"a chart extends itself: {chain}",
@@ -120,9 +121,17 @@ def read_chain(path: Path, findings: Findings, at: Text | None = None) -> tuple[
             )
 
 
+def real(path: Path) -> Path:
+    """Return where a path leads; where links go in circles, or it is none, as far as it does."""
+    try:
+        return Path(os.path.realpath(path))
+    except ValueError:  # a null character in the name
+        return path
+
+
 def read_document(path: Path, findings: Findings, *, at: Text | None = None) -> Document:
     """Return the document of one file; ``at`` is the place that named it, for the diagnostics."""
-    front_end = plugin_for(FrontEnd, path)
+    front_end = plugin_for(FrontEnd, path, at)
     source = front_end.decode(read_bytes(path, at), str(path), findings)
     findings.stop_on_errors()
     if source is None:

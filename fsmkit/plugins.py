@@ -15,7 +15,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
-from fsmkit.diagnostics import Findings, Source, fail
+from fsmkit.diagnostics import Findings, Source, Text, fail
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Document
 
@@ -95,8 +95,8 @@ def plugins(kind: type[Kind]) -> tuple[Kind, ...]:
     return tuple(candidate for candidate in _all() if isinstance(candidate, kind))
 
 
-def plugin_for(kind: type[Kind], path: Path) -> Kind:
-    """Return the plug-in of that protocol for the suffix of a file."""
+def plugin_for(kind: type[Kind], path: Path, at: Text | None = None) -> Kind:
+    """Return the plug-in of that protocol for the suffix of a file; ``at`` is what names it."""
     by_suffix = {s: p for p in plugins(kind) for s in p.suffixes}  # type: ignore[attr-defined]
     suffix = path.suffix.lower()
     if suffix not in by_suffix:
@@ -104,6 +104,7 @@ def plugin_for(kind: type[Kind], path: Path) -> Kind:
         raise fail(
             "unknown-suffix",
             f"the suffix `{suffix}` of `{path.name}` tells no notation",
+            at,
             help=f"use one of {known}",
         )
     return by_suffix[suffix]

@@ -86,12 +86,16 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
 
 def _array(context: Context, text: Text) -> Type | None:
     opening = text.value.rindex("[")
-    element = read_type(text.part(0, opening), context.scope, context.findings)
+    inner = text.part(0, opening).stripped()
+    if inner.value.endswith("]"):
+        message = "the elements of an array must be scalars, not arrays"
+        return context.report("invalid-type", message, text, "declare several arrays")
+    element = read_type(inner, context.scope, context.findings)
     size = text.part(opening + 1, len(text.value) - 1)
     length = _constant(context, size)
     if element is None or length is None:
         return None
-    if isinstance(element, ArrayType | RecordType):
+    if isinstance(element, RecordType):
         message = f"the elements of an array must be scalars, not `{element}`"
         return context.report("invalid-type", message, text, "declare several arrays")
     if not 1 <= length <= LONGEST_ARRAY:

@@ -197,10 +197,12 @@ class Context:
         try:
             folder = Path(self.source.name).resolve().parent
             path = (folder / src.value.strip().removeprefix("file:")).resolve()
-            if not path.is_relative_to(folder) or path.stat().st_size > LARGEST_PART:
+            if not (path.is_relative_to(folder) and path.is_file()):
+                return None
+            if path.stat().st_size > LARGEST_PART:
                 return None
             content = path.read_text(encoding="utf-8-sig")
-        except (OSError, ValueError):
+        except (OSError, ValueError, RuntimeError):  # the last: links that go in circles
             return None
         return Text(content, src.span, ())
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import accumulate
 from xml.parsers import expat
@@ -71,8 +72,7 @@ def decode(content: bytes, name: str, findings: Findings) -> Source | None:
         )
         return None
     except UnicodeError as error:
-        end = error.start if isinstance(error, UnicodeDecodeError) else len(content)
-        source = Source(name, content[:end].decode(encoding, errors="replace"))
+        source = Source(name, _readable(content, encoding, error))
         at = max(0, len(source.text) - 1)
         findings.add(
             "unknown-encoding",
@@ -82,6 +82,14 @@ def decode(content: bytes, name: str, findings: Findings) -> Source | None:
         )
         return None
     return Source(name, text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n"))
+
+
+def _readable(content: bytes, encoding: str, error: UnicodeError) -> str:
+    """Return the text before the place where it cannot be decoded, if the codec tells that."""
+    if isinstance(error, UnicodeDecodeError):
+        with suppress(UnicodeError):
+            return content[: error.start].decode(encoding, errors="replace")
+    return content[:1000].decode("ascii", errors="replace")
 
 
 def _encoding(content: bytes) -> str:

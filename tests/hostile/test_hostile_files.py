@@ -5,6 +5,7 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable
+from os import mkfifo
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,8 @@ DEEP_XML = scxml("<state>" * 10_000 + "</state>" * 10_000)
 DEEP_YAML = chart("", "\n" + "".join(" " * n + f"s{n}:\n" for n in range(4, 1_000)))
 YAML_BOMB = "\n".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 30))
 
+NESTED = "[2]" * 10_000
+
 REFUSED: dict[str, tuple[str, bytes]] = {
     "entity bomb": (".scxml", f"<!DOCTYPE s [{BOMB}]><scxml>&e8;</scxml>".encode()),
     "external entity": (
@@ -60,6 +63,25 @@ REFUSED: dict[str, tuple[str, bytes]] = {
     "deep yaml": (".yaml", DEEP_YAML),
     "deep yaml in brackets": (".yaml", b"chart: " + b"[" * 10_000),
     "deep yaml in braces": (".yaml", b"chart: T\nstates: " + b"{a: " * 10_000),
+    "deep yaml in dashes": (".yaml", b"chart: T\nstates:\n" + b"- " * 10_000 + b"a"),
+    "deep yaml in keys": (".yaml", b"? " * 10_000),
+    "parentheses": (".yaml", on("(" * 90_000 + "x" + ")" * 90_000)),
+    "negations": (".yaml", on("!" * 190_000 + "true")),
+    "conditionals": (".yaml", on("true ? true : " * 10_000 + "true")),
+    "elements of elements": (".yaml", on("x[" * 50_000 + "0" + "]" * 50_000 + " == 1")),
+    "calls of calls": (".yaml", on("min(1, " * 20_000 + "1" + ")" * 20_000 + " == 1")),
+    "deep statements": (".yaml", on(action="if x == 0 { " * 10_000 + "x = 1" + " }" * 10_000)),
+    "deep statements in xml": (
+        ".scxml",
+        scxml(
+            "<state><onentry>" + '<if cond="1">' * 10_000 + "</if>" * 10_000 + "</onentry></state>"
+        ),
+    ),
+    "arrays of arrays of arrays": (".yaml", chart(f"data: {{x: 'uint8{NESTED} = 0'}}")),
+    "lists of lists": (
+        ".yaml",
+        chart("data: {x: 'uint8[3] = " + "[" * 9_000 + "1" + "]" * 9_000 + "'}"),
+    ),
     "megabyte of guard": (".yaml", on("x == 0 and " * 90_000 + "true")),
     "megabyte of guard in xml": (
         ".scxml",
@@ -74,6 +96,11 @@ REFUSED: dict[str, tuple[str, bytes]] = {
     "utf-16 cut short": (".scxml", b"\xff\xfe<\x00s"),
     "encoding that is none": (".scxml", b'<?xml version="1.0" encoding="klingon"?><scxml/>'),
     "encoding that is a codec": (".scxml", b'<?xml version="1.0" encoding="zlib"?><scxml/>'),
+    "encoding that is undefined": (
+        ".scxml",
+        b'<?xml version="1.0" encoding="undefined"?><scxml/>',
+    ),
+    "encoding that is not so": (".scxml", b'<?xml version="1.0" encoding="utf-16"?><scxml/>'),
     "null in a name": (".yaml", b"chart: T\nstates: {a\0b: {}}\n"),
     "null escaped in a name": (".yaml", b'chart: T\ninitial: x\nstates: {"a\\0b": {}}\n'),
     "null in xml": (".scxml", b"<scxml name='a\0b'/>"),
@@ -84,6 +111,11 @@ REFUSED: dict[str, tuple[str, bytes]] = {
     "huge range": (".yaml", chart(f"data: {{x: 0..1{'0' * 400} = 0}}")),
     "range beyond 64 bits": (".yaml", chart("data: {x: 0..18446744073709551616 = 0}")),
     "huge float": (".yaml", on("x == 1e999")),
+    "start value beyond its type": (".yaml", chart("data: {x: uint8 = 300}")),
+    "huge microsteps": (".yaml", chart("capacity: {microsteps: 99999999999}")),
+    "division by zero": (".yaml", on("1 % 0 == x")),
+    "negative delay": (".yaml", chart("", "{after: {-1s: a}}")),
+    "no tick": (".yaml", chart("capacity: {tick: 0s}")),
     "huge array": (".yaml", chart('data: {x: "uint8[1000000000] = 0"}')),
     "huger array": (".yaml", chart(f'data: {{x: "uint8[1{"0" * 400}] = 0"}}')),
     "array of arrays": (".yaml", chart('data: {x: "uint8[60000][60000] = 0"}')),
@@ -142,6 +174,86 @@ def test_a_chart_that_extends_itself(tmp_path: Path) -> None:
     for one, other in (("a", "b"), ("b", "c"), ("c", "a")):
         (tmp_path / f"{one}.yaml").write_text(f"chart: T\nextends: {other}.yaml\n")
     assert any("extends itself" in d.message for d in refused(tmp_path / "a.yaml"))
+
+
+@pytest.mark.parametrize(
+    "base",
+    [
+        "t.yaml",
+        "loop.yaml",
+        "folder.yaml",
+        "none.yaml",
+        '"a\\0b.yaml"',
+        "/etc/passwd",
+        '""',
+        "a" * 999,
+    ],
+)
+def test_a_base_that_is_none(base: str, tmp_path: Path) -> None:
+    (tmp_path / "loop.yaml").symlink_to(tmp_path / "loop.yaml")
+    (tmp_path / "folder.yaml").mkdir()
+    path = tmp_path / "t.yaml"
+    path.write_text(f"chart: T\nextends: {base}\n")
+    (found,) = refused(path)
+    assert found.primary is not None
+
+
+def test_a_thousand_bases(tmp_path: Path) -> None:
+    (tmp_path / "c0.yaml").write_bytes(chart())
+    for number in range(1, 1_000):
+        path = tmp_path / f"c{number}.yaml"
+        path.write_text(f"chart: T{number}\nextends: c{number - 1}.yaml\n")
+    findings = Findings()
+    ended(lambda: (load_with_findings(path, findings), findings)[1])
+    assert not findings.has_errors
+
+
+SECRET = "of-another-folder"
+
+
+@pytest.mark.parametrize(
+    "src",
+    ["../secret", "file:../secret", "link", "loop", "pipe", ".", "/dev/zero", "http://localhost:1/x",
+     "a\u2028b", "x" * 9_999],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<datamodel><data id="x" src="{}"/></datamodel><state/>',
+        '<script src="{}"/><state/>',
+    ],
+)
+def test_no_source_leads_out_of_the_folder(src: str, inside: str, tmp_path: Path) -> None:
+    (tmp_path / "secret").write_text(f'"{SECRET}"')
+    folder = tmp_path / "chart"
+    folder.mkdir()
+    (folder / "link").symlink_to(tmp_path / "secret")
+    (folder / "loop").symlink_to(folder / "loop")
+    mkfifo(folder / "pipe")
+    path = folder / "t.scxml"
+    path.write_bytes(scxml(inside.replace("{}", src)))
+    findings = Findings()
+    try:
+        read = str(load_with_findings(path, findings))
+    except FsmkitError as error:
+        findings.extend(error.diagnostics)
+        read = str(error)
+    assert "unloaded-source" in {found.rule.name for found in findings}
+    assert SECRET not in read
+    assert SECRET not in "".join(found.message for found in findings)
+
+
+def test_a_script_that_is_the_chart_itself(tmp_path: Path) -> None:
+    path = tmp_path / "t.scxml"
+    path.write_bytes(scxml('<script src="t.scxml"/><state/>'))
+    assert refused(path).has_errors
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-8-sig"])
+def test_what_xml_is_encoded_in(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "wide.scxml"
+    path.write_bytes(scxml('<state id="ä"/>').decode().encode(encoding))
+    assert load_with_findings(path, Findings()).states[1].id == "ä"
 
 
 def test_utf_16_is_read(tmp_path: Path) -> None:
