@@ -20,7 +20,7 @@ from fsmkit.codegen.c.plugin import PLUGIN as C
 from fsmkit.codegen.python.plugin import PLUGIN as PYTHON
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.diagnostics.render import render
-from fsmkit.loading import read_document
+from fsmkit.loading import read_document, with_invoked
 from fsmkit.model.chart import Chart
 from fsmkit.model.elaborate import elaborate
 from fsmkit.plan.lower import lower
@@ -28,6 +28,8 @@ from fsmkit.plugins import FrontEnd
 
 BASE = read_document(PROJECT / "machines" / "production_cell" / "module.scxml", Findings())
 """What a chart extends that extends anything."""
+NOWHERE = "/no/such/folder"
+"""Where the chart seems to be, so that no name in it leads to a file."""
 SECONDS = 5
 """Of computing, for one input."""
 
@@ -53,10 +55,11 @@ def through(content: bytes, name: str, front_end: FrontEnd) -> None:
 
 
 def _chart(content: bytes, name: str, front_end: FrontEnd, findings: Findings) -> Chart | None:
-    source = front_end.decode(content, name, findings)
+    source = front_end.decode(content, f"{NOWHERE}/{name}", findings)
     document = None if source is None else front_end.read(source, findings)
     if document is None:
         return None
+    document = with_invoked(document, findings, ())
     bases = () if document.extends is None else (BASE,)
     return elaborate((document, *bases), findings, strict=len(content) % 4 == 0)
 
