@@ -48,11 +48,14 @@ if TYPE_CHECKING:
     from fsmkit.diagnostics import Span
     from fsmkit.expressions.binding import Binder
     from fsmkit.expressions.names import Context
+    from fsmkit.expressions.scope import Scope
 
 EVENT_FIELDS = ("name", "type", "sendid", "origin", "origintype", "invokeid", "data")
 """The properties that every ``_event`` has (SCXML 5.10.1)."""
 WHOLE_PAYLOAD = "data"
 """The field that holds a payload which is one value: that of ``content`` (SCXML 5.6)."""
+SEND_ID = "_sendid"
+"""The field that holds the id of what was sent, in a chart that asks for ``_event.sendid``."""
 PROCESSOR = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
 PROCESSORS = ("scxml", PROCESSOR)
 SESSION = "_sessionid"
@@ -151,9 +154,13 @@ def _is_defined(binder: Binder, node: Node, span: Span) -> Expr | None:
             return Literal(True, BOOL, span)
         case MemberNode(base=NameNode(name="_event"), name="data"):
             fields = scope.event_fields
-            return None if fields is None else Literal(bool(fields), BOOL, span)
+            if fields is None:
+                return None
+            return Literal(any(name != SEND_ID for name in fields), BOOL, span)
         case MemberNode(base=NameNode(name="_event"), name="name"):
             return Literal(True, BOOL, span)
+        case MemberNode(base=NameNode(name="_event"), name="sendid") if _has_send_id(scope):
+            return truth(EventField(SEND_ID, SYMBOL, span))
         case MemberNode(base=NameNode(name="_event"), name=name):
             facts = scope.event_facts
             return Literal(facts[name] is not None, BOOL, span) if name in facts else None
@@ -162,6 +169,10 @@ def _is_defined(binder: Binder, node: Node, span: Span) -> Expr | None:
             return None if fields is None else Literal(name in fields, BOOL, span)
         case _:
             return None
+
+
+def _has_send_id(scope: Scope) -> bool:
+    return SEND_ID in (scope.event_fields or ())
 
 
 def _not(expr: Expr) -> Expr:
@@ -223,6 +234,8 @@ def bind_system(binder: Binder, node: Node) -> Expr | None:
             name="location",
         ) if name in PROCESSORS:
             return Literal(here, SYMBOL, span)
+        case MemberNode(base=NameNode(name="_event"), name="sendid") if _has_send_id(scope):
+            return EventField(SEND_ID, SYMBOL, span)
         case MemberNode(base=NameNode(name="_event"), name=name):
             fact = scope.event_facts.get(name)
             return None if fact is None else Literal(fact, SYMBOL, span)

@@ -122,10 +122,14 @@ class CallOperation:
 
 @dataclass(frozen=True, slots=True)
 class Fail:
-    """Content that cannot be evaluated: ``error.execution``, and the rest of the block skipped."""
+    """Content that cannot be evaluated: ``error.execution``, and the rest of the block skipped.
+
+    Where it is ``told``, the statement before has raised the error, and there is no other.
+    """
 
     reason: str
     span: Span = field(compare=False, repr=False)
+    told: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -137,6 +137,50 @@ def test_an_event_is_kept_as_its_name(scxml: Any) -> None:
         assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
 
 
+SKIPPED = '<assign location="skipped" expr="false"/>'
+BAD = '<send event="x" target="nowhere" {}/>' + SKIPPED
+ONE = BAD.format('id="one"')
+IDS = [
+    (ONE, "_event.sendid == 'one'"),
+    (BAD.format('idlocation="v"'), "_event.sendid == v &amp;&amp; v != ''"),
+    (BAD.format('id="one" targetexpr="nothing"'), "_event.sendid == 'one'"),
+    (BAD.format(""), "typeof _event.sendid === 'undefined'"),
+    ('<send event="x" id="one" type="http://nowhere"/>' + SKIPPED, "_event.sendid == 'one'"),
+    ('<send event="x" id="one" target="#_nobody"/>', "_event.sendid == 'one'"),
+    ('<assign location="n" expr="1 / 0 | 0"/>' + SKIPPED, "_event.sendid == undefined"),
+    (f'<foreach item="i" array="l">{ONE}</foreach>{SKIPPED}', "_event.sendid == 'one'"),
+    (f'<if cond="n == 1">{ONE}</if>{SKIPPED}', "_event.sendid == 'one'"),
+    ('<raise event="error.execution"/>', "!_event.sendid"),
+]
+
+
+@pytest.mark.parametrize(("content", "condition"), IDS)
+def test_the_id_of_what_could_not_be_sent(scxml: Any, content: str, condition: str) -> None:
+    error = "communication" if "nobody" in content else "execution"
+    chart = scxml(
+        f'{HEAD}<datamodel><data id="v"/><data id="n" expr="1"/><data id="l" expr="[1, 2]"/>'
+        f'<data id="skipped" expr="true"/></datamodel><state id="s"><onentry>{content}</onentry>'
+        f'<transition event="error.{error}" cond="{condition} &amp;&amp; skipped" target="t"/>'
+        '<transition event="*" target="fail"/></state>'
+        '<state id="t"><onentry><send event="two" id="two"/></onentry>'
+        '<transition event="two" cond="_event.sendid == \'two\'" target="pass"/>'
+        f'<transition event="*" target="fail"/></state>{FINALS}'
+    ).chart
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+def test_an_id_that_is_made_can_be_cancelled(scxml: Any) -> None:
+    chart = scxml(
+        f'{HEAD}<datamodel><data id="v"/></datamodel><state id="s"><onentry>'
+        '<send event="late" idlocation="v" delay="1s"/><send event="go" delay="2s"/>'
+        '<cancel sendidexpr="v"/></onentry><transition event="go" target="pass"/>'
+        f'<transition event="*" target="fail"/></state>{FINALS}'
+    ).chart
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
 JOINED = '<data id="v" expr="\'#_scxml_\'"/><data id="w" expr="{}"/>'
 
 

@@ -30,6 +30,7 @@ from fsmkit.expressions import (
     default_value,
 )
 from fsmkit.model.chart import Chart, State
+from fsmkit.model.content import statements
 from fsmkit.model.statements import (
     Assign,
     Block,
@@ -106,6 +107,9 @@ class ContentPrinter:
             out.line("self._error_execution()")
         with out.suite("except RangeFault:"):
             out.line('self._stop("range")')
+        if any(isinstance(part, Fail) and part.told for part in statements(block)):
+            with out.suite("except EndOfBlock:"):
+                out.line("pass")
 
     def done(self, out: Lines, event: int, final: State | None) -> None:
         """Print how ``done.state`` is raised, with the data of a final state (SCXML 5.5)."""
@@ -159,8 +163,8 @@ class ContentPrinter:
                     out.line(f"self._tell(f{_quoted('reply ' + shown('self.reply', value.type))})")
             case CallOperation(call):
                 out.line(printer.print(call))
-            case Fail(reason):
-                out.line(f"raise ContentError({reason!r})")
+            case Fail(reason, told=told):
+                out.line(f"raise {'EndOfBlock' if told else 'ContentError'}({reason!r})")
             case Invoke(slot, arguments):
                 out.line(f"self._start_{slot}({_passed(printer, arguments)})")
             case _:

@@ -9,8 +9,8 @@ from functools import cached_property
 from itertools import islice, takewhile
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.expressions import Field, Scope, Type, location_of_session, read_type
-from fsmkit.expressions.ecmascript import PROCESSOR
+from fsmkit.expressions import SYMBOL, Field, Scope, Type, location_of_session, read_type
+from fsmkit.expressions.ecmascript import PROCESSOR, SEND_ID
 from fsmkit.model.chart import Event
 from fsmkit.model.document import (
     Direction,
@@ -176,7 +176,12 @@ def collect_events(
             next(e.span for e in found if e.name == name),
             help="remove the declaration: the event can be matched without one",
         )
-    found += [Event(0, name, (), frozenset()) for name in platform if name not in names]
+    with_id = (Field(SEND_ID, SYMBOL),) if _sends_ids(document, tree) else ()
+    found += [
+        Event(0, name, with_id if name in ERRORS else (), frozenset())
+        for name in platform
+        if name not in names
+    ]
     numbered = tuple(
         Event(i, e.name, e.fields, e.directions, e.reply, e.span, e.origin)
         for i, e in enumerate(found)
@@ -187,6 +192,15 @@ def collect_events(
         (None, name): known for name, known in facts.items()
     }
     return Events(numbered, frozenset(implied), by_place, matched)
+
+
+def _sends_ids(document: Document, tree: Tree) -> bool:
+    """Whether the ids of what is sent go with events: then also with errors of sending."""
+    return any(
+        isinstance(statement, DocSend) and any(a.name.value == SEND_ID for a in statement.arguments)
+        for place in places(document, tree)
+        for statement in statements(place.block)
+    )
 
 
 def _facts(

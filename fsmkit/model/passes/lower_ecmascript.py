@@ -4,6 +4,8 @@
 * An attribute of ``send`` or ``cancel`` that is the value of a variable becomes a choice among
   the strings that the variable is ever given: so they are all known when compiling. The same is
   done where an assignment joins strings of variables.
+* The id of what is sent is known, also where it is made; where ``_event.sendid`` is read, it goes
+  with the event.
 * A variable that is asked whether it is defined has a flag, set wherever it is assigned.
 """
 
@@ -15,7 +17,7 @@ from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.expressions import flag_of
-from fsmkit.expressions.ecmascript import WHOLE_PAYLOAD
+from fsmkit.expressions.ecmascript import SEND_ID, WHOLE_PAYLOAD
 from fsmkit.expressions.syntax import unescape
 from fsmkit.model.document import (
     Block,
@@ -36,7 +38,7 @@ from fsmkit.model.document import (
 )
 from fsmkit.model.given import Given
 from fsmkit.model.literal_content import content_value, members, string
-from fsmkit.model.passes.known_strings import KnownStrings, assigned, find_strings
+from fsmkit.model.passes.known_strings import KnownStrings, assigned, find_strings, id_of
 from fsmkit.model.passes.walk_document import parts
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
@@ -69,6 +71,7 @@ class _Lowering:
     given: Given | None = None
     strings: KnownStrings = field(default_factory=lambda: KnownStrings("", {}))
     flagged: tuple[str, ...] = ()
+    asks_for_ids: bool = False
     spelt: frozenset[str] = frozenset()
     """Data that start as a number and are only ever used as strings."""
 
@@ -90,6 +93,9 @@ class _Lowering:
             for name in match.groups()
             if name is not None
         }
+        self.asks_for_ids = any(
+            isinstance(part, Text) and "_event.sendid" in part.value for part in whole
+        )
         data = [self._spelt(written) for written in document.data]
         self.flagged = tuple(name for name in declared if name in asked)
         given = () if self.given is None else [name for name, _ in self.given.data]
@@ -163,9 +169,13 @@ class _Lowering:
             case DocForEach(_, item, index, body, span):
                 flags = self._set(item, span) + (() if index is None else self._set(index, span))
                 return (replace(statement, body=(*flags, *self._block(body))),)
+            case DocSend(id_location=Text() as location, span=span):
+                id_ = replace(location, value=id_of(statement), offsets=())
+                stored = DocAssign(location, string(id_.value, location), span)
+                named = replace(statement, id=id_, id_location=None)
+                return (stored, *self._set(location, span), *self._send(named))
             case DocSend():
-                flags = () if statement.id_location is None else self._set_of(statement)
-                return (*self._send(statement), *flags)
+                return self._send(statement)
             case DocCancel(None, Text() as expression, span):
                 return self._choose(
                     expression, span, lambda id_: (replace(statement, id=id_, id_expr=None),)
@@ -184,10 +194,6 @@ class _Lowering:
             lambda made: (replace(statement, value=string(made.value, made), operator=""),),
             statement,
         ) or (statement,)
-
-    def _set_of(self, statement: DocSend) -> Block:
-        location = statement.id_location
-        return () if location is None else self._set(location, statement.span)
 
     def _set(self, location: Text, span: Span) -> Block:
         name = location.value.strip()
@@ -257,7 +263,18 @@ class _Lowering:
             )
         else:
             chosen = ()
-        return chosen or (send,)
+        return chosen or (self._with_id(send),)
+
+    def _with_id(self, send: DocSend) -> DocSend:
+        """Return a send whose id goes with the event, if ids are asked for (SCXML 5.10.1)."""
+        if not self.asks_for_ids or send.id is None or send.event is None:
+            return send
+        declared = {event.name.value for event in self.document.events}
+        if send.event.value in declared or send.event.value.startswith("done."):
+            return send
+        name = replace(send.id, value=SEND_ID, offsets=())
+        sent = DocArgument(name, string(send.id.value, send.id))
+        return replace(send, arguments=(*send.arguments, sent))
 
     def _choose(
         self,

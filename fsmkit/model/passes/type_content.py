@@ -26,7 +26,7 @@ from fsmkit.expressions import (
 from fsmkit.model import document as doc
 from fsmkit.model.passes.context import Context, warn_not_evaluable
 from fsmkit.model.passes.read_values import is_list, split_list
-from fsmkit.model.passes.type_events import type_cancel, type_raise, type_send
+from fsmkit.model.passes.type_events import failed_send, type_cancel, type_raise, type_send
 from fsmkit.model.statements import (
     Assign,
     Block,
@@ -59,6 +59,8 @@ def type_statement(written: doc.DocStatement, context: Context) -> tuple[Stateme
     reason = errors[0].message
     span = errors[0].primary.span if errors[0].primary is not None else written.span
     warn_not_evaluable(reason, span, context.findings)
+    if isinstance(written, doc.DocSend):
+        return failed_send(reason, written, context)
     return (Fail(reason, written.span),)
 
 

@@ -18,7 +18,7 @@ from fsmkit.expressions import (
     type_expression,
     type_location,
 )
-from fsmkit.expressions.ecmascript import SESSION
+from fsmkit.expressions.ecmascript import SEND_ID, SESSION
 from fsmkit.model.chart import Event
 from fsmkit.model.document import Direction, DocArgument, DocCancel, DocRaise, DocSend
 from fsmkit.model.passes.context import Context
@@ -102,7 +102,7 @@ def type_arguments(
     found: list[Expr] = []
     for field in event.fields:
         value = values.get(field.name)
-        if field.name not in places and is_implied:
+        if field.name not in places and (is_implied or field.name == SEND_ID):
             value = Literal(default_value(field.type), field.type, at.span)
         elif field.name not in places:
             context.findings.add(
@@ -287,7 +287,7 @@ def _destination(
             target,
             help="at run time it is `error.communication`; connect machines in a system",
         )
-        return (Raise(context.events.index["error.communication"], (), written.span),)
+        return (_error("error.communication", written, context),)
     return _failure(f"`{target}` is no target", target, written, context)
 
 
@@ -299,9 +299,25 @@ def _failure(reason: str, at: Text, written: DocSend, context: Context) -> tuple
             at,
             help="at run time it is `error.execution`; `--strict` makes it an error now",
         )
-        return (Fail(reason, written.span),)
+        return failed_send(reason, written, context)
     context.findings.add("bad-target", reason, at, help="remove it, or name what is reached")
     return ()
+
+
+def failed_send(reason: str, written: DocSend, context: Context) -> tuple[Statement, ...]:
+    """Return the error of a send that cannot be done; it carries the id (SCXML 5.10.1)."""
+    error = _error("error.execution", written, context)
+    if written.id is None or not error.arguments:
+        return (Fail(reason, written.span),)
+    return (error, Fail(reason, written.span, told=True))
+
+
+def _error(name: str, written: DocSend, context: Context) -> Raise:
+    event = context.events.all[context.events.index[name]]
+    id_ = "" if written.id is None else written.id.value
+    return Raise(
+        event.index, tuple(Literal(id_, f.type, written.span) for f in event.fields), written.span
+    )
 
 
 def _warn_of_content(written: DocSend, context: Context) -> None:

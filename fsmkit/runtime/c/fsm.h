@@ -95,7 +95,7 @@ typedef enum {
 } fsm_fault;
 
 /* Why a block of content ended early. */
-enum { FSM_FINE, FSM_CONTENT_ERROR, FSM_RANGE_FAULT };
+enum { FSM_FINE, FSM_CONTENT_ERROR, FSM_RANGE_FAULT, FSM_TOLD };
 
 /* ---- timers -----------------------------------------------------------------------------------
  * A list sorted by deadline, equal deadlines in the order in which they were armed. Times are ticks

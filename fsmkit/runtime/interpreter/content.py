@@ -74,8 +74,14 @@ def execute_block(g: Globals, block: Block) -> None:
             execute(g, statement)
     except RangeFault:
         g.stop("range")
+    except _Told:
+        pass
     except ContentError as error:
         g.error("error.execution", str(error))
+
+
+class _Told(Exception):  # noqa: N818  (what was wrong has been raised as an event)
+    """The rest of the block is skipped without another error."""
 
 
 def execute(g: Globals, statement: Statement) -> None:
@@ -108,8 +114,8 @@ def execute(g: Globals, statement: Statement) -> None:
             g.call(call.operation, _values(g, call.arguments))
         case Invoke(slot, arguments):
             start_invoked(g, slot, _values(g, arguments))
-        case Fail(reason):
-            raise ContentError(reason)
+        case Fail(reason, told=told):
+            raise _Told if told else ContentError(reason)
         case _:
             assert_never(statement)
 

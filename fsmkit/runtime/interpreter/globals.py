@@ -149,7 +149,7 @@ class Globals:
         """Append a platform event (``done.state.x``), if anything in the chart can tell it."""
         event = self.chart.event_index.get(name)
         if event is not None:
-            self.enqueue_internal(Occurrence(event))
+            self.enqueue_internal(Occurrence(event, self.index.blank[event]))
 
     def error(self, name: str, reason: str) -> None:
         """Raise an error event of the platform (SCXML 3.12.2)."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 
 from fsmkit.diagnostics import Span
-from fsmkit.expressions import Storage, Variable
+from fsmkit.expressions import Storage, Value, Variable, default_value
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Trigger
 from fsmkit.model.structure import is_internal, lcca
@@ -57,6 +57,8 @@ class Index:
     """Whether the guard of an eventless transition reads an input."""
     initial: Snapshot
     has_history: bool
+    blank: tuple[tuple[Value, ...], ...]
+    """The payload of each event that nobody has given one."""
     entry_sets: dict[tuple[int, ...], EntrySet] = field(default_factory=dict)
     """Known results of computeEntrySet, by transitions."""
 
@@ -98,6 +100,9 @@ def _build(chart: Chart) -> Index:
         slots=slots,
         field_slots=tuple(
             {part.name: place for place, part in enumerate(event.fields)} for event in chart.events
+        ),
+        blank=tuple(
+            tuple(default_value(part.type) for part in event.fields) for event in chart.events
         ),
         samples_inputs=any(
             _reads_input(transition.guard) for found in eventless for transition in found

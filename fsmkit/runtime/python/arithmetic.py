@@ -10,6 +10,10 @@ class ContentError(Exception):
     """Content that cannot be evaluated: the rest of its block is skipped."""
 
 
+class EndOfBlock(Exception):  # noqa: N818  (what was wrong has been raised as an event)
+    """The rest of a block is skipped without another error."""
+
+
 class RangeFault(Exception):  # noqa: N818  (a fault of the machine, not an error of the chart)
     """A value left the bounds of a type that forbids it: the machine stops."""
 

@@ -44,6 +44,8 @@ class Queues(Traced):
         at = (self._internal_head + self._internal_count) % self.INTERNAL
         self._internal_count += 1
         self._internal_event[at] = event
+        if self.WIDTH:
+            self._internal_fields[at * self.WIDTH] = ""  # all that an error may carry is an id
         return at * self.WIDTH
 
     def _take_internal(self) -> int:
