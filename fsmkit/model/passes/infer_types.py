@@ -1,9 +1,9 @@
 """Find the types that a loose dialect does not write, by looking at the uses.
 
 A variable without a type has that of its start value, joined with those of what is assigned to
-it; an event that nothing declares has the fields it is raised and sent with, ``done.state.x``
-those of the final states in ``x``. One may depend on
-the other, so that the uses are looked at until nothing changes.
+it; an event that nothing declares has the fields it is raised and sent with, or, where it
+can only come from the host, those that are read of it; ``done.state.x`` has those of the final
+states in ``x``. One may depend on the other, so that the uses are looked at until nothing changes.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ from fsmkit.model.passes.collect_events import Events, done_event
 from fsmkit.model.passes.collect_names import Names
 from fsmkit.model.passes.number_states import Tree
 from fsmkit.model.passes.plan_invocations import Slot
+from fsmkit.model.passes.read_payloads import Read, reads
 from fsmkit.model.passes.read_values import general_type, join_types
 from fsmkit.model.passes.walk_content import Place, places, statements
 
@@ -58,17 +59,20 @@ def infer_types(
     """
     uses = _Uses(names, events, slots=slots)
     content = tuple(places(document, tree)) if document.datamodel != "fsmkit" else ()
-    for _ in range(MOST_ROUNDS):
-        before = (dict(uses.types), {e: dict(f) for e, f in uses.fields.items()})
-        for place in content:
-            uses.look_at(place)
-        uses.look_at_finals(tree)
-        uses.look_at_invokes(tree)
-        if given is not None:
-            uses.look_at_given(given)
-        uses.learn()
-        if before == (uses.types, uses.fields):
-            break
+    for _ in range(2):
+        for _ in range(MOST_ROUNDS):
+            before = (dict(uses.types), {e: dict(f) for e, f in uses.fields.items()})
+            for place in content:
+                uses.look_at(place)
+            uses.look_at_finals(tree)
+            uses.look_at_invokes(tree)
+            if given is not None:
+                uses.look_at_given(given)
+            uses.learn()
+            if before == (uses.types, uses.fields):
+                break
+        uses.assume_numbers()
+    uses.report_reads(findings)
     names = uses.names
     for data in names.data:
         if data.name in names.untyped:
@@ -88,6 +92,8 @@ class _Uses:
     slots: tuple[Slot, ...] = ()
     types: dict[str, Type] = field(default_factory=dict)
     fields: dict[str, dict[str, Type]] = field(default_factory=dict)
+    read: dict[tuple[str, str], Text] = field(default_factory=dict)
+    """By event and field: where a field that nothing declares is first read."""
 
     def look_at(self, place: Place) -> None:
         """Take note of what one handler assigns and sends."""
@@ -102,6 +108,10 @@ class _Uses:
         )
         for statement in statements(place.block):
             self._use(statement, scope)
+        if matched and all(self._comes_from_host(index) for index in matched):
+            for read in reads(place, scope, type_of):
+                for index in matched:
+                    self._read(self.events.all[index].name, read)
 
     def look_at_finals(self, tree: Tree) -> None:
         """Take note of the data of final states: they go with their parent's done event."""
@@ -128,6 +138,23 @@ class _Uses:
                     own = known.get(part.name, part.type)
                     known[part.name] = join_types(own, part.type) or own
 
+    def assume_numbers(self) -> None:
+        """Take what is read of events, and no use tells the type of, to be whole numbers."""
+        for event, name in self.read:
+            self.fields.setdefault(event, {}).setdefault(name, INT32)
+        self.learn()
+
+    def report_reads(self, findings: Findings) -> None:
+        """Tell which fields the host must give, and of which type."""
+        for (event, name), at in self.read.items():
+            findings.add(
+                "assumed-field",
+                f"nothing declares the field `{name}` of `{event}`: it is taken to be "
+                f"`{self.fields[event][name]}`",
+                at,
+                help=f"declare the event: `{event}({name} {self.fields[event][name]})`",
+            )
+
     def learn(self) -> None:
         """Make what was noted known to the next round."""
         self.names = self.names.with_types(self.types)
@@ -140,6 +167,17 @@ class _Uses:
                 for e in self.events.all
             ),
         )
+
+    def _comes_from_host(self, index: int) -> bool:
+        event = self.events.all[index]
+        return event.invocation is None and event.name in self.events.matched
+
+    def _read(self, event: str, read: Read) -> None:
+        self.read.setdefault((event, read.name), read.at)
+        if read.type is not None:
+            fields = self.fields.setdefault(event, {})
+            known = fields.get(read.name, read.type)
+            fields[read.name] = join_types(known, read.type) or known
 
     def _matched(self, place: Place) -> tuple[int, ...]:
         transition = place.transition

@@ -60,16 +60,23 @@ def _targets(tree: Tree, written: DocTransition, findings: Findings) -> tuple[in
     for name in written.targets:
         index = tree.index.get(name.value)
         if index is None:
-            findings.add(
-                "unknown-name",
-                f"there is no state `{name}`",
-                name,
-                help=suggest(name.value, tree.index, "name a state of this chart"),
-            )
+            _report_unknown(tree, name, findings)
         elif index not in found:
             found.append(index)
     _check_together(tree, written.targets, findings)
     return tuple(found)
+
+
+def _report_unknown(tree: Tree, name: Text, findings: Findings) -> None:
+    """Report a target that is no state, perhaps one word of an id that holds spaces."""
+    message = f"there is no state `{name}`"
+    advice = suggest(name.value, tree.index, "name a state of this chart")
+    for id_ in tree.index:
+        if name.value in id_.split():
+            message += f": the id `{id_}` holds a space, and targets are separated by spaces"
+            advice = f"name the state `{'_'.join(id_.split())}`"
+            break
+    findings.add("unknown-name", message, name, help=advice)
 
 
 def _check_together(tree: Tree, targets: tuple[Text, ...], findings: Findings) -> None:

@@ -1,0 +1,124 @@
+"""Find what handlers read of events that nothing declares, raises or sends: those of the host.
+
+A field is known by being read (``_event.data.x``), its type by what stands beside it: what it is
+assigned to, compared or added with, or that it is a condition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from fsmkit.diagnostics import Text
+from fsmkit.expressions import BOOL, Scope, Type
+from fsmkit.expressions.syntax import (
+    BinaryNode,
+    CallNode,
+    ConditionalNode,
+    ElementNode,
+    MemberNode,
+    NameNode,
+    Node,
+    SyntaxFault,
+    UnaryNode,
+    children,
+    parse,
+)
+from fsmkit.model.document import (
+    DocAssign,
+    DocCancel,
+    DocIf,
+    DocRaise,
+    DocSend,
+    DocStatement,
+    DocTransition,
+)
+from fsmkit.model.passes.walk_content import Place, statements
+
+TypeOf = Callable[[Text, Scope], Type | None]
+JOINING = ("&&", "||")
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """A field that is read, where, and the type its use tells, if it tells one."""
+
+    name: str
+    at: Text
+    type: Type | None
+
+
+def reads(place: Place, scope: Scope, type_of: TypeOf) -> Iterator[Read]:
+    """Yield what one handler reads of the payload. ``type_of`` types what stands beside it."""
+    for text, expected in _texts(place.transition, statements(place.block), scope, type_of):
+        try:
+            node = parse(text.value)
+        except SyntaxFault:
+            continue
+        yield from _Reader(text, scope, type_of).look(node, expected)
+
+
+def _texts(
+    transition: DocTransition | None,
+    content: Iterator[DocStatement],
+    scope: Scope,
+    type_of: TypeOf,
+) -> Iterator[tuple[Text, Type | None]]:
+    """Yield each expression of a handler, with the type its place wants."""
+    if transition is not None and transition.guard is not None:
+        yield transition.guard, BOOL
+    for statement in content:
+        match statement:
+            case DocAssign(location, value):
+                yield value, type_of(location, scope)
+            case DocIf(branches):
+                yield from ((b.condition, BOOL) for b in branches if b.condition is not None)
+            case DocRaise(arguments=arguments) | DocSend(arguments=arguments):
+                yield from ((argument.value, None) for argument in arguments)
+            case DocCancel(id_expr=Text() as expr):
+                yield expr, None
+            case _:
+                pass
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    text: Text
+    scope: Scope
+    type_of: TypeOf
+
+    def look(self, node: Node, expected: Type | None) -> Iterator[Read]:
+        match node:
+            case MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data")):
+                yield Read(node.name, self._part(node), expected)
+            case BinaryNode(op=op, left=left, right=right):
+                joins = op in JOINING
+                yield from self.look(left, BOOL if joins else self._type(right))
+                yield from self.look(right, BOOL if joins else self._type(left))
+            case UnaryNode(op=op, operand=operand):
+                yield from self.look(operand, BOOL if op == "!" else None)
+            case ConditionalNode(test=test, then=then, otherwise=otherwise):
+                yield from self.look(test, BOOL)
+                yield from self.look(then, expected or self._type(otherwise))
+                yield from self.look(otherwise, expected or self._type(then))
+            case MemberNode() | ElementNode() | CallNode():
+                # of a field that is a record, an array or an object the use tells too little
+                for child in children(node):
+                    if not self._is_field(child):
+                        yield from self.look(child, None)
+            case _:
+                for child in children(node):
+                    yield from self.look(child, None)
+
+    def _is_field(self, node: Node) -> bool:
+        while isinstance(node, MemberNode):
+            if isinstance(node.base, NameNode) and node.base.name == "_event":
+                return True
+            node = node.base
+        return False
+
+    def _type(self, node: Node) -> Type | None:
+        return self.type_of(self._part(node), self.scope)
+
+    def _part(self, node: Node) -> Text:
+        return self.text.part(node.start, node.end)
