@@ -224,14 +224,14 @@ class Binder:
             second = self.value(right, hint)
             first = self.value(left, hint or (second.type if second is not None else None))
             return first, second
-        if isinstance(left, NameNode) and hint is None and left.name not in self._known():
+        if isinstance(left, NameNode) and hint is None and not self._is_known(left.name):
             second = self.value(right)
             return self.value(left, second.type if second is not None else None), second
         first = self.value(left, hint)
         return first, self.value(right, hint or (first.type if first is not None else None))
 
-    def _known(self) -> set[str]:
-        return {*self.context.scope.variables, *self.context.scope.constants}
+    def _is_known(self, name: str) -> bool:
+        return name in self.context.scope.variables or name in self.context.scope.constants
 
     def _binary(self, node: BinaryNode) -> Expr | None:
         span = self.span(node)
@@ -363,7 +363,7 @@ class Binder:
         return self.context.report("type-mismatch", message, at, "declare a record type")
 
     def _is_variable(self, node: NameNode) -> bool:
-        return node.name in self._known()
+        return self._is_known(node.name)
 
     def _of_event(self, node: MemberNode, at: Span) -> Expr | None:
         is_plain = isinstance(node.base, NameNode) and node.base.name == "event"

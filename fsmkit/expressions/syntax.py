@@ -313,13 +313,15 @@ def parse(text: str) -> Node:
         raise _fault(text, error) from None
 
 
-@lru_cache(maxsize=20_000)
+@lru_cache(maxsize=200_000)
 def _kept(text: str) -> Node:
     """Charts write the same conditions again and again, and several passes read each."""
     return _parsed(text)
 
 
 def _parsed(text: str) -> Node:
+    if text.isascii() and text.isdigit():
+        return NumberNode(0, len(text), 1, text)  # half of what charts write needs no grammar
     # with the transformer inside, what the parser returns is what the transformer made
     node: Any = _parser().parse(text)
     assert isinstance(node, Node)  # noqa: S101

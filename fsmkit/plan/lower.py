@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.model.structure import is_internal, lcca
@@ -69,17 +71,13 @@ def _recorded_regions(
     parent = state.parent
     assert parent is not None  # noqa: S101
     own = (region_of[parent],) if chart.states[parent].kind is Kind.COMPOUND else ()
-    inner = tuple(
-        r.index for r in regions if r.owner is not None and _at_or_below(chart, r, parent)
-    )
+    # regions are in document order of their tops: those below the parent stand side by side
+    last = chart.states[parent].last_descendant
+    first = bisect_right(regions, parent, key=lambda region: region.top)
+    inner = range(first, bisect_right(regions, last, first, key=lambda region: region.top))
     if state.kind is Kind.DEEP_HISTORY:
         return (*own, *inner)
-    return own or inner[:1]  # all regions of a parallel state are always active: one tells
-
-
-def _at_or_below(chart: Chart, region: Region, state: int) -> bool:
-    assert region.owner is not None  # noqa: S101
-    return region.owner == state or chart.is_descendant(region.owner, state)
+    return own or tuple(inner[:1])  # all regions of a parallel state are always active: one tells
 
 
 def _variants(

@@ -273,7 +273,7 @@ def _joined(pieces: list[tuple[str, int]], inner: Span) -> Text:
         return Text("", Span(inner.source, inner.start, inner.start))
     value = "".join(data for data, _ in pieces)
     start, end = pieces[0][1], pieces[-1][1] + len(pieces[-1][0])
-    if inner.source.text[start:end] == value:
+    if end - start == len(value) and inner.source.text.startswith(value, start):
         return Text(value, Span(inner.source, start, end))
     offsets = tuple(at + i for data, at in pieces for i in range(len(data)))
     return Text(value, Span(inner.source, start, end), offsets)

@@ -15,7 +15,7 @@ from fsmkit.model.structure import is_internal, lcca
 from fsmkit.plan import Branch, Enter, Op, Plan, Restore, lower
 from fsmkit.testing.differential import random_case
 
-PLANS = [lower(random_case(23, number).chart) for number in range(40)]
+PLANS = [lower(random_case(23, number).chart) for number in range(60)]
 
 
 @pytest.fixture(params=PLANS, ids=range(len(PLANS)))

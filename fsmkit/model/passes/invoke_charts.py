@@ -59,6 +59,8 @@ def invoke_charts(
     draft: Draft, elaborate: Elaborate, findings: Findings, *, strict: bool
 ) -> tuple[Chart, ...] | None:
     """Return the chart of each slot; None where one has errors, which are added."""
+    if not draft.slots:
+        return ()
     charts: tuple[Chart, ...] = ()
     wanted: tuple[Given, ...] = ()
     for _ in range(MOST_ROUNDS):
