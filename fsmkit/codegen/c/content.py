@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import assert_never
 
-from fsmkit.codegen.c.effects import can_fail, needs_order
+from fsmkit.codegen.c.effects import can_fail, fails, needs_order
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.transfer import Place, copy
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import (
@@ -41,40 +42,11 @@ from fsmkit.model.statements import (
     Statement,
 )
 
-ROUTES = {Destination.SELF: "SELF", Destination.INTERNAL: "INTERNAL", Destination.PORT: "PORT"}
-
-
-def fails(statement: Statement) -> bool:
-    """Whether a statement can end its block."""
-    match statement:
-        case Fail():
-            return True
-        case Assign(location, value):
-            return can_fail(location) or can_fail(value)
-        case Raise(_, arguments):
-            return any(map(can_fail, arguments))
-        case Send(_, arguments, delay=delay):
-            negative = delay is not None and not isinstance(delay, Literal)
-            return negative or any(map(can_fail, arguments))
-        case Log(_, values):
-            return any(map(can_fail, values))
-        case If(branches):
-            return any(
-                (b.condition is not None and can_fail(b.condition)) or any(map(fails, b.body))
-                for b in branches
-            )
-        case ForEach(body=body):
-            return any(map(fails, body))
-        case Reply(value):
-            return can_fail(value)
-        case CallOperation(call):
-            return can_fail(call)
-        case Cancel():
-            return False
-        case Invoke(_, arguments):
-            return any(map(can_fail, arguments))
-        case _:
-            assert_never(statement)
+ROUTES = {
+    Destination.SELF: "SELF",
+    Destination.INTERNAL: "INTERNAL",
+    Destination.PORT: "PORT",
+}
 
 
 class ContentPrinter:
@@ -164,9 +136,32 @@ class ContentPrinter:
                 out.line("(void)fsm_fails(&m->failed);")
                 out.line("return;")
             case Invoke():
-                raise NotImplementedError  # see `limits`
+                self._invoke(out, statement, printer)
             case _:
                 assert_never(statement)
+
+    def _invoke(self, out: Emitter, statement: Invoke, printer: Printer) -> None:
+        """Give the machine in a slot its data, and let it run its first macrostep."""
+        names, slot = self._names, statement.invocation
+        inside, member = names.invoked[slot], f"m->{names.slots[slot]}"
+        invocation = names.chart.invocations[slot]
+        given = [invocation.chart.data[place] for place in invocation.given]
+        pairs = list(zip(given, statement.arguments, strict=True))
+        out.open("{")
+        for number, (data, argument) in enumerate(pairs):
+            if not isinstance(data.type, ArrayType):
+                stored = storage(data.type, names.records).text
+                out.line(f"{stored} v{number} = {printer.value(argument, data.type)};")
+        self._check(out, *statement.arguments)
+        out.line(f"{inside.prefix}_init(&{member});")
+        for number, (data, argument) in enumerate(pairs):
+            is_array = isinstance(data.type, ArrayType)
+            text = printer.value(argument, data.type) if is_array else f"v{number}"
+            target = f"{member}.{inside.variables[data.name]}"
+            copy(out, Place(names, data.type, text), Place(inside, data.type, target))
+        out.line(f"{inside.prefix}_start_given(&{member}, m->now);")
+        out.line(f"{names.prefix}_absorb_{slot}(m);")
+        out.close()
 
     def _assign(self, out: Emitter, location: Location, value: Expr, printer: Printer) -> None:
         target = location.type
@@ -221,11 +216,11 @@ class ContentPrinter:
             names.used.add("delay")
             delay = printer.value(statement.delay, DurationType())
             mark = names.mark(statement.id)
+            route = f"{names.upper}_TO_{self._route(statement)}"
             if not isinstance(statement.delay, Literal):
                 out.line(f"uint32_t delay = {delay};")
                 self._check(out, statement.delay)
                 delay = "delay"
-            route = f"{names.upper}_TO_{ROUTES[statement.destination]}"
             out.line(f"{prefix}_delay(m, &e, {delay}, {mark}u, {route}, {peer}u);")
         elif statement.destination is Destination.PORT:
             out.line(f"{prefix}_emit(m, &e, {peer}u);")
@@ -233,10 +228,34 @@ class ContentPrinter:
         elif statement.destination is Destination.SELF:
             out.line(f"{prefix}_send(m, &e);")
             names.used.add("send")
+        elif statement.destination is Destination.INVOKER:
+            names.used.add("to_invoker")
+            out.line(f"{prefix}_to_invoker(m, &e);")
+        elif statement.destination is Destination.INVOKED:
+            number = names.slot_set(statement.invocations)
+            names.used |= {f"give {slot}" for slot in statement.invocations}
+            names.used |= {f"to_invoked {number}", "error"}
+            out.line(f"{prefix}_to_invoked_{number}(m, &e, {peer}u);")
         else:
             out.line(f"{prefix}_raise(m, &e, true);")
             names.used.add("raise")
         out.close()
+
+    def _route(self, statement: Send) -> str:
+        """Return the name of a way to send by; note that it is used."""
+        names = self._names
+        match statement.destination:
+            case Destination.INVOKED:
+                number = names.slot_set(statement.invocations)
+                if statement.invocations:
+                    names.used |= {f"give {slot}" for slot in statement.invocations}
+                    names.used |= {f"to_invoked {number}", "error"}
+                return f"INVOKED_{number}"
+            case Destination.INVOKER:
+                names.used.add("to_invoker")
+                return "INVOKER"
+            case destination:
+                return ROUTES[destination]
 
     def _log(self, out: Emitter, label: str, values: tuple[Expr, ...], printer: Printer) -> None:
         if values:

@@ -1,6 +1,8 @@
-"""What evaluating an expression may do besides giving a value."""
+"""What evaluating an expression or a statement may do besides its task."""
 
 from __future__ import annotations
+
+from typing import assert_never
 
 from fsmkit.codegen.c.types import interval
 from fsmkit.expressions import (
@@ -23,6 +25,20 @@ from fsmkit.expressions import (
     Storage,
     Unary,
     Variable,
+)
+from fsmkit.model.statements import (
+    Assign,
+    CallOperation,
+    Cancel,
+    Fail,
+    ForEach,
+    If,
+    Invoke,
+    Log,
+    Raise,
+    Reply,
+    Send,
+    Statement,
 )
 
 
@@ -92,3 +108,36 @@ def reads_input(expr: Expr) -> bool:
     if isinstance(expr, Variable):
         return expr.storage is Storage.INPUT
     return any(map(reads_input, parts(expr)))
+
+
+def fails(statement: Statement) -> bool:
+    """Whether a statement can end its block."""
+    match statement:
+        case Fail():
+            return True
+        case Assign(location, value):
+            return can_fail(location) or can_fail(value)
+        case Raise(_, arguments):
+            return any(map(can_fail, arguments))
+        case Send(_, arguments, delay=delay):
+            negative = delay is not None and not isinstance(delay, Literal)
+            return negative or any(map(can_fail, arguments))
+        case Log(_, values):
+            return any(map(can_fail, values))
+        case If(branches):
+            return any(
+                (b.condition is not None and can_fail(b.condition)) or any(map(fails, b.body))
+                for b in branches
+            )
+        case ForEach(body=body):
+            return any(map(fails, body))
+        case Reply(value):
+            return can_fail(value)
+        case CallOperation(call):
+            return can_fail(call)
+        case Cancel():
+            return False
+        case Invoke(_, arguments):
+            return any(map(can_fail, arguments))
+        case _:
+            assert_never(statement)

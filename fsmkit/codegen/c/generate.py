@@ -13,7 +13,8 @@ from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.types import computed
 from fsmkit.expressions import Expr, FloatType, IntType
 from fsmkit.model.chart import Chart
-from fsmkit.model.statements import Block, ForEach, If, Reply
+from fsmkit.model.content import all_statements
+from fsmkit.model.statements import Reply
 from fsmkit.plan import lower
 
 LIBRARY = Path(fsmkit.__file__).parent / "runtime" / "c"
@@ -26,11 +27,25 @@ class Machine:
     names: Names
     files: dict[str, str]
     figures: dict[str, int]
+    alignment: int = 1
+    """Of the struct, in bytes."""
 
 
 def generate_machine(chart: Chart, prefix: str | None = None) -> Machine:
-    """Return the C of a chart: header, source, and the library they need."""
-    names = name_everything(lower(chart), prefix)
+    """Return the C of a chart: header, source, and the library they need.
+
+    A chart that it invokes gives a header and a source of its own, for each slot.
+    """
+    machine = _generate(name_everything(lower(chart), prefix))
+    for name in ("fsm.h", "fsm.c"):
+        machine.files[name] = (LIBRARY / name).read_text(encoding="utf-8")
+    return machine
+
+
+def _generate(names: Names) -> Machine:
+    """Return a machine after those in its slots: the strings of all stand in the outermost."""
+    inside = [_generate(inner) for inner in names.invoked]
+    chart = names.chart
     source = SourcePrinter(names)
     payload, alignment = payload_storage(names)
     width = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4, "uint64_t": 8}[event_type(names)]
@@ -40,16 +55,17 @@ def generate_machine(chart: Chart, prefix: str | None = None) -> Machine:
         reply=reply_type(chart),
         event_size=payload + width,
         event_alignment=max(alignment, width),
+        inside=tuple((machine.figures["struct_bytes"], machine.alignment) for machine in inside),
     )
     layout = members(names, needs, declaration)
     figures = _figures(names, layout, needs)
     texts = {
         f"{names.prefix}.h": header(names, layout, figures),
         f"{names.prefix}.c": source.text(),
-        "fsm.h": (LIBRARY / "fsm.h").read_text(encoding="utf-8"),
-        "fsm.c": (LIBRARY / "fsm.c").read_text(encoding="utf-8"),
     }
-    return Machine(names, texts, figures)
+    for machine in inside:
+        texts |= machine.files
+    return Machine(names, texts, figures, max(member.alignment for member in layout))
 
 
 def _figures(names: Names, layout: list[Member], needs: Needs) -> dict[str, int]:
@@ -64,6 +80,8 @@ def _figures(names: Names, layout: list[Member], needs: Needs) -> dict[str, int]
     }
     if needs.delayed:
         figures["delayed"] = capacities.delayed
+    for slot, (size, _) in zip(names.slots, needs.inside, strict=True):
+        figures[f"slot_{slot}_bytes"] = size
     return figures
 
 
@@ -79,25 +97,4 @@ def reply_type(chart: Chart) -> str:
 
 
 def _replies(chart: Chart) -> list[Expr]:
-    found: list[Expr] = []
-
-    def walk(block: Block) -> None:
-        for statement in block:
-            match statement:
-                case Reply(value):
-                    found.append(value)
-                case If(branches):
-                    for branch in branches:
-                        walk(branch.body)
-                case ForEach(body=body):
-                    walk(body)
-                case _:
-                    pass
-
-    for state in chart.states:
-        for block in (*state.on_entry, *state.on_exit):
-            walk(block)
-    for transition in chart.transitions:
-        walk(transition.content)
-    walk(chart.script)
-    return found
+    return [s.value for s in all_statements(chart) if isinstance(s, Reply)]

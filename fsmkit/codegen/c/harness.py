@@ -12,7 +12,7 @@ from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.generate import LIBRARY, Machine, generate_machine
 from fsmkit.codegen.c.harness_text import HOOKS, VERBS
 from fsmkit.codegen.c.header import parameters
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.names import Names, sent_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
@@ -28,7 +28,6 @@ from fsmkit.expressions import (
     Type,
 )
 from fsmkit.model.chart import Chart, Event
-from fsmkit.model.document import Direction
 
 FLAGS = ("-std=c99", "-O0", "-w")
 FOLDER = Path(__file__).parent / "harness"
@@ -100,15 +99,31 @@ def _run(folder: Path, scripts: Sequence[Sequence[str]]) -> list[list[str]]:
 def driver(names: Names) -> str:
     """Return the C that plays a script on one machine: hooks, operations, verbs."""
     out = Emitter()
-    p = names.prefix
     out.line('#include "harness.h"')
     out.line('#define FSM_HOOKS "harness.h"')
+    _machine(out, names)
+    _reading(out, names)
+    _play(out, names)
+    return out.finish()
+
+
+def _machine(out: Emitter, names: Names) -> None:
+    """Print a machine, after those in its slots, with its hooks and operations."""
+    for inside in names.invoked:
+        _machine(out, inside)
+    p = names.prefix
+    path = "".join(f"{slot}: " for slot in names.path)
     out.line(f'#include "{p}.h"')
-    out.line(f"static {p} {p}_machine;")
     out.line(f"static void {p}_show_event(const {p}_event *e);")
-    out.lines(HOOKS.replace("@", p).strip("\n").split("\n"))
+    hooks = HOOKS.replace("@", p).replace("$PATH", quoted(path))
+    out.lines(hooks.strip("\n").split("\n"))
     out.line(f'#include "{p}.c"')
     out.line()
+    out.line(f"static const char *{p}_symbol_text(long symbol)")
+    with out.block("{"):
+        out.line(
+            f"return made_symbol(symbol) ? made_symbol(symbol) : {p}_symbol((uint32_t)symbol);"
+        )
     out.line(f"static void {p}_show_event(const {p}_event *e)")
     with out.block("{"), out.block("switch (e->event) {"):
         for event in names.chart.events:
@@ -116,9 +131,22 @@ def driver(names: Names) -> str:
         out.lines(["default:", "    break;"])
     out.line()
     _operations(out, names)
-    _reading(out, names)
-    _play(out, names)
-    return out.finish()
+    _dump(out, names)
+
+
+def _dump(out: Emitter, names: Names) -> None:
+    """Print the function that shows the data of a machine, and of those that run in it."""
+    p = names.prefix
+    out.line(f"static void {p}_dump(const {p} *m)")
+    with out.block("{"):
+        for variable in (*names.chart.data, *names.chart.outputs):
+            out.line(f"{p}_begun();")
+            out.line(f'printf("d %s", {quoted(variable.name)});')
+            show(out, variable.type, f"m->{names.variables[variable.name]}", names)
+            out.line('printf("\\n");')
+        for inside, slot in zip(names.invoked, names.slots, strict=True):
+            out.line(f"if (m->{slot}.running)")
+            out.line(f"    {inside.prefix}_dump(&m->{slot});")
 
 
 def _event_case(out: Emitter, names: Names, event: Event) -> None:
@@ -176,13 +204,12 @@ def _operations(out: Emitter, names: Names) -> None:
             out.line('printf("\\n");')
             if result is not None:
                 out.line("return result;")
-    for event in names.chart.events:
-        if Direction.OUT in event.directions:
-            name = names.event_names[event.index]
-            out.line(f"void {p}_send_{name}({p} *m{parameters(event.fields, names)})")
-            with out.block("{"):
-                out.line("(void)m;")
-                out.lines(f"(void){names.field(part.name)};" for part in event.fields)
+    for event in (names.chart.events[index] for index in sent_events(names.chart)):
+        name = names.event_names[event.index]
+        out.line(f"void {p}_send_{name}({p} *m{parameters(event.fields, names)})")
+        with out.block("{"):
+            out.line("(void)m;")
+            out.lines(f"(void){names.field(part.name)};" for part in event.fields)
 
 
 def _made(out: Emitter, type_: Type, place: str, names: Names) -> None:
@@ -236,11 +263,6 @@ def _read(out: Emitter, type_: Type, place: str, names: Names) -> None:
 def _reading(out: Emitter, names: Names) -> None:
     p = names.prefix
     chart = names.chart
-    out.line(f"static const char *{p}_symbol_text(long symbol)")
-    with out.block("{"):
-        out.line(
-            f"return made_symbol(symbol) ? made_symbol(symbol) : {p}_symbol((uint32_t)symbol);"
-        )
     out.line(f"static uint16_t {p}_symbol_number(const char *text)")
     with out.block("{"):
         out.line(f"return find_symbol({p}_symbol, {len(names.symbols)}, text);")
@@ -248,7 +270,7 @@ def _reading(out: Emitter, names: Names) -> None:
     with out.block("{"):
         out.line(f"{p}_event e = {p}_no_event;")
         out.line("const char *name = read_text();")
-        for event in chart.events:
+        for event in (chart.events[index] for index in chart.event_index.values()):
             with out.block(f"if (strcmp(name, {quoted(event.name)}) == 0) {{"):
                 out.line(f"e.event = {names.events[event.index]};")
                 for part in event.fields:
@@ -262,6 +284,7 @@ def _reading(out: Emitter, names: Names) -> None:
 def _play(out: Emitter, names: Names) -> None:
     p = names.prefix
     chart = names.chart
+    out.line(f"static {p} {p}_machine;")
     out.line(f"void {p}_play(void)")
     with out.block("{"):
         out.line("uint32_t now = 0;")
@@ -283,11 +306,5 @@ def _play(out: Emitter, names: Names) -> None:
                         )
                 out.line("(void)name;")
             out.line("}")
-            out.line('else if (strcmp(verb, "dump") == 0) {')
-            with out.indented():
-                for variable in (*chart.data, *chart.outputs):
-                    out.line(f'printf("d %s", {quoted(variable.name)});')
-                    show(out, variable.type, f"{p}_machine.{names.variables[variable.name]}", names)
-                    out.line('printf("\\n");')
-            out.line("}")
+            out.line(f'else if (strcmp(verb, "dump") == 0) {p}_dump(&{p}_machine);')
             out.line("else wrong(verb);")

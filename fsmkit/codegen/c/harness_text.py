@@ -1,4 +1,7 @@
-"""C of the harness in which only the prefix of the machine changes; ``@`` stands for it."""
+"""C of the harness in which only the prefix of the machine changes; ``@`` stands for it.
+
+``$PATH`` stands for what every line begins with: the slots in which the machine lies.
+"""
 
 HOOKS = r"""
 #undef FSM_HOOK_BEGIN
@@ -35,9 +38,12 @@ static void @_begun(void)
         fputs(pending, stdout);
         pending[0] = 0;
     }
+    fputs($PATH, stdout);
 }
 static void @_hook_begin(@ *m, int cause, unsigned index)
 {
+    if (cause != FSM_EVENTLESS)
+        @_begun();
     if (cause == FSM_START)
         printf("\100%u > start\n", (unsigned)m->now);
     else if (cause == FSM_EVENT) {
@@ -58,6 +64,7 @@ static void @_hook_end(@ *m)
         return;
     }
     count = @_active(m, states, 4096);
+    @_begun();
     printf("=");
     for (uint16_t i = 0; i < count; i++)
         printf(" %s", @_state_name(states[i]));
@@ -79,7 +86,8 @@ static void @_hook_event(int what, const @_event *e)
 }
 static void @_hook_text(int what, const char *text, unsigned long number)
 {
-    @_begun();
+    if (what != FSM_DELAYED && what != FSM_LEFT) /* these go on with a line */
+        @_begun();
     switch (what) {
     case FSM_DELAYED: printf(" in %lu\n", number); break;
     case FSM_LEFT:

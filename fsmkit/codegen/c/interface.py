@@ -36,13 +36,18 @@ class InterfacePrinter:
                 out.line("bytes[i] = 0u;")
             for variable in (*chart.inputs, *chart.outputs, *chart.data):
                 self._initialize(out, variable.name, variable.init.value, variable.type, printer)
+            for inside, slot in zip(names.invoked, names.slots, strict=True):
+                out.line(f"{inside.prefix}_init(&m->{slot});")
         out.line()
-        for event in posted_events(chart):
-            self._post(out, event)
+        if not names.is_invoked:
+            for event in posted_events(chart):
+                self._post(out, event)
         has_timers = self.names.has_timers or self.names.delays
         out.line(f"bool {p}_next_deadline(const {p} *m, uint32_t *deadline)")
         with out.block("{"):
-            if has_timers:
+            if names.slots:
+                self._first_of_all(out)
+            elif has_timers:
                 out.line("if (m->timer_count == 0u)")
                 with out.indented():
                     out.line("return false;")
@@ -58,10 +63,26 @@ class InterfacePrinter:
                 with out.indented():
                     out.line("m->timers[i].deadline -= now;")
             out.line("m->now -= now;")
+            for inside, slot in zip(names.invoked, names.slots, strict=True):
+                out.line(f"if (m->{slot}.running)")
+                out.line(f"    {inside.prefix}_rebase(&m->{slot}, now);")
         out.line()
         out.line(f"bool {p}_finished(const {p} *m)\n{{\n    return m->finished;\n}}\n")
         out.line(f"fsm_fault {p}_fault(const {p} *m)\n{{\n    return (fsm_fault)m->fault;\n}}\n")
         self._in_state(out)
+
+    def _first_of_all(self, out: Emitter) -> None:
+        """Print the first deadline of the machine and of those in its slots."""
+        names = self.names
+        out.lines(["bool found = false;", "uint32_t due = 0u;"])
+        if names.has_timers or names.delays:
+            with out.block("if (m->timer_count > 0u) {"):
+                out.lines(["found = true;", "*deadline = m->timers[0].deadline;"])
+        for inside, slot in zip(names.invoked, names.slots, strict=True):
+            out.line(f"if (m->{slot}.running && {inside.prefix}_next_deadline(&m->{slot}, &due)")
+            with out.block("    && (!found || !fsm_reached(due, *deadline))) {"):
+                out.lines(["found = true;", "*deadline = due;"])
+        out.line("return found;")
 
     def _initialize(
         self, out: Emitter, name: str, value: object, type_: object, printer: Printer
@@ -150,8 +171,14 @@ class InterfacePrinter:
         out.line("#ifndef FSM_NO_NAMES")
         for name, parameter, texts in tables:
             out.line()
+            if name == "symbol" and names.is_invoked:
+                out.line(f"const char *{names.outermost}_symbol({parameter} number);")
+                out.line()
             out.line(f"const char *{p}_{name}({parameter} number)")
             with out.block("{"):
+                if name == "symbol" and names.is_invoked:
+                    out.line(f"return {names.outermost}_symbol(number);")
+                    continue
                 with out.block("static const char *const texts[] = {", "};"):
                     out.lines(f"{quoted(text)}," for text in texts)
                 out.line(

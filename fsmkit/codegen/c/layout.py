@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.names import TO_INVOKE, Names
 from fsmkit.codegen.c.types import storage
 from fsmkit.model.document import Trigger
 
@@ -29,6 +29,8 @@ class Needs:
     reply: str
     event_size: int
     event_alignment: int
+    inside: tuple[tuple[int, int], ...] = ()
+    """Size and alignment of the machine in each slot."""
 
 
 def timers_needed(names: Names, *, delayed: bool) -> int:
@@ -93,6 +95,13 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
         ctype = "uint16_t" if wide else "uint8_t"
         note = f"recorded by {chart.states[history].id}"
         found.append(Member(f"{ctype} {name}", 1 + wide, 1 + wide, note))
+    for invocation, (inner, aligned) in zip(chart.invocations, needs.inside, strict=True):
+        slot, inside = names.slots[invocation.index], names.invoked[invocation.index].prefix
+        note = f"slot `{invocation.id}`: invoked by {chart.states[invocation.state].id}"
+        found.append(Member(f"{inside} {slot}", inner, aligned, note))
+    if names.invoking:
+        count = (len(names.invoking) + 7) // 8
+        found.append(Member(f"uint8_t {TO_INVOKE}[{count}]", count, 1, "entered, to invoke yet"))
     if needs.remembered:
         found.append(Member(f"uint8_t asked[{needs.remembered}]", needs.remembered, 1))
     if needs.reply:

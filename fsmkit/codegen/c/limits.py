@@ -36,10 +36,7 @@ def report_limits(chart: Chart, findings: Findings) -> None:
             help="compile a chart that extends it, or remove `abstract`",
         )  # fmt: skip
     for invocation in chart.invocations:
-        findings.add(
-            "c-limit", f"`{invocation.id}` is an invoked chart: this target has none yet",
-            invocation.span or at, help="run it with `fsmkit run`",
-        )  # fmt: skip
+        report_limits(invocation.chart, findings)
     capacities = chart.capacities
     for name in ("queue", "internal", "delayed"):
         if getattr(capacities, name) > LARGEST_CAPACITY:
@@ -61,8 +58,11 @@ def report_limits(chart: Chart, findings: Findings) -> None:
         for node in _nodes((transition.guard, transition.content)):
             _check(chart, node, transition.events, findings)
     for state in chart.states:
-        for node in _nodes((state.on_entry, state.on_exit, state.done_data)):
+        for node in _nodes((state.on_entry, state.on_exit, state.invokes, state.done_data)):
             _check(chart, node, (), findings)
+    for event in chart.events:
+        for node in _nodes(event.finalize):
+            _check(chart, node, (event.index,), findings)
     for node in _nodes(chart.script):
         _check(chart, node, (), findings)
 

@@ -177,7 +177,7 @@ $STRICT
 
 LOOP_END = """
 /* Until the configuration is stable: Appendix D, mainEventLoop, its inner loop. */
-static bool @_settle(@ *m)
+static bool @_$LOOP(@ *m)
 {
     bool acted = false;
     while (m->running && m->fault == FSM_NO_FAULT) {
@@ -195,11 +195,13 @@ static bool @_settle(@ *m)
         @_event e = @_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
         (void)@_react(m, &e, false);
     }
+$INVOKE
     if (m->fault != FSM_NO_FAULT) {
         m->running = false;
         m->finished = false;
         while (m->internal_count > 0u)
             (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
+$FORGET
     } else if (!m->running) {
         @_leave_0(m, 0u, true);
         while (m->internal_count > 0u)
@@ -221,12 +223,13 @@ static void @_begin(@ *m)
 }
 
 /* One macrostep for an event that is out of its queue; whether a transition was taken. */
-static bool @_macrostep(@ *m, const @_event *e, bool may_defer)
+static bool @_macrostep(@ *m, const @_event *e, bool may_defer$IS_EXTERNAL)
 {
     bool handled;
     @_begin(m);
     m->event = *e;
     FSM_HOOK_BEGIN(m, FSM_EVENT, 0);
+$BEFORE
     handled = @_react(m, e, may_defer);
     (void)@_settle(m);
     FSM_HOOK_END(m);
@@ -239,12 +242,14 @@ bool @_step_event(@ *m)
         return false;
 $RECALL
     if (m->queue_count == 0u)
-        return false;
+        return $IDLE;
     @_event e = @_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
-    (void)@_macrostep(m, &e, true);
+    (void)@_macrostep(m, &e, true$EXTERNAL);
     return true;
 }
+"""
 
+HOST = """
 bool @_step_eventless(@ *m)
 {
     if (!m->running)
@@ -279,9 +284,11 @@ fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
     if (!m->running)
         return FSM_STOPPED;
     m->now = now;
-    return @_macrostep(m, e, false) ? FSM_HANDLED : FSM_IGNORED;
+    return @_macrostep(m, e, false$EXTERNAL) ? FSM_HANDLED : FSM_IGNORED;
 }
+"""
 
+POST = """
 bool @_post(@ *m, const @_event *e)
 {
     if (!m->running || !@_has_room(m)) {
@@ -291,6 +298,47 @@ bool @_post(@ *m, const @_event *e)
     m->queue[m->queue_count] = *e;
     m->queue_count++;
     return true;
+}
+"""
+
+INVOKE = """    return acted;
+}
+
+/* All of mainEventLoop: what is entered invokes, and what is invoked goes on until it is quiet. */
+static bool @_settle(@ *m)
+{
+    bool acted = @_complete(m);
+    while ($WAITING && m->running && m->fault == FSM_NO_FAULT) {
+        @_invoke(m);
+        if (m->internal_count > 0u)
+            (void)@_complete(m);
+    }"""
+
+RUN_INVOKED = """
+    if (m->running && m->fault == FSM_NO_FAULT && @_run_invoked(m))
+        acted = true;"""
+
+FORGET = """        for (uint8_t i = 0u; i < sizeof m->to_invoke_; i++)
+            m->to_invoke_[i] = 0u;"""
+
+DUE_WITHIN = """
+        uint32_t due = 0u;
+        if (@_next_deadline(m, &due) && fsm_reached(now, due)) {
+            (void)@_step_timer(m);
+            allowance = %_MICROSTEPS;
+            continue;
+        }"""
+
+TELL_END = """        @_tell_end(m);
+        while (m->internal_count > 0u)
+            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);"""
+
+ABANDON = """
+void @_abandon(@ *m, uint32_t now)
+{
+    m->now = now;
+    m->running = false;
+    @_leave_0(m, 0u, true);
 }
 """
 

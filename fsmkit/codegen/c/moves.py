@@ -6,8 +6,8 @@ from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import can_fail
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.transfer import Place, copy, put_default
 from fsmkit.emit import Emitter
-from fsmkit.expressions import default_value
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Region, Restore, Within
 from fsmkit.plan.entries import entry_by_default
@@ -35,6 +35,12 @@ class MovePrinter:
         what = f"exit of {self.chart.states[state].id}"
         for block in self.chart.states[state].on_exit:
             self.content.block(out, block, (), what)
+        if self.chart.states[state].invokes:
+            member, bit = names.to_invoke(state)
+            out.line(f"{member} = (uint8_t)({member} & {255 - bit}u);")
+        for invocation in self.chart.invocations:
+            if invocation.state == state:
+                out.line(f"{self.prefix}_end_{invocation.index}(m);")
 
     def enter_state(self, out: Emitter, state: int) -> None:
         """Print the number, the timers and the entry handlers of a state."""
@@ -46,6 +52,9 @@ class MovePrinter:
             delay = self.chart.transitions[transition].delay
             names.used.add("arm")
             out.line(f"{self.prefix}_arm(m, {transition}u, {delay}u);")
+        if self.chart.states[state].invokes:
+            member, bit = names.to_invoke(state)
+            out.line(f"{member} = (uint8_t)({member} | {bit}u);")
         what = f"entry of {self.chart.states[state].id}"
         for block in self.chart.states[state].on_entry:
             self.content.block(out, block, (), what)
@@ -92,6 +101,29 @@ class MovePrinter:
         event = chart.event_index.get(f"done.state.{chart.states[state].id}")
         if event is None:
             return
+        self._done_event(out, event, final)
+        out.line(f"{self.prefix}_raise(m, &e, false);")
+        names.used.add("raise")
+        out.close()
+
+    def tell_end(self, out: Emitter, event: int) -> None:
+        """Print the function that tells the invoker of the end, with the final state's data."""
+        names = self.names
+        names.used.add("to_invoker")
+        finals = [s for s in self.chart.states[1:] if s.parent == 0 and s.kind is Kind.FINAL]
+        out.line(f"static void {self.prefix}_tell_end({self.prefix} *m)")
+        with out.block("{"):
+            for final in finals:
+                test = names.in_state("m", final.index)
+                with out.block(f"if ({ungrouped(test)}) {{ {names.note(final.index)}"):
+                    self._done_event(out, event, final.index)
+                    out.line(f"{self.prefix}_to_invoker(m, &e);")
+                    out.close()
+        out.line()
+
+    def _done_event(self, out: Emitter, event: int, final: int | None) -> None:
+        """Open a block in which ``e`` is the event with a final state's data (SCXML 5.5)."""
+        chart, names = self.chart, self.names
         fields = chart.events[event].fields
         data = chart.states[final].done_data if final is not None else ()
         out.open("{")
@@ -100,8 +132,7 @@ class MovePrinter:
         for number, part in enumerate(fields):
             printer = Printer(names)
             place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
-            literal = printer.literal(default_value(part.type), part.type)
-            out.line(f"{place} = {printer.cast(literal, literal.ctype)};")
+            put_default(out, Place(names, part.type, place))
             if number < len(data):
                 text = printer.value(data[number], part.type)
                 out.open("{")
@@ -115,11 +146,8 @@ class MovePrinter:
                     out.line(f"{self.prefix}_end_block(m);")
                     names.used.add("end_block")
                 else:
-                    out.line(f"{place} = {text};")
+                    copy(out, Place(names, part.type, text), Place(names, part.type, place))
                 out.close()
-        out.line(f"{self.prefix}_raise(m, &e, false);")
-        names.used.add("raise")
-        out.close()
 
     # --- functions ------------------------------------------------------------------------
 
@@ -323,36 +351,6 @@ class MovePrinter:
         return f"{variable} >= {condition.first}u && {variable} <= {condition.last}u"
 
 
-def entered(plan: Plan) -> frozenset[int]:
-    """Return the states that some start, transition or history can enter."""
-    found: set[int] = set()
-    chart = plan.chart
-    waiting = list(plan.start)
-    for transition in chart.transitions:
-        if transition.trigger is not Trigger.INITIAL:
-            for variant in plan.moves[transition.index].variants:
-                waiting += variant.entry
-    restored: set[Restore] = set()
-    while waiting:
-        op = waiting.pop()
-        match op:
-            case Enter(state):
-                found.add(state)
-            case Branch(_, recorded, unrecorded):
-                waiting += (*recorded, *unrecorded)
-            case Restore(history, below) if op not in restored:
-                restored.add(op)
-                if chart.states[history].kind is Kind.SHALLOW_HISTORY:
-                    for child in chart.states[below].children:
-                        if not chart.states[child].is_history:
-                            waiting += entry_by_default(chart, child)
-                else:
-                    found |= set(range(below + 1, chart.states[below].last_descendant + 1))
-            case _:
-                pass
-    return frozenset(found)
-
-
 class _Case:
     """One case of a switch, ending in ``break``."""
 
@@ -373,6 +371,11 @@ def _domain(domain: int | None) -> int:
 
 def _grouped(text: str) -> str:
     return text if text.startswith("(") else f"({text})"
+
+
+def ungrouped(text: str) -> str:
+    """Return a condition to stand in parentheses."""
+    return text[1:-1] if text.startswith("(") and text.endswith(")") else text
 
 
 def _stored(names: Names, part: object) -> str:

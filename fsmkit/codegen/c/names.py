@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import PurePath
 
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.expressions import EnumType, RecordType
 from fsmkit.model.chart import Chart, Operation
+from fsmkit.model.content import all_statements
 from fsmkit.model.document import Direction, Trigger
+from fsmkit.model.statements import Destination, Send
 from fsmkit.plan import Plan
+from fsmkit.plan import lower as lower_plan
 
 
 def _words(text: str) -> frozenset[str]:
@@ -55,6 +59,18 @@ FAMILIES = re.compile(
 )
 """And of those that are made by number or by name."""
 
+TO_INVOKE = "to_invoke_"
+"""The member with a bit for each state that invokes something."""
+
+INVOKING = _words(
+    "start_given abandon return to_invoker invoke run_invoked go_on external complete tell_end "
+    "step_timer_within"
+)
+"""What follows the prefix in machines that invoke others or are invoked, too."""
+
+NUMBERED = re.compile(r"(absorb|give|end|holder_of|to_invoked)_\d+")
+"""The same by number."""
+
 
 @dataclass
 class Names:
@@ -86,6 +102,16 @@ class Names:
     """Helpers that the printed expressions call."""
     marks: dict[str, int] = field(default_factory=dict)
     """Numbers of the ids of delayed sends, from 1."""
+    path: tuple[str, ...] = ()
+    """The ids of the slots in which the machine lies, outermost first."""
+    outermost: str = ""
+    """The prefix of the machine that a host runs: this one or the one that holds it."""
+    slots: tuple[str, ...] = ()
+    """By invocation: the member that holds the machine."""
+    invoked: tuple[Names, ...] = ()
+    """By invocation: the names of the machine."""
+    reached: dict[tuple[int, ...], int] = field(default_factory=dict)
+    """Numbers of the sets of slots that events are sent to."""
 
     @property
     def chart(self) -> Chart:
@@ -107,6 +133,30 @@ class Names:
     def defers(self) -> bool:
         """Whether some state keeps events for later."""
         return any(state.defer for state in self.chart.states)
+
+    @property
+    def is_invoked(self) -> bool:
+        """Whether the machine lives in a slot of another."""
+        return bool(self.path)
+
+    @property
+    def invoking(self) -> tuple[int, ...]:
+        """The states that invoke something."""
+        return tuple(state.index for state in self.chart.states if state.invokes)
+
+    def to_invoke(self, state: int) -> tuple[str, int]:
+        """Return the member that holds the bit of a state that invokes something, and the bit."""
+        place = self.invoking.index(state)
+        return f"m->{TO_INVOKE}[{place // 8}]", 1 << place % 8
+
+    @property
+    def has_deadlines(self) -> bool:
+        """Whether time alone can make the machine step; known when all content is printed."""
+        return self.has_timers or self.delays or bool(self.slots)
+
+    def slot_set(self, slots: tuple[int, ...]) -> int:
+        """Return the number of a set of slots that an event is sent to."""
+        return self.reached.setdefault(slots, len(self.reached))
 
     def symbol(self, text: str) -> int:
         """Return the number of an interned string."""
@@ -159,12 +209,18 @@ def _place(span: object) -> str:
 
 def name_everything(plan: Plan, prefix: str | None) -> Names:
     """Return the names for a plan; ``prefix`` instead of one made of the chart's name."""
-    chart = plan.chart
-    lower = snake(prefix or chart.name)
+    lower = snake(prefix or plan.chart.name)
     if lower in KEYWORDS:
         lower += "_machine"
+    return _name(plan, lower, None)
+
+
+def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names:
+    """Return the names of a machine, and of those in its slots: they share the strings."""
+    chart = plan.chart
     upper = lower.upper()
     members = Namer(KEYWORDS | MEMBERS)
+    is_invoking = holder is not None or any(state.invokes for state in chart.states)
     variables = {v.name: members.name(v.name) for v in (*chart.inputs, *chart.outputs, *chart.data)}
     constants = Namer()
     states = tuple(
@@ -177,13 +233,14 @@ def name_everything(plan: Plan, prefix: str | None) -> Names:
         f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
     )
     own = Namer()
-    operations = {o.name: own.name(_free(snake(o.name), "_operation")) for o in chart.operations}
+    free = partial(_free, is_invoking=is_invoking)
+    operations = {o.name: own.name(free(snake(o.name), "_operation")) for o in chart.operations}
     enumerations = {
-        t.name: f"{lower}_{own.name(_free(snake(t.name), '_kind'))}"
+        t.name: f"{lower}_{own.name(free(snake(t.name), '_kind'))}"
         for t in chart.types
         if isinstance(t, EnumType)
     }
-    return Names(
+    names = Names(
         plan=plan,
         prefix=lower,
         upper=upper,
@@ -194,7 +251,7 @@ def name_everything(plan: Plan, prefix: str | None) -> Names:
         payloads=payloads,
         operations=operations,
         records={
-            t.name: f"{lower}_{own.name(_free(snake(t.name), '_record'))}"
+            t.name: f"{lower}_{own.name(free(snake(t.name), '_record'))}"
             for t in chart.types
             if isinstance(t, RecordType)
         },
@@ -216,7 +273,20 @@ def name_everything(plan: Plan, prefix: str | None) -> Names:
             for region in plan.recorded_regions[s.index]
         },
         fields=_fields(chart),
+        outermost=lower,
     )
+    if holder is not None:
+        names.path = (*holder.path, slot)
+        names.outermost = holder.outermost
+        names.symbols, names.numbers = holder.symbols, holder.numbers
+    if is_invoking:
+        members.name(TO_INVOKE)
+        names.slots = _slots(chart, members)
+        names.invoked = tuple(
+            _name(lower_plan(i.chart), f"{lower}_{names.slots[i.index]}", names, i.id)
+            for i in chart.invocations
+        )
+    return names
 
 
 def _fields(chart: Chart) -> dict[str, str]:
@@ -237,9 +307,34 @@ def _fields(chart: Chart) -> dict[str, str]:
     return given | {n: namer.name(f"{n}_" if n in LOCALS else n) for n in others}
 
 
-def _free(name: str, suffix: str) -> str:
+def _slots(chart: Chart, members: Namer) -> tuple[str, ...]:
+    """Return a name for each slot: of the member, and in the prefix of the machine in it.
+
+    No other name of the chart may begin as those of that machine do.
+    """
+    types = [t for t in chart.types if isinstance(t, EnumType | RecordType)]
+    others = {snake(x.name) for x in (*types, *chart.operations)}
+
+    def is_free(name: str) -> bool:
+        if name in FUNCTIONS | INVOKING or FAMILIES.fullmatch(name) or NUMBERED.fullmatch(name):
+            return False
+        if name.startswith(("state_", "event_", "to_")):  # so begin constants
+            return False
+        return not any(f"{o}_".startswith(f"{name}_") or name.startswith(f"{o}_") for o in others)
+
+    found = []
+    for invocation in chart.invocations:
+        name = snake(invocation.id).strip("_") or "slot"
+        found.append(members.name(name if is_free(name) else f"invoked_{name}"))
+    return tuple(found)
+
+
+def _free(name: str, suffix: str, *, is_invoking: bool) -> str:
     """Return a name that no function of the machine has."""
-    return f"{name}{suffix}" if name in FUNCTIONS or FAMILIES.fullmatch(name) else name
+    is_taken = name in FUNCTIONS or FAMILIES.fullmatch(name)
+    if is_invoking:
+        is_taken = is_taken or name in INVOKING or NUMBERED.fullmatch(name)
+    return f"{name}{suffix}" if is_taken else name
 
 
 def comment(text: str) -> str:
@@ -253,7 +348,29 @@ def posted_events(chart: Chart) -> tuple[int, ...]:
     return tuple(
         e.index
         for e in chart.events
-        if Direction.IN in e.directions or (chart.lenient and e.directions)
+        if e.invocation is None
+        and (Direction.IN in e.directions or (chart.lenient and e.directions))
+    )
+
+
+def sent_events(chart: Chart) -> tuple[int, ...]:
+    """Return the events that the host takes: those declared ``out``.
+
+    Not those that are only ever sent to the invoker or to a machine in a slot.
+    """
+    found = {
+        is_outside: {
+            statement.event
+            for statement in all_statements(chart)
+            if isinstance(statement, Send)
+            and (statement.destination is Destination.PORT) is is_outside
+            and statement.destination not in (Destination.SELF, Destination.INTERNAL)
+        }
+        for is_outside in (True, False)
+    }
+    inside = found[False] - found[True]
+    return tuple(
+        e.index for e in chart.events if Direction.OUT in e.directions and e.index not in inside
     )
 
 

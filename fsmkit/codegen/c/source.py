@@ -7,19 +7,21 @@ from fsmkit.codegen.c.content import ROUTES, ContentPrinter
 from fsmkit.codegen.c.header import NOTICE, event_type, parameters
 from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
+from fsmkit.codegen.c.invocation import InvocationPrinter
 from fsmkit.codegen.c.loop import (
     ADD,
     CONFLICTS,
     SELECTION,
 )
-from fsmkit.codegen.c.moves import MovePrinter, entered
-from fsmkit.codegen.c.names import Names, comment, file_name
+from fsmkit.codegen.c.moves import MovePrinter
+from fsmkit.codegen.c.names import Names, comment, file_name, sent_events
 from fsmkit.codegen.c.selection import SelectionPrinter
 from fsmkit.codegen.c.steps import StepPrinter
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import RecordType
-from fsmkit.model.document import Direction, Trigger
+from fsmkit.model.document import Trigger
+from fsmkit.plan.entered import entered
 
 
 class SourcePrinter:
@@ -37,6 +39,7 @@ class SourcePrinter:
         self.content = content
         self.selection = SelectionPrinter(names, content)
         self.moves = MovePrinter(names, content)
+        self.invocation = InvocationPrinter(names, content)
         self.states = Emitter()
         self.selectors = Emitter()
         self.steps = Emitter()
@@ -73,7 +76,9 @@ class SourcePrinter:
     def _prologue(self, out: Emitter) -> None:
         names = self.names
         if self.names.delays:
-            routes = ", ".join(f"{names.upper}_TO_{route}" for route in ROUTES.values())
+            reached = [f"INVOKED_{number}" for number in names.reached.values()]
+            up = ["INVOKER"] if "to_invoker" in names.used else []
+            routes = ", ".join(f"{names.upper}_TO_{r}" for r in (*ROUTES.values(), *up, *reached))
             out.line(f"enum {{ {routes} }};")
         deferred = " + m->deferred_count" if self.names.defers else ""
         out.lines(fill(names, QUEUES, DEFERRED_COUNT=deferred))
@@ -106,6 +111,7 @@ class SourcePrinter:
             out.line()
         if "emit" in names.used:
             self._emit(out)
+        self.invocation.print_calls(out)
 
     def _emit(self, out: Emitter) -> None:
         names = self.names
@@ -116,9 +122,7 @@ class SourcePrinter:
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, e);")
             out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
             with out.block("switch (e->event) {"):
-                for event in self.chart.events:
-                    if Direction.OUT not in event.directions:
-                        continue
+                for event in (self.chart.events[index] for index in sent_events(self.chart)):
                     out.line(f"case {names.events[event.index]}:")
                     with out.indented():
                         payload = f"e->of.{names.payloads[event.index]}"
@@ -267,7 +271,9 @@ class SourcePrinter:
                 )
             out.lines(fill(names, CONFLICTS, RECORD_ALL=record or "~"))
             out.line()
-        StepPrinter(names, self.content, self.selection, self.moves, self.selectors).print(out)
+        StepPrinter(
+            names, self.content, self.selection, self.moves, self.selectors, self.invocation
+        ).print(out)
 
     def _tables(self, out: Emitter) -> None:
         chart, p = self.chart, self.names.prefix

@@ -91,7 +91,8 @@ typedef enum {
     FSM_FAULT_MICROSTEPS,      /* a macrostep without end */
     FSM_FAULT_INTERNAL,        /* the internal queue was full */
     FSM_FAULT_RANGE,           /* a value outside a range of kind `fault` */
-    FSM_FAULT_UNHANDLED_ERROR  /* nobody handled an error.* event */
+    FSM_FAULT_UNHANDLED_ERROR, /* nobody handled an error.* event */
+    FSM_FAULT_INVOKED          /* a machine that it invoked stopped with a fault */
 } fsm_fault;
 
 /* Why a block of content ended early. */
