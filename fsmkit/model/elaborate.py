@@ -15,6 +15,7 @@ from fsmkit.model.passes.check_nesting import check_nesting
 from fsmkit.model.passes.collect_events import collect_events
 from fsmkit.model.passes.collect_names import collect_names
 from fsmkit.model.passes.declare_loops import declare_loops
+from fsmkit.model.passes.hoist_increments import hoist_increments
 from fsmkit.model.passes.invoke_charts import Draft, invoke_charts, returned
 from fsmkit.model.passes.lower_ecmascript import lower_ecmascript
 from fsmkit.model.passes.number_states import number_states
@@ -23,6 +24,7 @@ from fsmkit.model.passes.read_capacities import read_capacities
 from fsmkit.model.passes.report_unsupported import report_unsupported
 from fsmkit.model.passes.resolve_inheritance import resolve_inheritance
 from fsmkit.model.passes.resolve_targets import resolve_targets
+from fsmkit.model.passes.spread_objects import spread_objects
 
 
 def elaborate(
@@ -39,7 +41,9 @@ def elaborate(
     the one that invokes it; the charts that this one invokes are elaborated with it.
     """
     resolved = resolve_inheritance(documents, findings)
-    document = bound_arrays(bind_late(resolved.document), given, findings)
+    document = hoist_increments(bind_late(resolved.document))
+    document = spread_objects(document, given)
+    document = bound_arrays(document, given, findings)
     document = lower_ecmascript(document, given)
     tree = number_states(document, findings)
     check_nesting(tree, findings, is_loose=document.datamodel != "fsmkit")

@@ -234,7 +234,69 @@ def test_constants_are_joined(scxml: Any, value: str) -> None:
     assert ends_in(harness("interpreter").run(result.chart, SCRIPT)) == ("pass",)
 
 
-def test_an_increment_in_an_expression_is_told(scxml: Any) -> None:
+COUNTING = """{head}<datamodel><data id="n" {type} expr="0"/><data id="m" expr="0"/></datamodel>
+<state id="a"><onentry>{entry}</onentry><onexit>{exit}</onexit>
+<transition cond="{first}" target="pass"/>
+<transition cond="{guard}" target="a"><assign location="m" expr="n"/></transition>
+<transition target="t"/></state>
+<state id="t"><transition cond="n == 4 &amp;&amp; m == 3" target="pass"/>
+<transition target="fail"/></state>{finals}"""
+
+
+def counting(**parts: str) -> str:
+    known = {"type": "", "entry": "", "exit": "", "first": "n &gt; 4", "guard": "++n &lt; 4"}
+    return COUNTING.format(head=HEAD, finals=FINALS, **(known | parts))
+
+
+@pytest.mark.parametrize(
+    "guard",
+    ["++n &lt; 4", "(++ n) != 4 &amp;&amp; m &lt; 9", "!(4 == ++n)", "4 &gt; ++n ? true : false"],
+)
+def test_a_guard_that_counts(scxml: Any, guard: str) -> None:
+    result = scxml(counting(guard=guard))
+    assert "content-not-evaluable" not in result.rules
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {"guard": "m &lt; 4 &amp;&amp; ++n &lt; 4"},
+        {"guard": "++n &lt; 4 || ++m &lt; 4"},
+        {"guard": "++n &lt; n"},
+        {"exit": '<log expr="n"/>'},
+        {"type": 'xmlns:fk="urn:fsmkit:scxml" fk:type="0..3"'},
+    ],
+)
+def test_a_guard_that_counts_otherwise_is_told(scxml: Any, parts: dict[str, str]) -> None:
+    result = scxml(counting(**parts))
+    assert "outside the language" in result.one("content-not-evaluable").message
+
+
+def test_a_guard_that_counts_in_a_region_is_told(scxml: Any) -> None:
+    text = counting().replace('<state id="a">', '<parallel id="p"><state id="a">', 1)
+    result = scxml(text.replace('<final id="pass"/>', "</parallel>" + '<final id="pass"/>'))
+    assert "`++` is outside" in result.one("content-not-evaluable").message
+
+
+@pytest.mark.parametrize(
+    ("content", "condition"),
+    [
+        ('<assign location="u" expr="10 * ++n"/>', "u == 40 &amp;&amp; n == 4"),
+        ('<if cond="--n == 2"><assign location="u" expr="n"/></if>', "u == 2"),
+        ('<if cond="n"><log expr="++n"/></if>', "n == 4"),
+        ("<script>l.push(++n)</script>", "l[1] == 4 &amp;&amp; n == 4"),
+    ],
+)
+def test_content_that_counts(scxml: Any, content: str, condition: str) -> None:
+    data = N + '<data id="l" expr="[1]"/>'
+    chart = scxml(asking(condition, data, f'{content}<raise event="go"/>')).chart
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+def test_an_increment_in_the_guard_of_an_event_is_told(scxml: Any) -> None:
     result = scxml(asking("++n == 4", N))
     assert "`++` is outside" in result.one("content-not-evaluable").message
 

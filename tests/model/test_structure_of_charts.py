@@ -118,6 +118,38 @@ def test_wrong_structure_is_an_error(yaml: Any, states: str, rule: str) -> None:
     assert result.one(rule).help
 
 
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<history id="h" type="deep"><transition target="h"/></history>',
+        (
+            '<history id="h" type="deep"><transition target="g"/></history>'
+            '<history id="g" type="deep"><transition target="h"/></history>'
+        ),
+        '<initial><transition target="h"/></initial><history id="h"/>',
+        (
+            '<initial><transition target="h"/></initial>'
+            '<history id="h"><transition target="a"/></history>'
+        ),
+    ],
+)
+def test_a_history_that_leads_back_to_itself(scxml: Any, inside: str) -> None:
+    result = scxml(
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M">'
+        f'<state id="a">{inside}<state id="b"/></state></scxml>'
+    )
+    assert set(result.errors) == {"history-default-outside"}
+
+
+def test_a_history_that_a_state_begins_with(scxml: Any) -> None:
+    result = scxml(
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M">'
+        '<state id="a" initial="h"><history id="h"><transition target="b"/></history>'
+        '<state id="b"/></state></scxml>'
+    )
+    assert not result.errors
+
+
 def test_regions_are_entered_together(yaml: Any) -> None:
     chart = yaml(
         """

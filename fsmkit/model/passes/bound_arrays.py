@@ -8,7 +8,6 @@ iterations end at the length. An array of which anything else is asked is left a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -21,10 +20,7 @@ from fsmkit.expressions.syntax import (
     MemberNode,
     NameNode,
     Node,
-    SyntaxFault,
     UnaryNode,
-    children,
-    parse,
 )
 from fsmkit.model.document import (
     Block,
@@ -34,11 +30,11 @@ from fsmkit.model.document import (
     DocData,
     DocForEach,
     DocIf,
-    DocLog,
     Document,
 )
 from fsmkit.model.given import Given
 from fsmkit.model.passes.read_values import is_list, split_list
+from fsmkit.model.passes.respell import Unsuited, names, parsed, respelt, spelt
 from fsmkit.model.passes.walk_document import mapped, parts
 
 LEAST_CAPACITY = 16
@@ -65,7 +61,7 @@ def bound_arrays(document: Document, given: Given | None, findings: Findings) ->
             continue
         try:
             changed = array.lowered(document)
-        except _Unsuited:
+        except Unsuited:
             continue
         if array.grows:
             document = changed
@@ -81,10 +77,6 @@ def _tell(array: _Array, findings: Findings) -> None:
             array.data.name,
             help=f"declare its type, for instance `int32[{4 * array.capacity}]`",
         )
-
-
-class _Unsuited(Exception):  # noqa: N818  (never leaves this module)
-    """Something is asked of an array that one with a capacity does not know."""
 
 
 def _array(data: DocData, document: Document) -> _Array | None:
@@ -119,7 +111,7 @@ class _Array:
         return self._fresh(f"length_{self.name}")
 
     def lowered(self, document: Document) -> Document:
-        """Return the document with this array bounded; `_Unsuited` where it cannot be."""
+        """Return the document with this array bounded; `Unsuited` where it cannot be."""
         changed: Document = mapped(document, self._changed)
         if not self.grows:
             return document
@@ -138,7 +130,7 @@ class _Array:
         if self.data.type is not None and not self.items:
             return self.data
         if not given or len(self.items) > self.capacity:
-            raise _Unsuited
+            raise Unsuited
         texts = [item.value for item in self.items]
         texts += [given[-1].value] * (self.capacity - len(texts))
         return replace(self.data, init=self._text(f"[{', '.join(texts)}]"))
@@ -167,9 +159,6 @@ class _Array:
                 return self._growth(part)
             case DocForEach(array=array) if array.value.strip() == self.name:
                 return self._iteration(part)
-            case DocLog(label=Text() as label):
-                rest = mapped(replace(part, label=None), self._changed)
-                return replace(rest, label=label)
             case Text():
                 return self._read(part)
             case _:
@@ -178,16 +167,16 @@ class _Array:
     def _growth(self, statement: DocAssign | DocCall) -> Block | None:
         """Return a statement that adds elements; None where it is another."""
         written = statement.call if isinstance(statement, DocCall) else statement.value
-        node = _parsed(written)
+        node = parsed(written)
         added = None if node is None else self._added(statement, node)
         if added is None:
             return None
         first, items = added
         texts = [written.part(item.start, item.end) for item in items]
         if len(items) > 1 and any(self._mentions(item) for item in texts):
-            raise _Unsuited
+            raise Unsuited
         self.grows |= first != "0"
-        self.example = self.example or next((t for t in texts if not _names(_parsed(t))), None)
+        self.example = self.example or next((t for t in texts if not names(parsed(t))), None)
         # the last one first: where there is no room, nothing has changed
         stores = [
             DocAssign(
@@ -211,7 +200,7 @@ class _Array:
                 case CallNode(callee=MemberNode(base=NameNode(name=name), name="push")):
                     return (self.length, node.arguments) if name == self.name else None
             return None
-        place = _parsed(statement.location)
+        place = parsed(statement.location)
         match place, node:
             case _ if statement.operator:
                 return None
@@ -225,7 +214,7 @@ class _Array:
                 return self.length, (node,)
             case NameNode(name=name), ArrayNode(items=items) if name == self.name:
                 if any(self._mentions(statement.value.part(i.start, i.end)) for i in items):
-                    raise _Unsuited
+                    raise Unsuited
                 return "0", items
             case NameNode(name=name), CallNode(callee=MemberNode(name="concat")) if (
                 name == self.name
@@ -241,13 +230,13 @@ class _Array:
         first = 1 if isinstance(whole[0], ArrayNode) and not whole[0].items else 0
         start, rest = whole[first : first + 1], whole[first + 1 :]
         if not start or not isinstance(start[0], NameNode) or start[0].name != self.name:
-            raise _Unsuited
+            raise Unsuited
         if not all(isinstance(each, ArrayNode) for each in rest):
-            raise _Unsuited
+            raise Unsuited
         return tuple(item for each in rest if isinstance(each, ArrayNode) for item in each.items)
 
     def _mentions(self, text: Text) -> bool:
-        return self.name in _names(_parsed(text))
+        return self.name in names(parsed(text))
 
     def _iteration(self, loop: DocForEach) -> Block:
         """Return a loop over the elements that there are when it begins (SCXML 4.6)."""
@@ -280,50 +269,19 @@ class _Array:
 
     def _read(self, text: Text) -> Text:
         """Return an expression in which the length is that of the elements there are."""
-        if self.name not in text.value:
-            return text
-        node = _parsed(text)
-        if node is None:
-            if re.search(rf"(?<![\w$]){re.escape(self.name)}(?![\w$])", text.value):
-                raise _Unsuited
-            return text
-        value = self._spelt(node, text.value)
-        return text if value == text.value else replace(text, value=value, offsets=())
 
-    def _spelt(self, node: Node, text: str) -> str:
-        """Return the text of a node, changed where it asks for this array."""
-        whole = text[node.start : node.end]
-        match node:
-            case NameNode(name=name) if name == self.name:
-                raise _Unsuited
-            case MemberNode(base=NameNode(name=name), name="length") if name == self.name:
-                return self.length
-            case ElementNode(base=NameNode(name=name), index=index) if name == self.name:
-                at = self._spelt(index, text)
-                return f"{name}[({at}) < {self.length} ? ({at}) : -1]"
-            case BinaryNode(op="instanceof", left=NameNode()) | UnaryNode(op="typeof"):
-                return whole
-        found, end = "", node.start
-        for child in sorted(children(node), key=lambda child: child.start):
-            found += text[end : child.start] + self._spelt(child, text)
-            end = child.end
-        return found + text[end : node.end]
+        def spelt_anew(node: Node) -> str | None:
+            match node:
+                case NameNode(name=name) if name == self.name:
+                    raise Unsuited
+                case MemberNode(base=NameNode(name=name), name="length") if name == self.name:
+                    return self.length
+                case ElementNode(base=NameNode(name=name), index=index) if name == self.name:
+                    at = spelt(index, text.value, spelt_anew)
+                    return f"{name}[({at}) < {self.length} ? ({at}) : -1]"
+                case BinaryNode(op="instanceof", left=NameNode()) | UnaryNode(op="typeof"):
+                    return text.value[node.start : node.end]
+                case _:
+                    return None
 
-
-def _parsed(text: Text) -> Node | None:
-    try:
-        return parse(text.value)
-    except SyntaxFault:
-        return None
-
-
-def _names(node: Node | None) -> set[str]:
-    """Return the names in an expression."""
-    return set() if node is None else set(_walk((node,)))
-
-
-def _walk(nodes: Iterable[Node]) -> Iterator[str]:
-    for node in nodes:
-        if isinstance(node, NameNode):
-            yield node.name
-        yield from _walk(children(node))
+        return respelt(text, self.name, spelt_anew)

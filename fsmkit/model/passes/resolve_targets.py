@@ -51,7 +51,49 @@ def resolve_targets(document: Document, tree: Tree, findings: Findings) -> Arrow
                 for written in node.state.transitions
             )
         )
-    return Arrows(tuple(found), tuple(initial), tuple(leaving))
+    arrows = Arrows(tuple(found), tuple(initial), tuple(leaving))
+    for node in tree.nodes:
+        if node.is_history and _is_endless(tree, arrows, node.index):
+            findings.add(
+                "history-default-outside",
+                f"the default of history `{node.id}` leads back to the history",
+                node.state.span if node.state.initial is None else node.state.initial.span,
+                help=f"name a state of `{tree.parent(node).id}` that is no history",
+            )
+    return arrows
+
+
+def _is_endless(tree: Tree, arrows: Arrows, history: int) -> bool:
+    """Whether the default of a history enters, by defaults alone, the history again."""
+    seen: set[int] = set()
+    open_ = [history]
+    while open_:
+        for state in _by_default(tree, arrows, open_.pop()):
+            if state == history:
+                return True
+            if state not in seen:
+                seen.add(state)
+                open_.append(state)
+    return False
+
+
+def _by_default(tree: Tree, arrows: Arrows, state: int) -> list[int]:
+    """Return what is entered with a state of which nothing is said (Appendix D, enterStates)."""
+    node = tree.nodes[state]
+    if node.kind is Kind.PARALLEL:
+        return list(tree.real_children(state))
+    first = arrows.initial[state]
+    targets = () if first is None else arrows.all[first].targets
+    found = list(targets)
+    top = tree.parent(node).index if node.is_history else state
+    for target in targets:
+        end = tree.lca(target, top)
+        above = tree.nodes[target]
+        while above.index not in (0, end) and (above := tree.parent(above)).index != end:
+            if above.kind is Kind.PARALLEL:
+                others = tree.real_children(above.index)
+                found += [o for o in others if not tree.is_descendant(target, o) and o != target]
+    return found
 
 
 def _targets(tree: Tree, written: DocTransition, findings: Findings) -> tuple[int, ...]:

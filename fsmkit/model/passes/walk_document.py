@@ -10,6 +10,34 @@ from typing import Any
 from fsmkit.diagnostics import Text
 from fsmkit.model.document import Document
 
+EXPRESSIONS = frozenset(
+    [
+        "array",
+        "call",
+        "condition",
+        "content_expr",
+        "delay_expr",
+        "done_content",
+        "event_expr",
+        "guard",
+        "id_expr",
+        "id_location",
+        "index",
+        "init",
+        "invariant",
+        "item",
+        "location",
+        "name_list",
+        "src_expr",
+        "super_guards",
+        "target_expr",
+        "type_expr",
+        "value",
+        "values",
+    ]
+)
+"""The fields of what a document is made of that hold expressions; other texts are names."""
+
 
 def parts(whole: object) -> Iterator[object]:
     """Return everything in a document, in order; places and invoked charts are left aside."""
@@ -28,8 +56,8 @@ def parts(whole: object) -> Iterator[object]:
 def mapped(part: Any, change: Callable[[object], object]) -> Any:
     """Return a part of a document in which each part is what ``change`` makes of it.
 
-    Where that is None, the parts of the part are looked at. A tuple takes the place of a statement
-    among others. Invoked charts are left as they are.
+    Where that is None, the parts of the part are looked at. A tuple takes the place of one part
+    among others. Of the texts only expressions are seen; invoked charts are left as they are.
     """
     made = change(part)
     if made is not None:
@@ -48,8 +76,14 @@ def mapped(part: Any, change: Callable[[object], object]) -> Any:
         **{
             name: mapped(value, change)
             for name, value in values.items()
-            if not isinstance(value, Document)
+            if not isinstance(value, Document) and (name in EXPRESSIONS or not _is_text(value))
         },
+    )
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, Text) or (
+        isinstance(value, tuple) and bool(value) and isinstance(value[0], Text)
     )
 
 
