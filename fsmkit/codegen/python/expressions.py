@@ -329,7 +329,7 @@ def reads_event(node: object) -> bool:
 
 
 def parts_of(node: object) -> tuple[object, ...]:
-    """Return what a node of a tree is made of, without its place."""
+    """Return the nodes that a node of a tree is made of, and the tuples of them."""
     if isinstance(node, tuple):
         return node
     kind: Any = type(node)
@@ -340,7 +340,7 @@ def parts_of(node: object) -> tuple[object, ...]:
 def _part_names(kind: type[Any]) -> tuple[str, ...]:
     if kind is Span or not is_dataclass(kind):
         return ()
-    return tuple(part.name for part in fields(kind) if part.name != "span")
+    return tuple(part.name for part in fields(kind) if part.name not in ("span", "type"))
 
 
 def _is_never_zero(expr: Expr) -> bool:

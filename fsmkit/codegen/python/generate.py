@@ -12,7 +12,7 @@ from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names, distinct, identifier
-from fsmkit.codegen.python.selection import bit, is_needing_memo, print_selection
+from fsmkit.codegen.python.selection import Offers, bit, decimal, is_needing_memo, print_selection
 from fsmkit.expressions import ArrayType, EnumType, RecordType
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
@@ -76,7 +76,8 @@ def _class(member: Member, needs: Needs, shared: template.Template) -> str:
     _class_head(head, plan, member, needs, shared)
     if shared.bases:
         return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{body.finish()}"
-    return f"class {names.machine}:\n{head.finish()}\n{shared.body}\n{body.finish()}"
+    own = body.finish()
+    return f"class {names.machine}:\n{head.finish()}\n{template.without(shared.body, own)}\n{own}"
 
 
 def _header(chart: Chart, arithmetic: str) -> str:
@@ -202,9 +203,10 @@ def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:
     chart = plan.chart
     timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
     errors = [e.index for e in chart.events if e.name.startswith("error.") and not e.directions]
-    deferring = [
-        sum(1 << s.index for s in chart.states if e.index in s.defer) for e in chart.events
-    ]
+    deferring = [0] * len(chart.events)
+    for state in chart.states:
+        for event in state.defer:
+            deferring[event] |= 1 << state.index
     periods = [t.delay if t.trigger is Trigger.EVERY else 0 for t in chart.transitions]
     fields = [{f.name: place for place, f in enumerate(e.fields)} for e in chart.events]
     hosts = [name for name, *_ in sending.host_methods(chart, names, needs)]
@@ -234,11 +236,13 @@ def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:
 
 
 def _select(out: Lines, chart: Chart, names: Names) -> None:
-    if not print_selection(out, chart, names, "_select_eventless", None):
+    offers = Offers(chart)
+    if not print_selection(out, chart, names, offers, "_select_eventless", None):
         with out.method("_select_eventless", "There are no eventless transitions.", result="int"):
             out.line("return 0")
     for event in chart.events:
-        print_selection(out, chart, names, f"_select_{names.events[event.index]}", event.index)
+        name = f"_select_{names.events[event.index]}"
+        print_selection(out, chart, names, offers, name, event.index)
 
 
 def _guards(out: Lines, chart: Chart, names: Names) -> None:
@@ -317,6 +321,8 @@ def _constant(out: Lines, opening: str, value: object) -> None:
 
 
 def _spelled(value: object) -> str:
+    if isinstance(value, int):
+        return decimal(value)
     return json.dumps(value) if isinstance(value, str) else repr(value)
 
 

@@ -13,11 +13,11 @@ from fsmkit.codegen.python.relations import (
     describe,
     domain_of,
     is_dynamic,
-    is_related,
+    meeting,
     real_below,
     real_children,
 )
-from fsmkit.codegen.python.selection import has_regions, mask, payload_of
+from fsmkit.codegen.python.selection import bit, bits, decimal, has_regions, mask, payload_of
 from fsmkit.model.chart import State, Transition
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
@@ -97,7 +97,7 @@ class _Mover:
                 self._out.line(f"self._waiting |= {self._names.states[state.index]}")
             self._content.blocks(self._out, blocks, None)
             for transition in defaults:
-                with self._out.suite(f"if defaults & {1 << transition.index:#x}:"):
+                with self._out.suite(f"if defaults & {bit(transition.index)}:"):
                     self._tell(f"t {transition.index}")
                     self._content.block(self._out, transition.content, None)
             if state.kind is Kind.FINAL:
@@ -268,7 +268,7 @@ class _Mover:
         if coming:
             states = mask(self._names, [op.state for op in coming])
             defaults = sum(1 << number for op in coming for number in op.defaults)
-            self._out.line(f"self._enter({states}, {defaults and hex(defaults)})")
+            self._out.line(f"self._enter({states}, {bits(defaults) if defaults else 0})")
             coming.clear()
 
     def _restore(self, history: int, below: int) -> None:
@@ -295,11 +295,11 @@ class _Mover:
         chart, out = self._chart, self._out
         compound = [s.index for s in chart.states if s.index == 0 or s.kind is Kind.COMPOUND]
         still = {t.index: d for t in self._static() if (d := domain_of(self._plan, t)) is not None}
-        related = {
-            d: sum(1 << index for index, own in still.items() if is_related(chart, d, own))
-            for d in compound
-        }
-        near = {d: sum(1 << o for o in compound if is_related(chart, d, o)) for d in compound}
+        own = dict.fromkeys(compound, 0)
+        for index, still_domain in still.items():
+            own[still_domain] |= 1 << index
+        related = meeting(chart, own)
+        near = meeting(chart, {state: 1 << state for state in compound})
         moving = [t for t in chart.transitions if is_dynamic(self._plan, t)]
         doc = "Return the transitions whose exit sets meet that of this one."
         with out.method("_clashes", doc, "transition: int", "int"):
@@ -309,13 +309,12 @@ class _Mover:
                     out.line(f"domain = self._domain_{self._names.transitions[t.index]}()")
             with out.suite("if domain < 0:"):
                 out.line("return 0")
-            out.line(f"found: int = {related!r}[domain]")
-            out.line(f"near: int = {near!r}[domain]")
+            out.line(f"found: int = {_table(related)}[domain]")
+            out.line(f"near: int = {_table(near)}[domain]")
             for t in moving:
                 domain = f"self._domain_{self._names.transitions[t.index]}()"
-                bit = f"{1 << t.index:#x}"
-                with out.suite(f"if self._chosen & {bit} and near >> {domain} & 1:"):
-                    out.line(f"found |= {bit}")
+                with out.suite(f"if self._chosen & {bit(t.index)} and near >> {domain} & 1:"):
+                    out.line(f"found |= {bit(t.index)}")
             out.line("return found")
 
     def _static(self) -> list[Transition]:
@@ -328,3 +327,7 @@ class _Mover:
     def _tell(self, line: str) -> None:
         with self._out.suite("if self.trace is not None:"):
             self._out.line(f'self._tell("{line}")')
+
+
+def _table(numbers: dict[int, int]) -> str:
+    return f"{{{', '.join(f'{key}: {decimal(number)}' for key, number in numbers.items())}}}"

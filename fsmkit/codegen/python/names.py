@@ -68,12 +68,12 @@ def _public(name: str) -> str:
 
 def distinct(names: Iterable[str], taken: Collection[str] = ()) -> tuple[str, ...]:
     """Return names that differ from each other and from those taken, with underscores added."""
-    found: list[str] = []
+    found: dict[str, None] = {}
     for name in names:
         text = name
         while text in taken or text in found:
             text += "_"
-        found.append(text)
+        found[text] = None
     return tuple(found)
 
 

@@ -77,20 +77,39 @@ def conflict_tables(plan: Plan) -> dict[str, object]:
         return {"OUTER": (), "CLASHES": ()}
     domains = [domain_of(plan, t) for t in chart.transitions]
     by_source = [0] * len(chart.states)
-    by_domain = dict.fromkeys([d for d in domains if d is not None], 0)
+    by_domain = dict.fromkeys(sorted({d for d in domains if d is not None}), 0)
     for t, domain in zip(chart.transitions, domains, strict=True):
         by_source[t.source] |= 1 << t.index
         if domain is not None:
             by_domain[domain] |= 1 << t.index
-    meeting = {
-        a: sum(found for b, found in by_domain.items() if is_related(chart, a, b))
-        for a in by_domain
-    }
-    outer = [sum(by_source[a] for a in chart.ancestors(t.source)) for t in chart.transitions]
-    clashes = [0 if domain is None else meeting[domain] for domain in domains]
-    return {"OUTER": tuple(outer), "CLASHES": tuple(clashes)}
+    outer = _sums_above(chart, by_source)
+    met = meeting(chart, by_domain)
+    clashes = [0 if domain is None else met[domain] for domain in domains]
+    return {"OUTER": tuple(outer[t.source] for t in chart.transitions), "CLASHES": tuple(clashes)}
 
 
-def is_related(chart: Chart, a: int, b: int) -> bool:
-    """Whether two states are the same, or one is an ancestor of the other."""
-    return a == b or chart.is_descendant(a, b) or chart.is_descendant(b, a)
+def _sums_above(chart: Chart, sets: list[int]) -> list[int]:
+    """Return for each state the union of the sets of its ancestors."""
+    found = [0] * len(sets)
+    for state in chart.states[1:]:
+        assert state.parent is not None  # noqa: S101
+        found[state.index] = found[state.parent] | sets[state.parent]
+    return found
+
+
+def meeting(chart: Chart, sets: dict[int, int]) -> dict[int, int]:
+    """Return for each state the union of its set and those of its ancestors and descendants.
+
+    ``sets`` has states in document order; those that are not there have none.
+    """
+    found = dict.fromkeys(sets, 0)
+    open_: list[int] = []
+    for state, own in sets.items():
+        while open_ and not chart.is_descendant(state, open_[-1]):
+            open_.pop()
+        found[state] |= own
+        for ancestor in open_:
+            found[ancestor] |= own
+            found[state] |= sets[ancestor]
+        open_.append(state)
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable
 
 from fsmkit.codegen.python.expressions import Printer, can_fail, has_effect, reads_event
@@ -12,6 +13,8 @@ from fsmkit.model.document import Kind, Trigger
 
 Step = Transition | None
 """A transition to try, or None: the search ends here because the state defers the event."""
+Groups = list[tuple[list[int], tuple[Step, ...]]]
+"""States, and what is tried in each of them."""
 
 
 def has_regions(chart: Chart) -> bool:
@@ -19,33 +22,93 @@ def has_regions(chart: Chart) -> bool:
     return any(state.kind is Kind.PARALLEL for state in chart.states)
 
 
-def own(chart: Chart, state: int, event: int | None) -> tuple[Step, ...]:
-    """Return what one state tries; for no event, its eventless transitions."""
-    found: list[Step] = []
-    for number in chart.states[state].transitions:
-        transition = chart.transitions[number]
-        matches = (
-            transition.trigger is Trigger.EVENTLESS
-            if event is None
-            else transition.trigger is Trigger.EVENT and event in transition.events
-        )
-        if matches:
-            found.append(transition)
-            if transition.guard is None:
-                return tuple(found)
-    if event is not None and event in chart.states[state].defer:
-        found.append(None)
-    return tuple(found)
+class Offers:
+    """What each state tries for each event, found in one pass over the transitions."""
+
+    def __init__(self, chart: Chart) -> None:
+        """Look at every transition once."""
+        self._chart = chart
+        self._own: dict[int | None, dict[int, list[Step]]] = {}
+        for state in chart.states:
+            for number in state.transitions:
+                self._add(chart.transitions[number])
+            for event in state.defer:
+                self._steps(event, state.index).append(None)
+        order = _inner_first(chart)
+        self._place = {state: place for place, state in enumerate(order)}
+        self._leaves = [state.index for state in chart.states if state.is_leaf]
+
+    def _steps(self, event: int | None, state: int) -> list[Step]:
+        return self._own.setdefault(event, {}).setdefault(state, [])
+
+    def _add(self, transition: Transition) -> None:
+        is_eventless = transition.trigger is Trigger.EVENTLESS
+        is_event = transition.trigger is Trigger.EVENT
+        for event in (None,) if is_eventless else transition.events if is_event else ():
+            self._steps(event, transition.source).append(transition)
+
+    def own(self, state: int, event: int | None) -> tuple[Step, ...]:
+        """Return what one state tries, up to what is sure to be taken.
+
+        For no event, its eventless transitions.
+        """
+        found: list[Step] = []
+        for step in self._own.get(event, {}).get(state, ()):
+            found.append(step)
+            if _is_sure(step):
+                break
+        return tuple(found)
+
+    def by_state(self, event: int | None) -> Groups:
+        """Return what each state tries, inner ones before outer ones: only one path is active."""
+        states = sorted(self._own.get(event, ()), key=self._place.__getitem__)
+        return [([state], self.own(state, event)) for state in states]
+
+    def by_leaf(self, event: int | None) -> Groups:
+        """Return what is tried from each atomic state outward, alike neighbours together."""
+        groups: Groups = []
+        for leaf in self._leaves_below(self._own.get(event, ())):
+            steps = self._chain(leaf, event)
+            if groups and groups[-1][1] == steps:
+                groups[-1][0].append(leaf)
+            else:
+                groups.append(([leaf], steps))
+        return groups
+
+    def _leaves_below(self, states: Iterable[int]) -> list[int]:
+        """Return the atomic states that are among some states or below them, in document order."""
+        found: list[int] = []
+        end = 0
+        for state in sorted(states):
+            last = self._chart.states[state].last_descendant
+            first = bisect_left(self._leaves, max(state, end))
+            end = max(end, last + 1)
+            found += self._leaves[first : bisect_left(self._leaves, end)]
+        return found
+
+    def _chain(self, leaf: int, event: int | None) -> tuple[Step, ...]:
+        """Return what is tried from an atomic state outward, up to what is sure to be taken."""
+        found: list[Step] = []
+        for state in (leaf, *self._chart.ancestors(leaf)):
+            found += self.own(state, event)
+            if found and _is_sure(found[-1]):
+                break
+        return tuple(found)
 
 
-def chain(chart: Chart, leaf: int, event: int | None) -> tuple[Step, ...]:
-    """Return what is tried from an atomic state outward, up to what is sure to be taken."""
-    found: list[Step] = []
-    for state in (leaf, *chart.ancestors(leaf)):
-        found += own(chart, state, event)
-        if found and (found[-1] is None or found[-1].guard is None):
-            break
-    return tuple(found)
+def _is_sure(step: Step) -> bool:
+    return step is None or step.guard is None
+
+
+def _inner_first(chart: Chart) -> list[int]:
+    """Return all states, each after those below it, otherwise in document order."""
+    order: list[int] = []
+    open_: list[int] = []
+    for state in chart.states:
+        while open_ and not chart.is_descendant(state.index, open_[-1]):
+            order.append(open_.pop())
+        open_.append(state.index)
+    return [*order, *reversed(open_)]
 
 
 def payload_of(chart: Chart, transition: Transition) -> dict[str, int] | None:
@@ -78,9 +141,11 @@ def is_needing_memo(chart: Chart, transition: Transition) -> bool:
     )
 
 
-def print_selection(out: Lines, chart: Chart, names: Names, name: str, event: int | None) -> bool:
+def print_selection(
+    out: Lines, chart: Chart, names: Names, offers: Offers, name: str, event: int | None
+) -> bool:
     """Print the method that selects for an event, if anything in the chart looks at it."""
-    groups = _by_leaf(chart, event) if has_regions(chart) else _by_state(chart, event)
+    groups = offers.by_leaf(event) if has_regions(chart) else offers.by_state(event)
     if not groups:
         return False
     what = "which eventless transitions to take"
@@ -100,35 +165,6 @@ def print_selection(out: Lines, chart: Chart, names: Names, name: str, event: in
                     _print_returns(out, chart, names, steps)
             out.line("return 0")
     return True
-
-
-Groups = list[tuple[list[int], tuple[Step, ...]]]
-
-
-def _by_leaf(chart: Chart, event: int | None) -> Groups:
-    """Return what is tried from each atomic state outward, alike neighbours together."""
-    groups: Groups = []
-    for state in chart.states:
-        steps = chain(chart, state.index, event) if state.is_leaf else ()
-        if groups and groups[-1][1] == steps:
-            groups[-1][0].append(state.index)
-        elif steps:
-            groups.append(([state.index], steps))
-    return groups
-
-
-def _by_state(chart: Chart, event: int | None) -> Groups:
-    """Return what each state tries, inner ones before outer ones: only one path is active."""
-    groups: Groups = []
-
-    def visit(state: int) -> None:
-        for child in chart.states[state].children:
-            visit(child)
-        if steps := own(chart, state, event):
-            groups.append(([state], steps))
-
-    visit(0)
-    return groups
 
 
 def _print_offers(out: Lines, chart: Chart, names: Names, steps: tuple[Step, ...]) -> None:
@@ -165,12 +201,25 @@ def bit(index: int) -> str:
     return f"{1 << index:#x}" if index < 64 else f"1 << {index}"
 
 
+def bits(number: int) -> str:
+    """Return a set of bits as text that is only as long as they lie apart."""
+    lowest = (number & -number).bit_length() - 1
+    return f"{number:#x}" if lowest < 64 else f"({number >> lowest:#x} << {lowest})"
+
+
+def decimal(number: int) -> str:
+    """Return a number as text, a large one as a set of bits."""
+    return repr(number) if number < 1 << 64 else bits(number)
+
+
 def mask(names: Names, states: Iterable[int]) -> str:
     """Return a set of states as text."""
     members = sorted(states)
     if not members:
         return "0"
     if len(members) > 5:
-        return f"{sum(1 << state for state in members):#x}"
+        first = members[0]
+        number = sum(1 << (state - first) for state in members)
+        return f"{number << first:#x}" if first < 64 else f"({number:#x} << {first})"
     text = " | ".join(names.states[state] for state in members)
     return text if len(members) == 1 else f"({text})"

@@ -108,6 +108,20 @@ def arithmetic(used_by: str) -> str:
     return "\n\n\n".join(piece for name, piece in pieces.items() if name in wanted)
 
 
+def without(body: str, own: str) -> str:
+    """Return the methods of a template that a class does not define itself."""
+    defined = set(re.findall(r"^    def (\w+)\(", own, re.MULTILINE))
+    lines = body.splitlines()
+    (class_,) = ast.parse(f"class _:\n{body}").body
+    assert isinstance(class_, ast.ClassDef)  # noqa: S101
+    for node in reversed(class_.body):
+        if isinstance(node, ast.FunctionDef) and node.name in defined:
+            # the first line of what is parsed is the class, and an empty line follows a method
+            first = min(node.lineno, *(each.lineno for each in node.decorator_list), node.lineno)
+            del lines[first - 2 : node.end_lineno]
+    return "\n".join(lines)
+
+
 def _pieces(text: str) -> Iterator[tuple[str, str]]:
     lines = text.splitlines()
     for node in ast.parse(text).body:
