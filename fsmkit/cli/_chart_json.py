@@ -8,7 +8,7 @@ from fsmkit.cli._origins import Origins, Where
 from fsmkit.diagnostics import Span
 from fsmkit.diagnostics.as_json import place
 from fsmkit.expressions import EnumType, Expr, Field, RecordType, Type, spell, spell_value
-from fsmkit.model.chart import Chart, Data, Event, State, Transition
+from fsmkit.model.chart import Chart, Data, Event, Invocation, State, Transition
 from fsmkit.model.document import Origin, Trigger
 from fsmkit.model.spelling import spell_statement
 from fsmkit.model.statements import Block
@@ -51,6 +51,7 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
         "script": _block(chart.script, chart),
         "states": [_state(s, chart) for s in chart.states],
         "transitions": [_transition(t, chart) for t in chart.transitions],
+        "invocations": [_invocation(i, chart) for i in chart.invocations],
     }
 
 
@@ -115,12 +116,32 @@ def _state(state: State, chart: Chart) -> Json:
         "transitions": list(state.transitions),
         "entry": [_block(b, chart) for b in state.on_entry],
         "exit": [_block(b, chart) for b in state.on_exit],
+        "invoke": [_block(b, chart) for b in state.invokes],
         "defer": [chart.events[e].name for e in state.defer],
         "invariant": _expr(state.invariant, chart),
         "rest": state.rest,
         "abstract": state.abstract,
         "doc": state.doc,
         **_at(state.origin, state.span),
+    }
+
+
+def _invocation(invocation: Invocation, chart: Chart) -> Json:
+    """Return a slot with the whole chart of the machine in it."""
+    within = invocation.chart
+    finalize = {
+        event.name: _block(event.finalize, chart)
+        for event in chart.events
+        if event.invocation == invocation.index and event.finalize
+    }
+    return {
+        "id": invocation.id,
+        "state": chart.states[invocation.state].id,
+        "given": [within.data[place].name for place in invocation.given],
+        "autoforward": invocation.autoforward,
+        "finalize": finalize,
+        **({} if invocation.span is None else {"at": place(invocation.span)}),
+        "chart": chart_document(within, Origins({}, {}, {})),
     }
 
 

@@ -58,11 +58,14 @@ class _Maker:
         self._declarations(tree)
         if chart.script:
             tree.add(Text(f"script: {spell_block(chart.script, chart)}"))
-        states = tree.add(Text("states", "bold"))
-        self._initial(states, chart.root)
-        for child in chart.root.children:
-            self._state(states, chart.states[child])
+        self.states(tree.add(Text("states", "bold")))
         return tree
+
+    def states(self, tree: Tree) -> None:
+        """Add the states of the chart."""
+        self._initial(tree, self.chart.root)
+        for child in self.chart.root.children:
+            self._state(tree, self.chart.states[child])
 
     def _line(self, told: str, where: Where, marks: Iterable[str] = ()) -> Text:
         line = Text(told, STYLES[where.origin])
@@ -165,11 +168,30 @@ class _Maker:
             for block in blocks:
                 if block:
                     node.add(self._part(word, spell_block(block, chart), block[0].span))
+        self._invoked(node, state)
         self._initial(node, state)
         for index in state.transitions:
             node.add(self._transition(chart.transitions[index]))
         for child in state.children:
             self._state(node, chart.states[child])
+
+    def _invoked(self, tree: Tree, state: State) -> None:
+        """Add what the state invokes, each chart with its states."""
+        for block in state.invokes:
+            told = spell_block(block, self.chart).removeprefix("invoke ")
+            tree.add(self._part("invoke", told, block[0].span))
+        for invocation in self.chart.invocations:
+            if invocation.state != state.index:
+                continue
+            marks = ["autoforward"] if invocation.autoforward else []
+            where = Where(state.origin, invocation.span)
+            inner = f"{invocation.id}: {invocation.chart.name}"
+            node = tree.add(self._line(inner, where, marks))
+            own = [e for e in self.chart.events if e.invocation == invocation.index and e.finalize]
+            for told in dict.fromkeys(spell_block(event.finalize, self.chart) for event in own):
+                node.add(Text(f"finalize: {told}"))
+            within = _Maker(invocation.chart, self.origins, self.with_origin)
+            within.states(node)
 
     def _part(self, word: str, told: str, span: Span) -> Text:
         """Return a line whose origin is the file it stands in."""

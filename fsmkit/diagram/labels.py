@@ -133,11 +133,18 @@ def is_inside(transition: Transition) -> bool:
 
 
 def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
-    """Return what stands in a state below its name: entry, exit, deferred events, own reactions."""
+    """Return what stands in a state below its name.
+
+    Entry, exit, what it invokes, deferred events, own reactions.
+    """
     lines: list[str] = []
     for word, blocks in (("entry", state.on_entry), ("exit", state.on_exit)):
         for block in blocks:
             lines += actions(f"{word} / ", block, chart, STATE_WIDTH)
+    for invocation in chart.invocations:
+        if invocation.state == state.index:
+            text = f"invoke {invocation.id}: {invocation.chart.name}"
+            lines += wrapped(text, STATE_WIDTH, MARGIN)
     if state.defer:
         events = ", ".join(chart.events[event].name for event in state.defer)
         lines += wrapped(f"defer {events}", STATE_WIDTH, MARGIN)

@@ -51,11 +51,18 @@ def _canonical(node: object) -> str:
 
 def save(chart: Chart, snapshot: Snapshot) -> dict[str, Any]:
     """Return a snapshot as data that `json` can write; timers with the time they have left."""
+    head = {"fsmkit": FORMAT, "chart": chart.name, "hash": fingerprint(chart)}
+    return {**head, **_save(chart, snapshot, snapshot.now)}
+
+
+def _save(chart: Chart, snapshot: Snapshot, now: int) -> dict[str, Any]:
+    """Save a machine; what it invoked lives at its time, and is saved in the order of the slots."""
     variables = (*chart.data, *chart.outputs)
+    invoked = [
+        None if child is None else _save(invocation.chart, child, now)
+        for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True)
+    ]
     return {
-        "fsmkit": FORMAT,
-        "chart": chart.name,
-        "hash": fingerprint(chart),
         "configuration": _ids(chart, snapshot.configuration),
         "data": _values(variables, snapshot.data),
         "inputs": _values(chart.inputs, snapshot.inputs),
@@ -64,10 +71,11 @@ def save(chart: Chart, snapshot: Snapshot) -> dict[str, Any]:
         },
         "queue": [_save_event(chart, occurrence) for occurrence in snapshot.queue],
         "deferred": [_save_event(chart, occurrence) for occurrence in snapshot.deferred],
-        "timers": [_save_timer(chart, timer, snapshot.now) for timer in snapshot.timers],
+        "timers": [_save_timer(chart, timer, now) for timer in snapshot.timers],
         "running": snapshot.running,
         "finished": snapshot.finished,
         "fault": snapshot.fault,
+        **({"invoked": invoked} if invoked else {}),
     }
 
 
@@ -87,6 +95,7 @@ def restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
 
 def _restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
     history = saved["history"]
+    invoked = zip(chart.invocations, saved.get("invoked", ()), strict=True)
     return Snapshot(
         configuration=_indices(chart, saved["configuration"]),
         data=_read(_declared((*chart.data, *chart.outputs)), saved["data"]),
@@ -101,6 +110,10 @@ def _restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
         running=bool(saved["running"]),
         finished=bool(saved["finished"]),
         fault=None if saved["fault"] is None else str(saved["fault"]),
+        invoked=tuple(
+            None if child is None else _restore(invocation.chart, child, now)
+            for invocation, child in invoked
+        ),
     )
 
 
@@ -134,14 +147,19 @@ def _read(declared: Sequence[Field], saved: Mapping[str, object]) -> tuple[Value
 def _save_event(chart: Chart, occurrence: Occurrence) -> dict[str, object]:
     event = chart.events[occurrence.event]
     values = zip(event.fields, occurrence.payload, strict=True)
+    slot = event.invocation  # events of several invocations may have one name
     return {
         "event": event.name,
+        **({} if slot is None else {"invocation": slot}),
         "fields": {field.name: to_python(value, field.type) for field, value in values},
     }
 
 
 def _restore_event(chart: Chart, saved: Mapping[str, Any]) -> Occurrence:
-    event = chart.events[chart.event_index[saved["event"]]]
+    name, slot = saved["event"], saved.get("invocation")
+    event = next((e for e in chart.events if (e.name, e.invocation) == (name, slot)), None)
+    if event is None:
+        raise KeyError(name)
     return Occurrence(event.index, _read(event.fields, saved["fields"]))
 
 
@@ -149,12 +167,14 @@ def _save_timer(chart: Chart, timer: Timer, now: int) -> dict[str, object]:
     left = timer.deadline - now
     if isinstance(timer.what, Timeout):
         return {"left": left, "transition": timer.what.transition}
+    slots = list(timer.what.invocations)
     return {
         "left": left,
         **_save_event(chart, timer.what.occurrence),
         "destination": timer.what.destination.value,
         "id": timer.what.id,
         "peer": timer.what.peer,
+        **({"invocations": slots} if slots else {}),
     }
 
 
@@ -164,4 +184,5 @@ def _restore_timer(chart: Chart, saved: Mapping[str, Any], now: int) -> Timer:
         return Timer(deadline, Timeout(chart.transitions[saved["transition"]].index))
     occurrence = _restore_event(chart, saved)
     destination = Destination(saved["destination"])
-    return Timer(deadline, Delayed(occurrence, destination, saved["id"], saved["peer"]))
+    slots = tuple(chart.invocations[slot].index for slot in saved.get("invocations", ()))
+    return Timer(deadline, Delayed(occurrence, destination, saved["id"], saved["peer"], slots))

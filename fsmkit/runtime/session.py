@@ -16,7 +16,7 @@ from fsmkit.model.document import Direction
 from fsmkit.runtime import interpreter, saving
 from fsmkit.runtime.binding import BoundHost, Delivery, deliver
 from fsmkit.runtime.clock import Clock, SimulatedClock, read_microseconds
-from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Snapshot
+from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.values import from_python, to_python
 
@@ -151,7 +151,7 @@ class Session:
     @property
     def configuration(self) -> tuple[str, ...]:
         """The active states in document order, the root left out."""
-        return tuple(self.chart.states[s].id for s in sorted(self.snapshot.configuration - {0}))
+        return _configuration(self.chart, self.snapshot)
 
     @property
     def active(self) -> tuple[str, ...]:
@@ -180,6 +180,14 @@ class Session:
     def fault(self) -> str | None:
         """Why the machine stopped, if it stopped by a fault."""
         return self.snapshot.fault
+
+    @property
+    def invoked(self) -> dict[str, tuple[str, ...]]:
+        """The active states of the invoked machines that run, by the ids of their invocations.
+
+        What an invoked machine invoked has both ids, as in traces: ``outer: inner``.
+        """
+        return dict(_invoked(self.chart, self.snapshot))
 
     @property
     def data(self) -> dict[str, object]:
@@ -238,13 +246,22 @@ class Session:
             self.snapshot = posted or self.snapshot
         self._late.clear()
         for macrostep in done:
-            for effect in macrostep.effects:
-                if isinstance(effect, Emitted):
-                    self._deliver(effect)
+            self._deliver_all(self.chart, macrostep)
         return done
 
-    def _deliver(self, effect: Emitted) -> None:
-        event = self.chart.events[effect.occurrence.event]
+    def _deliver_all(self, chart: Chart, macrostep: Macrostep) -> None:
+        """Tell of all events that left, also of those that invoked machines sent meanwhile."""
+        for effect in macrostep.effects:
+            match effect:
+                case Emitted() if is_leaving(effect):
+                    self._deliver(chart, effect)
+                case Ran(slot, within):
+                    self._deliver_all(chart.invocations[slot].chart, within)
+                case _:
+                    pass
+
+    def _deliver(self, chart: Chart, effect: Emitted) -> None:
+        event = chart.events[effect.occurrence.event]
         values = zip(event.fields, effect.occurrence.payload, strict=True)
         fields = {field.name: to_python(value, field.type) for field, value in values}
         delivery = Delivery(event.name, fields, effect.peer)
@@ -256,7 +273,8 @@ class Session:
     def _occurrence(
         self, name: str, values: Sequence[object], fields: Mapping[str, object]
     ) -> Occurrence:
-        events = {event.name: event for event in self.chart.events if is_received(event)}
+        known = (self.chart.events[index] for index in self.chart.event_index.values())
+        events = {event.name: event for event in known if is_received(event)}
         if name not in events:
             raise _unknown("event", name, list(events))
         event = events[name]
@@ -316,6 +334,23 @@ class Inputs(MutableMapping[str, object]):
 
     def __len__(self) -> int:
         return len(self._session.chart.inputs)
+
+
+def is_leaving(effect: Emitted) -> bool:
+    """Whether an event goes to the host, and not from one machine to another (SCXML 6.2.4)."""
+    return effect.peer is None or not effect.peer.startswith("#_")
+
+
+def _configuration(chart: Chart, snapshot: Snapshot) -> tuple[str, ...]:
+    return tuple(chart.states[state].id for state in sorted(snapshot.configuration - {0}))
+
+
+def _invoked(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, tuple[str, ...]]]:
+    for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
+        if child is not None:
+            yield invocation.id, _configuration(invocation.chart, child)
+            for inner, active in _invoked(invocation.chart, child):
+                yield f"{invocation.id}: {inner}", active
 
 
 def is_received(event: Event) -> bool:

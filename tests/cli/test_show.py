@@ -203,3 +203,30 @@ def test_a_chart_with_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str
 def test_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["show", "nowhere.yaml"]) == 1
     assert "FK0101" in capsys.readouterr().err
+
+
+SHOP = Path(__file__).parents[1] / "golden/shop.yaml"
+
+
+def test_invoked_charts_stand_in_the_tree(capsys: pytest.CaptureFixture[str]) -> None:
+    told = show(capsys, SHOP)
+    for line in (
+        "invoke: press(limit = price + 1)",
+        "press: Press  autoforward",
+        "finalize: heard = heard + 1; last = event.n",
+        "feeder: Feeder",
+        "full",
+    ):
+        assert line in told, line
+
+
+def test_invoked_charts_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    document = json.loads(show(capsys, SHOP, "--json"))
+    (press,) = document["invocations"]
+    assert (press["id"], press["state"], press["given"]) == ("press", "work", ["limit"])
+    assert press["autoforward"] is True
+    assert press["chart"]["name"] == "Press"
+    (feeder,) = press["chart"]["invocations"]
+    assert [state["id"] for state in feeder["chart"]["states"][1:]] == ["full", "empty"]
+    (work,) = [state for state in document["states"] if state["id"] == "work"]
+    assert work["invoke"] == [["invoke press(limit = price + 1)"]]

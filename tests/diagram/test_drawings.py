@@ -158,3 +158,11 @@ def test_graphviz_lays_out_random_charts(document: Document) -> None:
     chart = elaborate((document,), Findings())
     assert chart is not None
     assert layout(drawn("dot", chart)) == ""
+
+
+@pytest.mark.parametrize("name", DRAWINGS)
+def test_what_a_state_invokes_stands_in_it(name: str) -> None:
+    chart = load(ROOT / "tests/golden/shop.yaml")
+    text = drawn(name, chart)
+    assert re.search(r"invoke press(:|#58;|#colon;) Press", text)
+    assert "feeder" not in text
