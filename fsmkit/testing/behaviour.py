@@ -9,16 +9,18 @@ from fsmkit.model.document import (
     Direction,
     DocArgument,
     DocAssign,
+    DocLog,
     DocState,
     DocTransition,
     Kind,
     Trigger,
 )
+from fsmkit.testing.aims import Aims
 from fsmkit.testing.choices import Choices
 from fsmkit.testing.content import DELAYS, MOST_TURNS, PLACE, TURNS, Content, Event, text
 from fsmkit.testing.declarations import COLOR
 from fsmkit.testing.terms import Terms
-from fsmkit.testing.tree import HISTORIES, Node
+from fsmkit.testing.tree import Node
 
 DONE_TYPES: tuple[Type, ...] = (INT32, BOOL, INT32, COLOR, SYMBOL, FLOAT64)
 """What the data of final states are declared as: nothing but their values tells it."""
@@ -41,6 +43,7 @@ class Behaviour:
         self._root = root
         self._content = content
         self._terms = Terms(choices, content.names)
+        self._aims = Aims(choices, root)
         self._states = root.below()
         self._level = level
         self._inherited = inherited
@@ -111,47 +114,13 @@ class Behaviour:
 
     def initial(self, node: Node) -> DocTransition | None:
         """Return the initial transition of a compound state or the default of a history."""
-        if node.kind in HISTORIES:
-            return self._default(node)
-        if node.kind is not Kind.COMPOUND:
+        targets = self._aims.initial(node)
+        if not targets:
             return None
-        children = [child for child in node.children if child.is_real]
-        targets: tuple[Node, ...] = (children[0],)
-        kind = self._choices.integer(0, 9)
-        if kind in (6, 7):
-            targets = (self._choices.pick(children),)
-        elif kind == 8:
-            targets = (self._choices.pick([n for n in node.below() if n.is_real]),)
-        elif kind == 9:
-            targets = self._spread(node) or targets
-        content = self._pseudo_content() if node.parent is not None else None
-        return _always(targets, content)
-
-    def _default(self, node: Node) -> DocTransition:
-        parent = node.parent
-        assert parent is not None  # noqa: S101
-        if parent.kind is Kind.PARALLEL:
-            regions = tuple(child for child in parent.children if child.is_real)
-            return _always(regions, self._pseudo_content())
-        deep = node.kind is Kind.DEEP_HISTORY
-        inside = parent.below() if deep else parent.children
-        real = [n for n in inside if n.is_real]
-        return _always((self._choices.pick(real),), self._pseudo_content())
-
-    def _pseudo_content(self) -> Block | None:
-        return self._content.block(most=2) if self._choices.chance(25) else None
-
-    def _spread(self, node: Node) -> tuple[Node, ...]:
-        """Return targets in several regions of one parallel state below ``node``, if any."""
-        parallels = [n for n in node.below() if n.kind is Kind.PARALLEL]
-        if not parallels:
-            return ()
-        parallel = self._choices.pick(parallels)
-        regions = [child for child in parallel.children if child.is_real]
-        return tuple(
-            self._choices.pick([n for n in region.walk() if n.is_real or n is not region])
-            for region in self._choices.some(regions, len(regions))
-        )
+        has_content = node.parent is not None and self._choices.chance(25)
+        content = self._content.block(most=2) if has_content else None
+        names = tuple(text(target.id) for target in targets)
+        return DocTransition(Trigger.INITIAL, PLACE, targets=names, content=content)
 
     # --- transitions ------------------------------------------------------------------------
 
@@ -161,6 +130,8 @@ class Behaviour:
         if not node.has_behaviour:
             return ()
         found = [self.transition(node) for _ in range(self._choices.pick((1, 2, 0, 3, 2, 4)))]
+        if node.can_end and self._choices.chance(60):
+            found.insert(0, self._on_done(node.id, self._aims.targets(node)))
         # an unhandled error stops the machine, which most charts should survive
         if node.depth == 1 and self._choices.chance(92):
             content = self._content.block(most=1) if self._choices.chance(20) else None
@@ -243,12 +214,7 @@ class Behaviour:
     def _on_platform_event(
         self, targets: tuple[Node, ...], guard: str | None, content: Block | None
     ) -> DocTransition:
-        ended = [
-            node.id
-            for node in self._states
-            if any(child.kind is Kind.FINAL for child in node.children)
-        ]
-        ended += [n.id for n in self._states if n.kind is Kind.PARALLEL and _can_end(n)]
+        ended = [node.id for node in self._states if node.can_end]
         event = self._choices.pick(("error.execution", "error.range", "error", "done.state"))
         if event == "done.state" and ended:
             return self._on_done(self._choices.pick(ended), targets)
@@ -260,29 +226,15 @@ class Behaviour:
         event = Event(f"done.state.{ended}", self._done.get(ended, ()), frozenset())
         content = self._content.at(event)
         guard = content.terms.test() if self._choices.chance(35) else None
-        block = content.block(most=2) if self._choices.chance(80) else None
+        block = content.block(most=2) if self._choices.chance(50) else None
+        if event.fields and self._choices.chance(80):
+            told = DocLog(None, tuple(text(f"event.{f.name}") for f in event.fields), PLACE)
+            block = (told, *(block or ()))
         return self._taken(Trigger.EVENT, targets, events=(event.name,), guard=guard, content=block)
 
     def targets(self, node: Node) -> tuple[Node, ...]:
-        """Return targets for a transition of a state: mostly one, of any kind and distance."""
-        kind = self._choices.integer(0, 19)
-        others = [n for n in self._states if n is not node]
-        below = node.below()
-        if kind >= 18 and (spread := self._spread(self._root)):
-            return spread
-        if kind in (3, 4) or not others:
-            return ()
-        if kind in (5, 6) and below:
-            return (self._choices.pick(below),)
-        if kind == 7:
-            return (node,)
-        if kind in (8, 9) and (histories := [n for n in others if not n.is_real]):
-            return (self._choices.pick(histories),)
-        if kind < 15 and node.parent is not None:
-            siblings = [n for n in node.parent.below() if n is not node]
-            if siblings:
-                return (self._choices.pick(siblings),)
-        return (self._choices.pick(others),)
+        """Return targets for a transition of a state."""
+        return self._aims.targets(node)
 
     def _taken(
         self,
@@ -313,15 +265,3 @@ class Behaviour:
             return None
         self._made += 1
         return text(f"t{self._level}_{self._made}")
-
-
-def _always(targets: tuple[Node, ...], content: Block | None) -> DocTransition:
-    names = tuple(text(target.id) for target in targets)
-    return DocTransition(Trigger.INITIAL, PLACE, targets=names, content=content)
-
-
-def _can_end(node: Node) -> bool:
-    """Whether a state can be in a final configuration, by its tree alone."""
-    if node.kind is Kind.PARALLEL:
-        return all(_can_end(child) for child in node.children if child.is_real)
-    return any(child.kind is Kind.FINAL for child in node.children)

@@ -104,7 +104,9 @@ class _Deriver:
             node.kind = Kind.PARALLEL if self.choices.chance(30) else Kind.COMPOUND
             grower.fill(node)
             return
-        if node.kind is Kind.COMPOUND and node.parent is not None and self.choices.chance(30):
+        # the data of final states would go with the done event of the region
+        may_split = node.kind is Kind.COMPOUND and node.parent is not None and not node.can_end
+        if may_split and self.choices.chance(40):
             main = Node(f"{node.id}.main", Kind.COMPOUND, node)
             main.children = [c for c in node.children if c.kind is not Kind.DEEP_HISTORY]
             for child in main.children:
@@ -119,7 +121,7 @@ class _Deriver:
         """Return the root, with the new top-level states, and the changes of inherited ones."""
         root = DocState(None, Kind.COMPOUND, PLACE, children=self._new_children(self.root))
         nodes = [node for node in self.root.below() if node.id in self.inherited]
-        changed = [n for n in nodes if self._has_new(n) or self.choices.chance(35)]
+        changed = [n for n in nodes if self._has_new(n) or self.choices.chance(45)]
         return root, tuple(self._entry(node, self.inherited[node.id]) for node in changed)
 
     def _has_new(self, node: Node) -> bool:
@@ -139,7 +141,7 @@ class _Deriver:
         entry = DocState(text(node.id), kind, PLACE, children=children)
         if node.id in self.filled:
             entry = replace(entry, initial=self.behaviour.initial(node))
-        elif base.initial is not None and node.kind is not Kind.PARALLEL and self._perhaps(25):
+        elif base.initial is not None and node.kind is not Kind.PARALLEL and self._perhaps(40):
             entry = self._with_initial(entry, node, base.initial)
         if node.is_real:
             entry = self._with_content(entry, base, "entry")

@@ -27,6 +27,7 @@ from fsmkit.model.elaborate import elaborate
 from fsmkit.plugins import FrontEnd, plugin
 from fsmkit.testing.charts import random_document, random_family
 from fsmkit.testing.choices import Choices, SeededChoices
+from fsmkit.testing.ecmascript import random_ecmascript
 from fsmkit.testing.harness import Harness, InterpreterHarness, TargetHarness, harness, harnesses
 from fsmkit.testing.reduction import Documents, Script, reduce_example
 from fsmkit.testing.scripts import random_script
@@ -106,8 +107,10 @@ def random_case(seed: int, number: int) -> Case:
 def random_documents(choices: Choices) -> Documents:
     """Return a chart of any kind, with those it extends."""
     kind = choices.integer(0, 9)
-    if kind in (7, 8):
+    if kind in (5, 6):
         return random_family(choices)
+    if kind >= 7:
+        return (random_ecmascript(choices),)
     return (random_document(choices),)
 
 

@@ -55,6 +55,19 @@ class Node:
         return self.kind not in HISTORIES
 
     @property
+    def is_in_region(self) -> bool:
+        """Whether other regions can be active at the same time."""
+        parent = self.parent
+        return parent is not None and (parent.kind is Kind.PARALLEL or parent.is_in_region)
+
+    @property
+    def can_end(self) -> bool:
+        """Whether this can be in a final configuration, by its tree alone: ``done.state`` of it."""
+        if self.kind is Kind.PARALLEL:
+            return all(child.can_end for child in self.children if child.is_real)
+        return any(child.kind is Kind.FINAL for child in self.children)
+
+    @property
     def has_behaviour(self) -> bool:
         """Whether this can have event transitions of its own."""
         return self.parent is not None and self.kind in (
@@ -107,6 +120,10 @@ class Grower:
             if self.budget <= 0:
                 break
             self._add(node, self._any(node))
+        if node.parent is not None and self.choices.chance(25):
+            self._add(node, Kind.FINAL)
+        if node.is_in_region and self.choices.chance(30):
+            self._add(node, self.choices.pick(HISTORIES))
 
     def _fill_parallel(self, node: Node) -> None:
         for _ in range(self.choices.pick((2, 2, 2, 3))):
@@ -129,7 +146,7 @@ class Grower:
     def _any(self, parent: Node) -> Kind:
         kind = self.choices.integer(0, 15)
         match kind:
-            case 8:
+            case 7 | 8:
                 return Kind.FINAL
             case 9:
                 return Kind.CHOICE
