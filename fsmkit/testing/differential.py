@@ -29,6 +29,7 @@ from fsmkit.testing.charts import random_document, random_family
 from fsmkit.testing.choices import Choices, SeededChoices
 from fsmkit.testing.ecmascript import random_ecmascript
 from fsmkit.testing.harness import Harness, InterpreterHarness, TargetHarness, harness, harnesses
+from fsmkit.testing.invoking import random_invoking
 from fsmkit.testing.reduction import Documents, Script, reduce_example
 from fsmkit.testing.scripts import random_script
 
@@ -107,6 +108,8 @@ def random_case(seed: int, number: int) -> Case:
 def random_documents(choices: Choices) -> Documents:
     """Return a chart of any kind, with those it extends."""
     kind = choices.integer(0, 9)
+    if kind == 4:
+        return (random_invoking(choices),)
     if kind in (5, 6):
         return random_family(choices)
     if kind >= 7:
