@@ -1,0 +1,143 @@
+/* fsm_mailbox.h: events for a machine from an interrupt or another thread, without locks.
+ *
+ * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
+ * changed and passed on with it under any terms.
+ *
+ * X_post belongs to the context that runs the machine. Any other context gets a mailbox of its own,
+ * a ring that it alone fills and the machine's context alone empties:
+ *
+ *   FSM_MAILBOX(feeder, FEEDER_QUEUE, 16)           once, after feeder.h: the type feeder_mailbox
+ *   static feeder_mailbox from_isr;                 one for each producer; zero is empty
+ *
+ *   feeder_mailbox_put(&from_isr, &event);          the producer; false if there was no room
+ *   feeder_mailbox_run(&from_isr, &machine, now);   the machine's context, instead of feeder_run
+ *
+ * An event leaves the mailbox when the machine has taken it, so the only loss is at a full mailbox:
+ * the producer is told, and feeder_mailbox_lost counts it. Two interrupts may share a mailbox only
+ * where neither can interrupt the other. */
+#ifndef FSM_MAILBOX_H
+#define FSM_MAILBOX_H
+
+#include "fsm_shared.h"
+
+#include <stdbool.h>
+
+/* clang warns of an inline function that a .c file does not use */
+#if defined(__GNUC__)
+#define FSM_MAY_BE_UNUSED __attribute__((unused))
+#else
+#define FSM_MAY_BE_UNUSED
+#endif
+
+/* A ring without its slots. Counts are modulo the range of FSM_INDEX, of which the number of slots
+ * is a divisor, so `count % slots` is a place. */
+typedef struct {
+    fsm_shared put;  /* filled so far; the producer writes it */
+    fsm_shared got;  /* emptied so far; the consumer writes it */
+    fsm_shared lost; /* found no room; the producer writes it; stops at the largest value */
+} fsm_ring;
+
+/* How many slots are filled. The producer can only see too many, the consumer only too few. */
+static inline FSM_INDEX fsm_ring_count(const fsm_ring *ring)
+{
+    FSM_INDEX got = fsm_shared_read(&ring->got);
+    return (FSM_INDEX)(fsm_shared_read(&ring->put) - got);
+}
+
+/* Producer: find a free slot among `slots`, a power of two; fill it, then publish it. */
+static inline bool fsm_ring_claim(fsm_ring *ring, FSM_INDEX slots, FSM_INDEX *place)
+{
+    FSM_INDEX lost;
+    if (fsm_ring_count(ring) < slots) {
+        *place = (FSM_INDEX)(fsm_shared_read(&ring->put) % slots);
+        return true;
+    }
+    lost = fsm_shared_read(&ring->lost);
+    if (lost != (FSM_INDEX)-1)
+        fsm_shared_write(&ring->lost, (FSM_INDEX)(lost + 1u));
+    return false;
+}
+
+static inline void fsm_ring_publish(fsm_ring *ring)
+{
+    fsm_shared_write(&ring->put, (FSM_INDEX)(fsm_shared_read(&ring->put) + 1u));
+}
+
+/* Consumer: find the oldest filled slot; read it, then release it. */
+static inline bool fsm_ring_front(const fsm_ring *ring, FSM_INDEX slots, FSM_INDEX *place)
+{
+    if (fsm_ring_count(ring) == 0u)
+        return false;
+    *place = (FSM_INDEX)(fsm_shared_read(&ring->got) % slots);
+    return true;
+}
+
+static inline void fsm_ring_release(fsm_ring *ring)
+{
+    fsm_shared_write(&ring->got, (FSM_INDEX)(fsm_shared_read(&ring->got) + 1u));
+}
+
+/* Define X_mailbox and its functions for the machine X, whose queue holds `queue` events, with a
+ * power of two of slots.
+ *
+ * X_mailbox_drain posts events until the mailbox is empty, the machine refuses one (which stays),
+ * or it posted a queueful; returns how many. For several mailboxes before one X_run.
+ *
+ * X_mailbox_run posts what was there when it was called, and runs the machine after each queueful.
+ * Bounded by the slots. */
+#define FSM_MAILBOX(X, queue, slots_)                                                              \
+    typedef char X##_mailbox_has_a_power_of_two_of_slots                                           \
+        [(slots_) > 0 && ((slots_) & ((slots_) - 1)) == 0 ? 1 : -1];                               \
+    typedef char X##_mailbox_fits_FSM_INDEX                                                        \
+        [(queue) > 0 && (FSM_INDEX)-1 / 2 >= (FSM_INDEX)((slots_) - 1) &&                          \
+                 (FSM_INDEX)(slots_) == (slots_) && (FSM_INDEX)(queue) == (queue)                  \
+             ? 1                                                                                   \
+             : -1];                                                                                \
+    typedef struct {                                                                               \
+        fsm_ring ring;                                                                             \
+        X##_event slots[slots_];                                                                   \
+    } X##_mailbox;                                                                                 \
+    FSM_MAY_BE_UNUSED static inline bool X##_mailbox_put(X##_mailbox *box, const X##_event *e)     \
+    {                                                                                              \
+        FSM_INDEX place;                                                                           \
+        if (!fsm_ring_claim(&box->ring, (slots_), &place))                                         \
+            return false;                                                                          \
+        box->slots[place] = *e;                                                                    \
+        fsm_ring_publish(&box->ring);                                                              \
+        return true;                                                                               \
+    }                                                                                              \
+    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_lost(const X##_mailbox *box)             \
+    {                                                                                              \
+        return fsm_shared_read(&box->ring.lost);                                                   \
+    }                                                                                              \
+    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_post(X##_mailbox *box, X *m,             \
+                                                               FSM_INDEX most)                     \
+    {                                                                                              \
+        FSM_INDEX place, posted = 0;                                                               \
+        while (posted < most && fsm_ring_front(&box->ring, (slots_), &place) &&                    \
+               X##_post(m, &box->slots[place])) {                                                  \
+            fsm_ring_release(&box->ring);                                                          \
+            posted++;                                                                              \
+        }                                                                                          \
+        return posted;                                                                             \
+    }                                                                                              \
+    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_drain(X##_mailbox *box, X *m)            \
+    {                                                                                              \
+        return X##_mailbox_post(box, m, (FSM_INDEX)(queue));                                       \
+    }                                                                                              \
+    FSM_MAY_BE_UNUSED static inline void X##_mailbox_run(X##_mailbox *box, X *m, uint32_t now)     \
+    {                                                                                              \
+        FSM_INDEX left = fsm_ring_count(&box->ring);                                               \
+        bool goes_on = true; /* a queue that something else filled is empty after the first run */ \
+        bool first = true;                                                                         \
+        while (goes_on) {                                                                          \
+            FSM_INDEX some = (FSM_INDEX)(left < (queue) ? left : (queue));                         \
+            FSM_INDEX posted = X##_mailbox_post(box, m, some);                                     \
+            X##_run(m, now);                                                                       \
+            left = (FSM_INDEX)(left - posted);                                                     \
+            goes_on = left > 0u && (posted > 0u || first);                                         \
+            first = false;                                                                         \
+        }                                                                                          \
+    }
+
+#endif
