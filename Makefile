@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: demo test lint tools bless differential bench fuzz clean
+.PHONY: demo test lint tools bless differential bench bench-scaling fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -34,8 +34,12 @@ CHARTS ?= 1000
 differential: $(VENV)/ready
 	$(BIN)/python -m fsmkit.testing.differential --charts $(CHARTS)
 
-# Seconds and calls of functions, stage by stage, for charts of 1,000 and 10,000 states.
+# Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready
+	$(BIN)/python -m benchmarks.yardstick $(BENCH)
+
+# Seconds and calls of functions, stage by stage, for charts of 1,000 and 10,000 states.
+bench-scaling: $(VENV)/ready
 	$(BIN)/python benchmarks/scaling.py
 
 # Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
