@@ -25,7 +25,14 @@ def build(require_tool: Callable[[str], str]) -> Build:
         standard = [] if any(str(a).startswith("-std=") for a in arguments) else ["-std=c99"]
         if compiler.endswith("++"):
             standard = ["-x", "c++"]
-        command = [require_tool(compiler), *standard, *WARNINGS, f"-I{RUNTIME}", f"-I{HOSTS}"]
+        command = [
+            require_tool(compiler),
+            *standard,
+            *WARNINGS,
+            f"-I{folder}",
+            f"-I{RUNTIME}",
+            f"-I{HOSTS}",
+        ]
         words = [*command, *map(str, arguments), "-o", "made"]
         done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr

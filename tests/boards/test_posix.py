@@ -1,0 +1,145 @@
+"""The POSIX host: exactly, under a simulated clock; and with threads and a signal in real time."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.loading import load
+from tests.boards.conftest import HOSTS, ROOT, Build, Run
+
+HOST = HOSTS / "posix/fsm_posix.c"
+TESTS = ROOT / "tests/boards"
+WRAPPED = "-Wl,--wrap=clock_gettime,--wrap=clock_nanosleep,--wrap=pselect"
+ADDRESS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
+THREADS = ("-fsanitize=thread", "-g", "-O1")
+
+
+def simulated(folder: Path, build: Build, kind: str, lines: Sequence[str]) -> list[str]:
+    files = (HOST, TESTS / "posix_simulated.c")
+    program = build(folder, "gcc", *ADDRESS, "-pthread", *files, WRAPPED)
+    done = subprocess.run(
+        [program, kind], input="\n".join(lines), capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.splitlines()
+
+
+def test_periodic(tmp_path: Path, build: Build) -> None:
+    """Late by little, an overrun of 2.5 periods, one of exactly none, and a wrap of the ticks."""
+    lines = ["0 100", "1 0", "3 50", "signal 0", "1023 5", "1024 2500000", "0 1000000"]
+    lines += ["0 1000001", "7 4294967296000000", "0 0"]
+    assert simulated(tmp_path, build, "periodic", lines) == [
+        "step 1 at 1000000",
+        "step 2 at 2000001",
+        "step 3 at 3000003",
+        "step 4 at 4001023",
+        "step 5 at 5001024",  # ends at 7.5 ms: 6 and 7 are missed
+        "step 8 at 8000000",  # ends when 9 begins: in time
+        "step 9 at 9000000",  # ends 1 ns after 10 began
+        "step 11 at 11000007",
+        "step 12 at 4294967308000000",  # modulo 2^32
+        "real-time priority: not asked for",
+        "locked memory: not asked for",
+        f"cycles 9, overruns 3, missed deadlines {2 + 1 + 2**32}",
+        "longest step 4294967296000000 ns, worst jitter 1024 ns",
+        "late by          0 ns or more: 5",
+        "late by          2 ns or more: 1",
+        "late by          4 ns or more: 1",
+        "late by        512 ns or more: 1",
+        "late by       1024 ns or more: 1",
+        "bytes left in the pipe: 1",
+    ]
+
+
+def test_no_jitter_is_beyond_the_histogram(tmp_path: Path, build: Build) -> None:
+    lines = [f"{2**k} 0" for k in range(34)]
+    printed = simulated(tmp_path, build, "periodic", lines)
+    buckets = [line for line in printed if line.startswith("late by")]
+    assert [line.split()[-1] for line in buckets] == ["1"] * 31 + ["3"]
+    assert buckets[-1].split()[2] == str(2**31)
+
+
+def test_tickless(tmp_path: Path, build: Build) -> None:
+    lines = ["0 100", "wake 3000000 10", "1500 0", "wake 7000000 9000000", "0 0"]
+    assert simulated(tmp_path, build, "tickless", lines) == [
+        "step 0 at 0",
+        "step 5 at 5000000",
+        "step 8 at 8000100",  # woken; the timer is armed anew
+        "step 13 at 13001500",  # arms no timer
+        "step 20 at 20001500",  # woken; lasts beyond the timer at 25
+        "step 29 at 29001500",
+        "real-time priority: not asked for",
+        "locked memory: not asked for",
+        "cycles 6, overruns 0, missed deadlines 0",
+        "longest step 9000000 ns, worst jitter 4001500 ns",
+        "late by          0 ns or more: 1",
+        "late by       1024 ns or more: 1",
+        "late by    2097152 ns or more: 1",
+        "bytes left in the pipe: -1",
+    ]
+
+
+def test_nothing_armed_sleeps_a_day_at_a_time(tmp_path: Path, build: Build) -> None:
+    printed = simulated(tmp_path, build, "tickless", ["0 0", "0 0", "0 0", "0 0", "0 0"])
+    assert printed[4] == f"step {15 + 86_400_000} at {(15 + 86_400_000) * 10**6}"
+    assert "late by          0 ns or more: 4" in printed  # a day's end is no timer
+
+
+COUNTER = """\
+chart: Counter
+data: {sum: uint32 = 0, ticks: uint32 = 0}
+events: {in: [hit(weight uint32)]}
+initial: on
+states:
+  on:
+    on: {hit: {do: sum = sum + event.weight}}
+    after: {1ms: {target: on, do: ticks = ticks + 1}}
+"""
+
+
+@pytest.mark.parametrize("kind", ["periodic", "tickless"])
+@pytest.mark.parametrize("sanitizer", [ADDRESS, THREADS], ids=["address", "thread"])
+def test_threads(
+    kind: str, sanitizer: tuple[str, ...], tmp_path: Path, build: Build, run: Run
+) -> None:
+    (tmp_path / "counter.yaml").write_text(COUNTER, encoding="utf-8")
+    for name, text in generate_machine(load(tmp_path / "counter.yaml")).files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    files = [*sorted(path.name for path in tmp_path.glob("*.c")), HOST, TESTS / "posix_threads.c"]
+    printed = run(build(tmp_path, "clang", *sanitizer, "-pthread", *files), kind)
+    assert "sum 500500 ticks 1\n" in printed
+    cycles = int(re.search(r"cycles (\d+)", printed)[1])  # type: ignore[index]
+    late = sum(int(line.split()[-1]) for line in printed.splitlines() if line.startswith("late"))
+    assert late == cycles if kind == "periodic" else 0 < late <= cycles
+    assert re.search(r"real-time priority: (granted|refused: \w)", printed)
+    assert re.search(r"locked memory: (granted|refused: \w)", printed)
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "arm-linux-gnueabihf-gcc"])
+def test_no_warning(compiler: str, tmp_path: Path, build: Build) -> None:
+    build(tmp_path, compiler, "-O2", "-c", HOST)
+
+
+def test_what_is_refused_is_said(tmp_path: Path, build: Build, run: Run) -> None:
+    """No process may have a priority of 1000."""
+    (tmp_path / "main.c").write_text(
+        '#include "posix/fsm_posix.h"\n'
+        "static fsm_posix host;\n"
+        "static void step(void *m, uint32_t now) { (void)m; (void)now; fsm_posix_stop(&host); }\n"
+        "int main(void)\n{\n"
+        "    if (fsm_posix_init(&host, 1000) != 0) return 2;\n"
+        "    host.priority = 1000;\n"
+        "    (void)fsm_posix_periodic(&host, step, NULL);\n"
+        "    fsm_posix_print(&host, stdout);\n    fsm_posix_close(&host);\n    return 0;\n}\n",
+        encoding="utf-8",
+    )
+    printed = run(build(tmp_path, "gcc", "-pthread", "main.c", HOST))
+    assert f"real-time priority: refused: {os.strerror(22)}" in printed
+    assert "cycles 1," in printed
