@@ -18,6 +18,7 @@ from fsmkit.model.passes.declare_loops import declare_loops
 from fsmkit.model.passes.hoist_increments import hoist_increments
 from fsmkit.model.passes.invoke_charts import Draft, invoke_charts, returned
 from fsmkit.model.passes.lower_ecmascript import lower_ecmascript
+from fsmkit.model.passes.name_sends import name_sends
 from fsmkit.model.passes.number_states import number_states
 from fsmkit.model.passes.plan_invocations import plan_invocations
 from fsmkit.model.passes.read_capacities import read_capacities
@@ -41,7 +42,7 @@ def elaborate(
     the one that invokes it; the charts that this one invokes are elaborated with it.
     """
     resolved = resolve_inheritance(documents, findings)
-    document = hoist_increments(bind_late(resolved.document))
+    document = hoist_increments(bind_late(name_sends(resolved.document)))
     document = spread_objects(document, given)
     document = bound_arrays(document, given, findings)
     document = lower_ecmascript(document, given)

@@ -83,7 +83,7 @@ def _statement(word: str, element: Element, context: Context) -> Block:
         case "script":
             return read_script(element, context)
         case "send":
-            return (_send(element, context),)
+            return _send(element, context)
         case "cancel":
             id_, id_expr = context.either(element, "sendid", "sendidexpr")
             if id_ is None and id_expr is None:
@@ -175,17 +175,19 @@ def read_script(element: Element, context: Context) -> Block:
     return (DocUnreadable(error.message, span),)
 
 
-def _send(element: Element, context: Context) -> DocStatement:
+def _send(element: Element, context: Context) -> Block:
     event, event_expr = context.either(element, "event", "eventexpr")
+    if event is None and event_expr is None:
+        return _lacks(element, "event", context)
     target, target_expr = context.either(element, "target", "targetexpr")
     delay, delay_expr = context.either(element, "delay", "delayexpr")
     id_, id_location = context.either(element, "id", "idlocation")
     type_, type_expr = context.either(element, "type", "typeexpr")
     arguments = read_params(element, context)
     if isinstance(arguments, DocUnreadable):
-        return arguments
+        return (arguments,)
     content, content_expr = read_content(element, context)
-    return DocSend(
+    send = DocSend(
         element.span,
         event,
         event_expr,
@@ -202,6 +204,7 @@ def _send(element: Element, context: Context) -> DocStatement:
         content,
         content_expr,
     )
+    return (send,)
 
 
 def read_params(

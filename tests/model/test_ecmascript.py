@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from fsmkit.expressions import INT32, SYMBOL
+from fsmkit.model.statements import Send
 from fsmkit.testing.conformance_traces import ends_in
 from fsmkit.testing.harness import harness
 
@@ -179,6 +180,23 @@ def test_an_id_that_is_made_can_be_cancelled(scxml: Any) -> None:
     ).chart
     for runtime in RUNTIMES:
         assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+
+
+def test_ids_that_are_made_are_running_numbers(scxml: Any) -> None:
+    """They depend on neither the layout nor the notation, and are nobody else's."""
+    made = '<send event="go" idlocation="v" delay="{}s"/>'
+    texts = [
+        f'{HEAD}<datamodel><data id="v"/></datamodel><state id="s"><onentry>{made.format(1)}{gap}'
+        f'<send event="go" id="send.2"/>{made.format(3)}</onentry>'
+        f'<transition event="go" cond="v == \'send.3\'" target="pass"/></state>{FINALS}'
+        for gap in ("", "<!-- a comment -->\n\n")
+    ]
+    first, second = (scxml(text).chart for text in texts)
+    assert first == second
+    assert [send.id for send in first.states[1].on_entry[0] if isinstance(send, Send)] == [
+        "send.1", "send.2", "send.3"
+    ]  # fmt: skip
+    assert ends_in(harness("interpreter").run(first, SCRIPT)) == ("pass",)
 
 
 JOINED = '<data id="v" expr="\'#_scxml_\'"/><data id="w" expr="{}"/>'

@@ -137,6 +137,7 @@ def test_foreign_namespaces(read: ReadChart) -> None:
         "<if cond='a'><elseif/></if>",
         "<foreach item='x'/>",
         "<cancel/>",
+        "<send/>",
         "<send event='e'><param expr='1'/></send>",
         "<state/>",
         "<script>while (true) { x = function () { } }</script>",

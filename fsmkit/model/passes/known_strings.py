@@ -216,20 +216,14 @@ def find_strings(
                 )
             case DocForEach(item=item, index=index):
                 gifts += [(each.value.strip(), None, 0) for each in (item, index) if each]
-            case DocSend(id_location=Text() as location):
-                made = string(id_of(part), location)
-                gifts.append((location.value.strip(), _read(made), 0))
+            case DocSend(id=Text() as made, id_location=Text() as location):
+                gifts.append((location.value.strip(), _read(string(made.value, location)), 0))
             case DocInvoke(id_location=Text() as location):
                 gifts.append((location.value.strip(), None, 0))
             case _:
                 pass
     known.learn(gifts)
     return known
-
-
-def id_of(send: DocSend) -> str:
-    """Return the id of what is sent; where it is to be made, one for each place (SCXML 6.2.4)."""
-    return f"send.{send.span.start}" if send.id is None else send.id.value
 
 
 def assigned(location: Text, value: Text, operator: str) -> Text:

@@ -38,7 +38,7 @@ from fsmkit.model.document import (
 )
 from fsmkit.model.given import Given
 from fsmkit.model.literal_content import content_value, members, string
-from fsmkit.model.passes.known_strings import KnownStrings, assigned, find_strings, id_of
+from fsmkit.model.passes.known_strings import KnownStrings, assigned, find_strings
 from fsmkit.model.passes.walk_document import parts
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
@@ -169,10 +169,9 @@ class _Lowering:
             case DocForEach(_, item, index, body, span):
                 flags = self._set(item, span) + (() if index is None else self._set(index, span))
                 return (replace(statement, body=(*flags, *self._block(body))),)
-            case DocSend(id_location=Text() as location, span=span):
-                id_ = replace(location, value=id_of(statement), offsets=())
-                stored = DocAssign(location, string(id_.value, location), span)
-                named = replace(statement, id=id_, id_location=None)
+            case DocSend(id=Text() as made, id_location=Text() as location, span=span):
+                stored = DocAssign(location, string(made.value, location), span)
+                named = replace(statement, id_location=None)
                 return (stored, *self._set(location, span), *self._send(named))
             case DocSend():
                 return self._send(statement)

@@ -143,7 +143,6 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
     identity = None if written.id is None else written.id.value
     before: tuple[Statement, ...] = ()
     if written.id_location is not None:
-        identity = f"send.{written.span.start}"
         location = type_location(written.id_location, context.scope, context.findings)
         if location is None:
             return ()
