@@ -176,24 +176,28 @@ def fit(context: Context, expr: Expr, expected: Type) -> Expr | None:
     if isinstance(expected, IntType):
         if context.is_ecmascript and isinstance(source, FloatType) and not _is_whole(expr):
             return _truncation(context, expr, expected)
-        _check_range(context, expr, expected)
+        if not _may_fit(context, expr, expected):
+            return None
     return convert(expr, expected)
 
 
-def _check_range(context: Context, expr: Expr, expected: IntType) -> None:
-    """Report a value that is sure to be outside a type that does not wrap."""
+def _may_fit(context: Context, expr: Expr, expected: IntType) -> bool:
+    """Report a value that is sure to be outside a type that does not wrap; False for a literal."""
     source = expr.type
     lo, hi, overflow = bounds(expected)
     if overflow is Overflow.WRAP or not isinstance(source, IntType):
-        return
-    if source.hi < lo or source.lo > hi:
-        context.report(
-            "value-out-of-range",
-            f"{described(source)} is never within `{expected}`",
-            expr.span,
-            f"keep it within {lo}..{hi}, or widen the range",
-            Severity.ERROR if isinstance(expr, Literal) else Severity.WARNING,
-        )
+        return True
+    if source.lo <= hi and source.hi >= lo:
+        return True
+    is_literal = isinstance(expr, Literal)
+    context.report(
+        "value-out-of-range",
+        f"{described(source)} is never within `{expected}`",
+        expr.span,
+        f"keep it within {lo}..{hi}, or widen the range",
+        Severity.ERROR if is_literal else Severity.WARNING,
+    )
+    return not is_literal
 
 
 def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) -> Expr | None:

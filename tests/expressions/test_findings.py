@@ -116,6 +116,12 @@ def test_finding_where_a_type_is_expected(source: str, expected: Type, rule: str
     assert refused(source, expected).rule.name == rule
 
 
+def test_an_argument_sure_to_be_outside_of_its_range() -> None:
+    findings = Findings()
+    assert type_expression(text("goto(-1, none)"), SCOPE, findings) is None
+    assert [d.rule.name for d in findings] == ["value-out-of-range"]
+
+
 def test_a_value_sure_to_saturate_is_a_warning() -> None:
     findings = Findings()
     assert type_expression(text("a + 10"), SCOPE, findings, IntType(0, 9)) is not None
