@@ -36,6 +36,8 @@ differential: $(VENV)/ready
 
 # Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]' || \
+	  echo 'packages to compare with could not be installed; those that are missing are left out'
 	$(BIN)/python -m benchmarks.yardstick $(BENCH)
 
 # Seconds and calls of functions, stage by stage, for charts of 1,000 and 10,000 states.

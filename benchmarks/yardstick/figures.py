@@ -69,8 +69,8 @@ class Speed:
     """In one run."""
     events_per_second: float
     """The median of all runs; the machine's load is in it."""
-    ratio: float
-    """To the machine by hand, the median over rounds in which both ran one after the other."""
+    ratio: float | None
+    """To the machine by hand, the median over rounds in which both ran."""
     is_correct: bool
     note: str = ""
 
@@ -87,6 +87,12 @@ class Results:
     speeds: list[Speed] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """What was left out, and why."""
+
+    @property
+    def is_correct(self) -> bool:
+        """Whether every machine did the work of the model."""
+        verdicts = [machine.is_correct for machine in self.machines]
+        return all(verdicts + [speed.is_correct for speed in self.speeds])
 
 
 def limit(machines: Iterable[Machine], chart: str, figure: str) -> float | None:

@@ -124,13 +124,13 @@ def prices(results: Results) -> Sheet:
 
 def speeds(results: Results) -> Sheet:
     """Return the table of machines in Python."""
-    columns = ("chart", "machine", "events/s", "of match/case", "aim", "events", "digests")
+    columns = ("chart", "machine", "events/s", "x match/case", "aim", "events", "digests")
     rows = tuple(
         (
             speed.chart,
             speed.name,
             number(speed.events_per_second),
-            number(speed.ratio, 3 if speed.ratio >= 0.01 else 5),
+            number(speed.ratio, 4),
             _reached(speed.ratio, AIMS[speed.chart].python) if speed.kind == FSMKIT else "",
             number(speed.events),
             ("equal" if speed.is_correct else "WRONG") + (f", {speed.note}" if speed.note else ""),
@@ -142,8 +142,8 @@ def speeds(results: Results) -> Sheet:
     )
 
 
-def _reached(value: float, aim: float) -> str:
-    return f"{aim} {'met' if value >= aim else 'missed'}"
+def _reached(value: float | None, aim: float) -> str:
+    return str(aim) if value is None else f"{aim} {'met' if value >= aim else 'missed'}"
 
 
 def judged(machine: Machine, value: float | None, aim: float) -> str:
