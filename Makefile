@@ -60,7 +60,9 @@ fuzz: $(VENV)/ready
 bless: $(VENV)/ready
 	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/runtime tests/yaml
 
-TOOLS := clang libclang-rt-dev graphviz
+TOOLS := clang libclang-rt-dev graphviz cmake pkg-config \
+  gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
+  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user
 tools:
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \

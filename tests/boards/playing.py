@@ -1,0 +1,167 @@
+"""Scripts on boards: the harness of the differential test, built for another processor.
+
+On Arm Linux it runs as it is. On the Cortex-M3 three calls change: `start` starts SysTick, `run`
+waits for SysTick and is given its time, `post` has an interrupt put the event into a mailbox.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from fsmkit.codegen.c import harness
+from fsmkit.codegen.c.generate import Machine, generate_machine
+from fsmkit.codegen.c.limits import report_limits
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load
+from fsmkit.model.chart import Chart
+from fsmkit.testing.choices import SeededChoices
+from fsmkit.testing.differential import random_case
+from fsmkit.testing.harness import InterpreterHarness
+from fsmkit.testing.reduction import Script
+from fsmkit.testing.scripts import random_script
+from tests.boards.conftest import HOSTS, ROOT, RUNTIME
+
+CELL = ROOT / "machines/production_cell"
+CORTEX_M3 = ("-mcpu=cortex-m3", "-mthumb")
+BOARD = (HOSTS / "cortex_m/fsm_cortex_m.c", HOSTS / "cortex_m/mps2_an385.c")
+LINKED = ("-nostartfiles", "-T", str(HOSTS / "cortex_m/mps2_an385.ld"))
+EMULATED = (
+    *("qemu-system-arm", "-M", "mps2-an385", "-display", "none", "-monitor", "none"),
+    *("-serial", "stdio", "-semihosting-config", "enable=on,target=native"),
+    *("-icount", "shift=0,sleep=off"),  # time is that of the program, and nobody waits for it
+)
+"""The board; each instruction takes a nanosecond, sleep none."""
+NEWLIB = ("-D__int64_t_defined=1", "-D__int_least64_t_defined=1")
+"""Its <inttypes.h> asks for these to define PRId64, but the <stdint.h> of gcc defines neither."""
+MEMORY = """\
+static {p} {p}_machine;
+FSM_MAILBOX({p}, {upper}_QUEUE, 2)
+static {p}_mailbox {p}_box;
+static {p}_event {p}_came;
+typedef char {p}_size_is_as_stated[sizeof({p}) == {upper}_STRUCT_BYTES ? 1 : -1];
+static void {p}_handler(void)
+{{
+    if (!{p}_mailbox_put(&{p}_box, &{p}_came))
+        wrong("full mailbox");
+}}
+static bool {p}_post_by_interrupt(const {p}_event *e)
+{{
+    {p}_came = *e;
+    board_interrupt({p}_handler);
+    if ({p}_mailbox_drain(&{p}_box, &{p}_machine) == 1u)
+        return true;
+    fsm_ring_release(&{p}_box.ring);
+    return false;
+}}
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A chart and what its host does."""
+
+    chart: Chart
+    script: Script
+
+
+def cell_jobs(length: int) -> list[Job]:
+    """Return the charts of the production cell, each with a random script."""
+    charts = [load(CELL / f"{name}.yaml") for name in ("feeder", "molder", "plant")]
+    return [Job(c, random_script(SeededChoices(f"board:{c.name}"), c, length)) for c in charts]
+
+
+def random_jobs(count: int, seed: int = 11) -> list[Job]:
+    """Return random charts that C can express, with their scripts."""
+    found: list[Job] = []
+    number = 0
+    while len(found) < count:
+        case = random_case(seed, number)
+        number += 1
+        findings = Findings()
+        report_limits(case.chart, findings)
+        if not findings.has_errors:
+            found.append(Job(case.chart, case.script))
+    return found
+
+
+def expected(jobs: Sequence[Job]) -> list[list[str]]:
+    """Return the traces of the interpreter."""
+    return [list(InterpreterHarness().run(job.chart, job.script)) for job in jobs]
+
+
+def write_player(folder: Path, jobs: Sequence[Job], *, board: bool) -> str:
+    """Write the C that plays the scripts; return the text that it reads."""
+    machines = [generate_machine(job.chart, f"x{i}") for i, job in enumerate(jobs)]
+    harness._write(folder, machines)
+    text = "".join(f"{line}\n" for job in jobs for line in (*job.script, harness.END))
+    if board:
+        for machine in machines:
+            _use_board(folder / f"run_{machine.names.prefix}.c", machine)
+        text_of_main = (folder / "main.c").read_text(encoding="utf-8")
+        assert text_of_main.count("int main(void)") == 1
+        main = text_of_main.replace("int main(void)", "int play(void);\nint play(void)")
+        (folder / "main.c").write_text(main, encoding="utf-8")
+        (folder / "script.c").write_text(_linked_in(text), encoding="ascii")
+    return text
+
+
+def _use_board(path: Path, machine: Machine) -> None:
+    p, upper = machine.names.prefix, machine.names.upper
+    text = '#include "board_player.h"\n' + path.read_text(encoding="utf-8")
+    for before, after in (
+        (f"static {p} {p}_machine;\n", MEMORY.format(p=p, upper=upper)),
+        (f"{p}_start(&{p}_machine, now)", f"{p}_start(&{p}_machine, board_start(now))"),
+        (f"{p}_run(&{p}_machine, now)", f"{p}_run(&{p}_machine, board_wait(now))"),
+        (f"{p}_post(&{p}_machine, &e)", f"{p}_post_by_interrupt(&e)"),
+    ):
+        assert text.count(before) == 1, before
+        text = text.replace(before, after)
+    path.write_text(text, encoding="utf-8")
+
+
+def _linked_in(script: str) -> str:
+    data = script.encode()
+    rows = (", ".join(map(str, data[at : at + 24])) for at in range(0, len(data), 24))
+    body = ",\n".join(rows)
+    return (
+        "#include <stddef.h>\nextern const char script[];\nextern const size_t script_length;\n"
+        f"const char script[] = {{\n{body}\n}};\nconst size_t script_length = sizeof script;\n"
+    )
+
+
+def build_for_board(folder: Path, compiler: str, optimization: str) -> Path:
+    """Compile and link the player for the Cortex-M3."""
+    player = ROOT / "tests/boards"
+    includes = (f"-I{folder}", f"-I{RUNTIME}", f"-I{HOSTS}", f"-I{player}")
+    files = ("main.c", "script.c", str(player / "board_player.c"), *map(str, BOARD))
+    command = [
+        compiler,
+        "-std=c99",
+        "-w",
+        optimization,
+        *CORTEX_M3,
+        *NEWLIB,
+        *includes,
+        *files,
+        *LINKED,
+    ]
+    done = subprocess.run(
+        [*command, "-o", "image.elf"], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / "image.elf"
+
+
+def ticks(script: Sequence[str]) -> int:
+    """Return for how many ticks a script waits."""
+    times = [int(line.split()[1]) for line in script if line.split()[0] in ("start", "run")]
+    return sum((after - before) % 2**32 for before, after in pairwise(times))
+
+
+def traces(printed: str) -> list[list[str]]:
+    """Take apart what the harness printed."""
+    return [trace.splitlines() for trace in printed.split(f"{harness.END}\n")[:-1]]

@@ -1,0 +1,155 @@
+"""Generated C on Arm, under emulation: the trace of every script is that of the interpreter."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.boards.conftest import HOSTS, RUNTIME, WARNINGS, Build, Run
+from tests.boards.playing import (
+    BOARD,
+    CORTEX_M3,
+    EMULATED,
+    LINKED,
+    Job,
+    build_for_board,
+    cell_jobs,
+    expected,
+    random_jobs,
+    ticks,
+    traces,
+    write_player,
+)
+
+RequireTool = Callable[[str], str]
+LENGTH = 400
+"""Lines of a script for a chart of the production cell, at most."""
+RANDOM = 20
+
+
+@pytest.fixture(scope="module", params=["the production cell", "random charts"])
+def jobs(request: pytest.FixtureRequest) -> list[Job]:
+    cell = request.param == "the production cell"
+    found = cell_jobs(LENGTH) if cell else random_jobs(RANDOM)
+    assert len(found) == (3 if cell else RANDOM)
+    return found
+
+
+def optimization(jobs: list[Job]) -> str:
+    """Small, as on a board; but many charts compile in a third of the time without."""
+    return "-Os" if len(jobs) < RANDOM else "-O0"
+
+
+def test_cortex_m3(jobs: list[Job], tmp_path: Path, require_tool: RequireTool, run: Run) -> None:
+    compiler = require_tool("arm-none-eabi-gcc")
+    require_tool(EMULATED[0])
+    write_player(tmp_path, jobs, board=True)
+    image = build_for_board(tmp_path, compiler, optimization(jobs))
+    printed = run(*EMULATED, "-kernel", image)
+    assert traces(printed) == expected(jobs)
+    told = re.search(r"ticks slept (\d+), events posted by interrupt (\d+)\n\Z", printed)
+    assert told is not None
+    waited = sum(ticks(job.script) for job in jobs)
+    assert waited // 2 < int(told[1]) <= waited  # some passed while it printed
+    assert int(told[2]) == sum(line.startswith("post ") for job in jobs for line in job.script)
+
+
+def test_arm_linux(jobs: list[Job], tmp_path: Path, require_tool: RequireTool) -> None:
+    compiler = require_tool("arm-linux-gnueabihf-gcc")
+    emulator = require_tool("qemu-arm")
+    script = write_player(tmp_path, jobs, board=False)
+    made = [compiler, "-std=c99", "-w", optimization(jobs), "-static", "main.c", "-o", "harness"]
+    subprocess.run(made, cwd=tmp_path, check=True)
+    done = subprocess.run(
+        [emulator, tmp_path / "harness"], input=script, capture_output=True, text=True, check=True
+    )
+    assert traces(done.stdout) == expected(jobs)
+
+
+LOOP = """
+#include "cortex_m/fsm_cortex_m.h"
+#include "cortex_m/mps2_an385.h"
+
+static int status = 5;          /* of .data: copied from the image */
+static volatile uint32_t fired; /* of .bss: zero */
+static unsigned steps;
+
+void TIMER0_Handler(void);
+void TIMER0_Handler(void)
+{
+    mps2_timer0_clear();
+    fired++;
+    fsm_cortex_m_wake();
+}
+
+static void step(void *context, uint32_t now)
+{
+    steps++;
+    if (now == 5u)
+        while (fsm_cortex_m_now() != 9u) { /* 6, 7 and 8 are missed */
+        }
+    if (now == 40u) {
+        mps2_print_number(steps);
+        mps2_print(" steps, missed ");
+        mps2_print_number(fsm_cortex_m_missed());
+        mps2_print(", fired ");
+        mps2_print_number(fired);
+        mps2_print("\\n");
+        mps2_exit(*(int *)context);
+    }
+}
+
+int main(void)
+{
+    fsm_cortex_m_start(MPS2_CLOCK_HZ / 1000, 4294967290u);
+    mps2_timer0_start(MPS2_CLOCK_HZ / 1000 * 2);
+    fsm_cortex_m_enable(MPS2_TIMER0);
+    fsm_cortex_m_loop(step, &status);
+    return 0;
+}
+"""
+
+
+def test_loop_on_the_board(tmp_path: Path, build: Build, require_tool: RequireTool) -> None:
+    """46 ticks across the wrap of the clock, a timer every other tick, three ticks missed."""
+    emulator = require_tool(EMULATED[0])
+    (tmp_path / "loop.c").write_text(LOOP, encoding="utf-8")
+    image = build(tmp_path, "arm-none-eabi-gcc", "-O2", *BARE, "loop.c", *BOARD, *LINKED, "-lgcc")
+    done = subprocess.run(
+        [emulator, *EMULATED[1:], "-kernel", image], capture_output=True, text=True, check=False
+    )
+    told = re.fullmatch(r"(\d+) steps, missed (\d+), fired (\d+)\n", done.stdout)
+    assert told is not None
+    steps, missed, fired = map(int, told.groups())
+    assert done.returncode == 5
+    assert missed == 3
+    assert fired in (22, 23)
+    assert 46 - missed <= steps <= 46 - missed + fired
+
+
+def test_a_fault_on_the_board_ends_it(
+    tmp_path: Path, build: Build, require_tool: RequireTool
+) -> None:
+    emulator = require_tool(EMULATED[0])
+    text = "int main(void) { return *(volatile int *)0xF0000000u; }\n"
+    (tmp_path / "fault.c").write_text(text, encoding="utf-8")
+    image = build(tmp_path, "arm-none-eabi-gcc", *BARE, "fault.c", *BOARD, *LINKED)
+    done = subprocess.run(
+        [emulator, *EMULATED[1:], "-kernel", image], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (70, "unexpected interrupt or fault\n")
+
+
+BARE = (*CORTEX_M3, "-ffreestanding", "-nostdlib")
+
+
+def test_no_warning(tmp_path: Path, build: Build, require_tool: RequireTool) -> None:
+    for source in BOARD:
+        build(tmp_path, "arm-none-eabi-gcc", "-O2", *BARE, "-c", source)
+        clang = [require_tool("clang"), "--target=arm-none-eabi", "-std=c99", *WARNINGS, *BARE]
+        includes = [f"-I{HOSTS}", f"-I{RUNTIME}"]
+        subprocess.run([*clang, *includes, "-c", source, "-o", tmp_path / "o"], check=True)
