@@ -34,7 +34,6 @@ from fsmkit.model.statement_words import (
     CALLABLE,
     DEEPEST,
     FOREIGN,
-    GOES_ON,
     LONGEST,
     unquoted,
 )
@@ -253,10 +252,7 @@ class _Reader(EventReader):
         """Read a condition. In parentheses, as C has it, it is what is in them."""
         if self.at.here.text == "(":
             closing = self.at.closing()
-            after = self.at.tokens[closing + 1] if closing is not None else None
-            if after is not None and not (
-                after.kind in ("sign", "word") and after.text in GOES_ON and after.text != "{"
-            ):
+            if closing is not None and not self.at.goes_on(closing + 1):
                 inner = self._bracketed()
                 if inner is not None and inner.value:
                     return inner

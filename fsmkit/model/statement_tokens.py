@@ -56,6 +56,8 @@ JOINING = OPERATORS | {"*=", "+=", ",", "-=", "/=", ":", "="}
 """What has to be followed by an operand: no statement ends with it."""
 JOINED = JOINING - {",", "="}
 """What no statement begins with."""
+GOES_ON = OPERATORS | {"[", "if"}
+"""What after a closing parenthesis shows that an expression goes on behind it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,6 +202,11 @@ class Cursor:
                 if not open_:
                     return index
         return None
+
+    def goes_on(self, index: int) -> bool:
+        """Whether the token behind a closing parenthesis continues the expression."""
+        token = self.tokens[index]
+        return token.kind in ("sign", "word") and token.text in GOES_ON
 
     def skip_statement(self) -> None:
         """Go to the end of a statement that cannot be read, with the blocks it holds."""

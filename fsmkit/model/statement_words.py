@@ -6,7 +6,7 @@ import re
 
 from fsmkit.diagnostics import Text
 from fsmkit.expressions.syntax import unescape
-from fsmkit.model.statement_tokens import OPERATORS, STRING, Lexeme
+from fsmkit.model.statement_tokens import STRING, Lexeme
 
 DEEPEST = 16
 """Levels that statements may nest: fewer than any target bounds the nesting of loops to."""
@@ -50,9 +50,6 @@ NAME = re.compile(r"[^\s(){}\[\];,\"'=]+")
 """A name of an event, a peer or an id, where it needs no quotes."""
 LITERAL_DELAY = re.compile(r"(\d+(\.\d*)?|\.\d+)(us|ms|s|m|h|d)?|[^\W\d]\w*")
 """A delay that is a duration or the name of a constant."""
-
-GOES_ON = OPERATORS | {"[", "if"}
-"""What after a closing parenthesis shows that an expression goes on behind it."""
 
 FOREIGN = {
     "function": "declare an operation and call it",

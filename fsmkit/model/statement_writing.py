@@ -154,9 +154,13 @@ def _log(label: Text | None, values: tuple[Text, ...]) -> str:
 
 
 def _condition(condition: Text) -> str:
-    """Return a condition, in one more pair of parentheses where reading takes one away."""
+    """Return a condition, in one more pair of parentheses where reading would end it too soon.
+
+    That is where it has a brace, or where what follows its first pair looks like a statement.
+    """
     text = _one_line(condition)
     cursor = Cursor(text, lexemes(text))
     closing = cursor.closing() if text.startswith("(") else None
-    is_whole = closing is not None and closing == len(cursor.tokens) - 2
-    return f"({text})" if is_whole else text
+    is_cut = closing is not None and not cursor.goes_on(closing + 1)
+    cursor.expression("{")
+    return f"({text})" if is_cut or cursor.here.kind != "end" else text

@@ -49,7 +49,7 @@ STATE = {
     "defer": "events kept for later",
     "invoke": "invoked charts",
     "invariant": "what holds while it is active",
-    "override": "what is replaced without `super`: entry, exit, initial",
+    "override": "what is replaced without `super`: entry, exit, initial, default",
 }
 TRANSITION = {
     "target": "the state or states to enter",

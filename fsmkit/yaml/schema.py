@@ -22,7 +22,7 @@ FLAG: Schema = {"type": "boolean"}
 NAMES: Schema = {"anyOf": [TEXT, {"type": "array", "items": TEXT}]}
 TEXTS: Schema = {"type": "array", "items": TEXT}
 TABLE: Schema = {"type": ["object", "null"], "additionalProperties": TEXT}
-OVERRIDES: Schema = {"anyOf": [{"enum": ["entry", "exit", "initial"]}, TEXTS]}
+OVERRIDES: Schema = {"anyOf": [{"enum": ["entry", "exit", "initial", "default"]}, TEXTS]}
 
 
 def _ref(name: str) -> Schema:

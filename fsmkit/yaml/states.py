@@ -15,7 +15,7 @@ from fsmkit.yaml.transitions import read_initial, read_transitions
 HISTORIES = {"shallow": Kind.SHALLOW_HISTORY, "deep": Kind.DEEP_HISTORY}
 KINDS = {"regions": Kind.PARALLEL, "states": Kind.COMPOUND, "choice": Kind.CHOICE}
 """Keys that make a state what it is; ``final`` and ``history`` are the others."""
-REPLACEABLE = ("entry", "exit", "initial")
+REPLACEABLE = ("entry", "exit", "initial", "default")
 """What may be marked as replaced without ``super``."""
 
 
@@ -99,7 +99,7 @@ class StateReader:
                     "unexpected-value",
                     f"`{name}` of a state is not overridden by a mark",
                     name,
-                    help="mark entry, exit or initial; a transition is marked where it is written",
+                    help=f"mark {', '.join(REPLACEABLE)}; a transition has its own `override`",
                 )
         return frozenset(name.value for name in found)
 

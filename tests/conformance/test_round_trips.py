@@ -17,6 +17,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.model.document import Document
 from fsmkit.model.elaborate import elaborate
 from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.testing.differential import random_case
 
 Found = list[tuple[str, str]]
 
@@ -76,6 +77,22 @@ def differences(folder: Path) -> tuple[list[Path], list[Path]]:
         if meaning(back, path) != meaning(document, path):
             changed.append(path)
     return compared, changed
+
+
+@pytest.mark.parametrize(("first", "second"), [("yaml", "scxml"), ("scxml", "yaml")])
+def test_random_charts(first: str, second: str) -> None:
+    """Charts in both dialects, with their bases and what they invoke."""
+    for number in range(80):
+        case = random_case(11, number)
+        back = tuple(
+            with_invoked(
+                there_and_back(document, plugin(FrontEnd, second), plugin(FrontEnd, first)),
+                Findings(),
+                (),
+            )
+            for document in case.documents
+        )
+        assert elaborate(back, Findings()) == case.chart, number
 
 
 @pytest.mark.parametrize(("folder", "at_least"), [("machines", 6), ("tests/golden", 3)])

@@ -226,6 +226,15 @@ def test_marked_overrides_replace(yaml: Any) -> None:
     assert initial.targets == (chart.state_index["w2"],)
 
 
+def test_the_default_of_a_history_is_replaced_where_marked(yaml: Any) -> None:
+    result = yaml(derived("before: {default: w2}"), BASE)
+    assert result.errors == ["unmarked-override"]
+    assert "override: [default]" in (result.one("unmarked-override").help or "")
+    chart = yaml(derived("before: {override: [default], default: w2}"), BASE).chart
+    default = chart.transitions[state(chart, "before").initial]
+    assert default.targets == (chart.state_index["w2"],)
+
+
 def test_a_change_of_the_base_propagates(yaml: Any) -> None:
     base = BASE.replace("error: {}", "error: {on: {go: idle}}")
     assert targets(yaml(derived("error: {doc: same}"), base).chart, "error") == ["idle"]

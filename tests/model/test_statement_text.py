@@ -367,3 +367,22 @@ BLOCKS = st.lists(st.recursive(SIMPLE, nested, max_leaves=6), max_size=4).map(tu
 def test_what_is_written_reads_back_equal(block: Block) -> None:
     written = write_statements(block)
     assert read(written) == block, written
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "(a)",
+        "(a) and b",
+        "((a))",
+        "(a)(b)",
+        "(function() {})()",
+        "a == {}",
+        "f({})",
+        "(a) [b]",
+        "{}",
+    ],
+)
+def test_conditions_end_where_they_should(condition: str) -> None:
+    block = (DocIf((branch(condition, assign("x", "1")), branch(None, assign("x", "2"))), NOWHERE),)
+    assert read(write_statements(block)) == block

@@ -197,7 +197,7 @@ class _Refiner:
                 f"`{word}` of {what} replaces the base's",
                 entry.initial.span,
                 secondary=[(before, "what it replaces")],
-                help="mark it with `override: [initial]`, or remove it",
+                help=f"mark it with `override: [{word}]`, or remove it",
             )
         old = base.initial.content if base.initial is not None else None
         content = entry.initial.content
