@@ -1,7 +1,8 @@
 """What the targets share: how far a chart is taken, its bounds, and running a target.
 
 A target takes bytes. Whatever they hold, it must end with a chart or with findings, in five seconds
-and a gigabyte; any exception but `FsmkitError` is a crash, and atheris writes the input down.
+and a gigabyte; a chart written in either notation must be that chart. Any exception but
+`FsmkitError` is a crash, and atheris writes the input down.
 
     python fuzz/fuzz_yaml.py -max_total_time=60 -len_control=0 -timeout=30 CORPUS
 """
@@ -18,13 +19,14 @@ from seeds import PROJECT, write_corpus
 
 from fsmkit.codegen.c.plugin import PLUGIN as C
 from fsmkit.codegen.python.plugin import PLUGIN as PYTHON
-from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.diagnostics import Findings, FsmkitError, Source
 from fsmkit.diagnostics.render import render
 from fsmkit.loading import read_document, with_invoked
 from fsmkit.model.chart import Chart
+from fsmkit.model.document import Document
 from fsmkit.model.elaborate import elaborate
 from fsmkit.plan.lower import lower
-from fsmkit.plugins import FrontEnd
+from fsmkit.plugins import FrontEnd, plugins
 
 BASE = read_document(PROJECT / "machines" / "production_cell" / "module.scxml", Findings())
 """What a chart extends that extends anything."""
@@ -59,9 +61,32 @@ def _chart(content: bytes, name: str, front_end: FrontEnd, findings: Findings) -
     document = None if source is None else front_end.read(source, findings)
     if document is None:
         return None
+    strict = len(content) % 4 == 0
+    chart = _meaning(document, findings, strict=strict)
+    if chart is not None and len(content) % 3 == 0:
+        _converted(document, chart, strict=strict)
+    return chart
+
+
+def _meaning(document: Document, findings: Findings, *, strict: bool) -> Chart | None:
     document = with_invoked(document, findings, ())
     bases = () if document.extends is None else (BASE,)
-    return elaborate((document, *bases), findings, strict=len(content) % 4 == 0)
+    return elaborate((document, *bases), findings, strict=strict)
+
+
+def _converted(document: Document, chart: Chart, *, strict: bool) -> None:
+    """Check that in each notation the document is the same chart, or said not to be expressible."""
+    for notation in plugins(FrontEnd):
+        try:
+            written = notation.write(document)
+        except FsmkitError as error:
+            if any(found.rule.name != "not-expressible" for found in error.diagnostics):
+                raise AssertionError(document) from error
+            continue
+        findings = Findings()
+        read = notation.read(Source(document.source.name, written), findings)
+        assert read is not None, (written, [found.message for found in findings])
+        assert _meaning(read, Findings(), strict=strict) == chart, written
 
 
 def _written(chart: Chart, findings: Findings) -> None:

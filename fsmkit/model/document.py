@@ -331,13 +331,17 @@ class DocInvoke:
     )
 
 
+REPLACEABLE = ("entry", "exit", "initial", "default")
+"""What of an inherited state a mark replaces; ``default`` is the one of a history."""
+
+
 @dataclass(frozen=True, slots=True)
 class DocState:
     """A state as written; under ``refine`` a change of an inherited one, found by its id.
 
     ``kind`` is what was written; ATOMIC and COMPOUND are told apart later. ``initial`` and the
     default of a history are transitions of trigger INITIAL. ``overrides`` names what is replaced
-    though it does not hold ``super``: ``entry``, ``exit``, ``initial``.
+    though it does not hold ``super``.
     """
 
     id: Text | None

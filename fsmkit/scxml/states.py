@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from fsmkit.diagnostics import Text
 from fsmkit.model.document import (
+    REPLACEABLE,
     Block,
     DocArgument,
     DocData,
@@ -79,9 +80,17 @@ class StateReader:
             invariant=context.fk(element, "invariant"),
             rest=context.flag(context.fk(element, "rest"), "rest"),
             abstract=context.flag(context.fk(element, "abstract"), "abstract"),
-            overrides=frozenset(w.value for w in words(context.fk(element, "override"))),
+            overrides=self._overrides(element),
             doc=read_doc(element, parts.get("fk:doc", []), context),
         )
+
+    def _overrides(self, element: Element) -> frozenset[str]:
+        found = words(self._context.fk(element, "override"))
+        for name in found:
+            if name.value not in REPLACEABLE:
+                message = f"`{name}` of a state is not overridden by a mark"
+                self._context.misread(name, message, f"mark {', '.join(REPLACEABLE)}")
+        return frozenset(name.value for name in found if name.value in REPLACEABLE)
 
     def _kind(self, name: str, element: Element, *, has_children: bool) -> Kind:
         context = self._context

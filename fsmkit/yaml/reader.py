@@ -85,14 +85,14 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
 
 def _name(fields: Fields, source: Source, findings: Findings) -> Text:
     name = fields.text("chart")
-    if name is not None:
-        return name
+    if name is not None and name.value.strip():
+        return name.stripped()
     stem = PurePath(source.name).stem
-    if "chart" not in fields:
+    if name is not None or "chart" not in fields:
         findings.add(
             "missing-key",
             "a chart needs a name",
-            Span(source, fields.span.start, fields.span.start + 1),
+            name or Span(source, fields.span.start, fields.span.start + 1),
             help=f"begin with `chart: {stem.capitalize()}`",
         )
     return Text(stem, Span(source, 0, 0))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.model.document import DocArgument, DocInvoke, DocState, Document, Kind
+from fsmkit.model.document import REPLACEABLE, DocArgument, DocInvoke, DocState, Document, Kind
 from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, demand_mapping
@@ -15,8 +15,6 @@ from fsmkit.yaml.transitions import read_initial, read_transitions
 HISTORIES = {"shallow": Kind.SHALLOW_HISTORY, "deep": Kind.DEEP_HISTORY}
 KINDS = {"regions": Kind.PARALLEL, "states": Kind.COMPOUND, "choice": Kind.CHOICE}
 """Keys that make a state what it is; ``final`` and ``history`` are the others."""
-REPLACEABLE = ("entry", "exit", "initial", "default")
-"""What may be marked as replaced without ``super``."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -160,6 +160,12 @@ def test_a_transition_has_one_trigger(read: ReadChart) -> None:
     assert result.marked == ["2s"]
 
 
+def test_what_no_mark_replaces(read: ReadChart) -> None:
+    result = read('<state id="a" fk:override="entry on"/>')
+    assert result.rules == ["unexpected-attribute-value"]
+    assert result.marked == ["on"]
+
+
 def test_an_unknown_data_model(read: ReadChart) -> None:
     result = read("<state/>", datamodel="lua")
     assert result.rules == ["unknown-datamodel"]

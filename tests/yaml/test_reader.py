@@ -246,6 +246,7 @@ def test_refinements(chart: Chart) -> None:
     ("text", "rule", "place", "help_"),
     [
         ("states: {}", "missing-key", "s", "begin with `chart: A`"),
+        ("chart: ''\nstates: {}", "missing-key", "''", "begin with `chart: A`"),
         ("[a]", "unexpected-shape", "[a]", "key: value"),
         ("just text", "unexpected-shape", "just text", "key: value"),
         ("system: Cell\nmachines: {}", "not-a-chart", "system", "machines"),
@@ -284,6 +285,10 @@ def test_findings(chart: Chart, text: str, rule: str, place: str, help_: str) ->
     assert read.maybe is None
     assert read.at(diagnostic).startswith(place)
     assert help_ in (diagnostic.help or "")
+
+
+def test_a_name_has_no_space_around_it(chart: Chart) -> None:
+    assert chart("chart: ' Lamp '\nstates: {a: {}}").document.name.value == "Lamp"
 
 
 def test_findings_inside_statements_point_at_the_word(chart: Chart) -> None:
