@@ -11,9 +11,9 @@ import click
 
 from fsmkit.cli.console import print_json, report
 from fsmkit.cli.writing import write_files
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.loading import read_document
-from fsmkit.model.document import Document
+from fsmkit.model.document import DocInvoke, DocState, Document
 from fsmkit.plugins import FrontEnd, plugin
 
 EPILOG = """\b
@@ -31,13 +31,14 @@ Examples:
 def command(file: Path, notation: str, out: Path | None, as_json: bool) -> int:
     """Write a chart in another notation, with the same meaning.
 
-    One file is converted; a base that it extends keeps its notation. Comments are not carried over.
+    One file is converted; what it extends or invokes keeps its notation. Comments are not carried
+    over.
     """
     front_end = plugin(FrontEnd, notation)
     findings = Findings()
     document = read_document(file, findings)
     if out is not None:
-        document = moved(document, file.parent, out.parent)
+        document = moved(document, file.parent, out.parent, findings)
     text = front_end.write(document)
     report(findings)
     if out is not None:
@@ -49,10 +50,43 @@ def command(file: Path, notation: str, out: Path | None, as_json: bool) -> int:
     return 0
 
 
-def moved(document: Document, before: Path, after: Path) -> Document:
-    """Return a document whose `extends`, relative to one folder, is relative to another."""
-    base = document.extends
-    if base is None or Path(base.value).is_absolute() or before.resolve() == after.resolve():
+def moved(document: Document, before: Path, after: Path, findings: Findings) -> Document:
+    """Return a document whose names of files, relative to one folder, are relative to another.
+
+    A name that is computed cannot be changed: it gets a warning.
+    """
+    if before.resolve() == after.resolve():
         return document
-    path = Path(os.path.relpath((before / base.value).resolve(), after.resolve()))
-    return replace(document, extends=Text(path.as_posix(), base.span))
+
+    def name(text: Text | None) -> Text | None:
+        if text is None or Path(text.value).is_absolute():
+            return text
+        path = os.path.relpath((before / text.value).resolve(), after.resolve())
+        return replace(text, value=Path(path).as_posix(), offsets=())
+
+    def state(one: DocState) -> DocState:
+        return replace(
+            one,
+            children=tuple(state(child) for child in one.children),
+            invokes=tuple(invoke(each) for each in one.invokes),
+        )
+
+    def invoke(one: DocInvoke) -> DocInvoke:
+        if one.src_expr is not None:
+            findings.add(
+                "not-expressible",
+                "the name of the invoked file is computed: it is not changed for the new folder",
+                one.src_expr,
+                help="write the new file into the folder of the old one",
+                severity=Severity.WARNING,
+            )
+        is_file = one.src is not None and (before / one.src.value).is_file()
+        inner = None if one.content is None else moved(one.content, before, after, findings)
+        return replace(one, src=name(one.src) if is_file else one.src, content=inner)
+
+    return replace(
+        document,
+        extends=name(document.extends),
+        root=state(document.root),
+        refine=tuple(state(each) for each in document.refine),
+    )

@@ -33,6 +33,31 @@ def test_there_and_back(name: str, tmp_path: Path) -> None:
     assert load(second) == load(CELL / name)
 
 
+@pytest.mark.parametrize("notation", ["yaml", "scxml"])
+def test_writes_a_file_that_finds_what_it_invokes(notation: str, tmp_path: Path) -> None:
+    (tmp_path / "inner.yaml").write_text("chart: Inner\nstates: {end: {final: true}}\n")
+    shop = tmp_path / "shop.yaml"
+    shop.write_text("chart: Shop\nstates: {open: {invoke: {id: i, src: inner.yaml}}}\n")
+    out = tmp_path / "new" / f"shop.{notation}"
+    assert run(["convert", str(shop), "--to", notation, "--out", str(out)]) == 0
+    assert load(out) == load(shop)
+    assert len(load(out).invocations) == 1
+
+
+def test_says_that_a_computed_name_is_not_moved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shop = tmp_path / "shop.scxml"
+    shop.write_text(
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">'
+        "<state id='open'><invoke srcexpr=\"'inner.' + 'scxml'\"/></state></scxml>"
+    )
+    out = tmp_path / "new" / "shop.yaml"
+    assert run(["convert", str(shop), "--to", "yaml", "--out", str(out)]) == 0
+    assert "not-expressible" in capsys.readouterr().err
+    assert "src_expr: \"'inner.' + 'scxml'\"" in out.read_text()
+
+
 def test_json(capsys: pytest.CaptureFixture[str]) -> None:
     path = CELL / "module.scxml"
     assert run(["convert", str(path), "--to", "yaml", "--json"]) == 0
