@@ -62,7 +62,7 @@ bless: $(VENV)/ready
 
 TOOLS := clang libclang-rt-dev graphviz cmake pkg-config \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
-  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user
+  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind
 tools:
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \

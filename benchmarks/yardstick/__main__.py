@@ -56,8 +56,9 @@ def measure_generated(
 ) -> None:
     """Add the figures of a generated machine and of its parts."""
     made = measure_c.written(bench, machine, stream)
-    results.machines.append(measure_c.by_fsmkit(bench, made))
-    results.prices += measure_c.prices(bench, made)
+    figures = measure_c.by_fsmkit(bench, made)
+    results.machines.append(figures)
+    results.prices += measure_c.prices(bench, made, figures)
 
 
 def measure_speeds(

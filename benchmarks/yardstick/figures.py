@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 LIMIT = "by hand"
 FSMKIT = "fsmkit"
@@ -48,13 +49,16 @@ class Machine:
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """What one part of a machine costs beyond the machine itself."""
+    """What a machine takes with one part, less what it takes without."""
 
     chart: str
     name: str
     part: str
     code_m0: int | None = None
     code_x64: int | None = None
+    ram_m0: int | None = None
+    instructions: float | None = None
+    """An event."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +113,14 @@ def limit(machines: Iterable[Machine], chart: str, figure: str) -> float | None:
 def ratio(value: float | None, base: float | None) -> float | None:
     """Return how many times the base a value is; None where either is missing or the base is 0."""
     return None if value is None or not base else value / base
+
+
+Number = TypeVar("Number", int, float)
+
+
+def less(value: Number | None, other: Number | None) -> Number | None:
+    """Return a difference; None where either is missing."""
+    return None if value is None or other is None else value - other
 
 
 def per_event(once: int, twice: int, loop: int, count: int) -> float:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from benchmarks.yardstick.folder import UnavailableError
@@ -17,7 +17,7 @@ from fsmkit.loading import load
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Target, plugin
 
-SOURCES = "*.c"
+_SWITCH = re.compile(r"#\s*(?:ifn?def|(?:el)?if\b.*?\bdefined\s*\(?)\s*(FSM_NO_\w+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +105,18 @@ def machines(path: Path, variants: tuple[Variant, ...]) -> tuple[list[Machine], 
             notes.append(str(error))
     kept, same = different(made)
     return kept, notes + same
+
+
+def switches(machine: Machine) -> list[str]:
+    """Return the macros, of those that leave something out, that the variant does not define."""
+    found = {name for text in machine.files.values() for name in _SWITCH.findall(text)}
+    return sorted(found - set(machine.variant.macros))
+
+
+def without(machine: Machine, macro: str) -> Machine:
+    """Return a machine that is compiled with one more macro."""
+    variant = replace(machine.variant, macros=(*machine.variant.macros, macro))
+    return replace(machine, variant=variant)
 
 
 def enumerators(machine: Machine, kind: str) -> dict[str, int]:

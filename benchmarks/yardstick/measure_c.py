@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 from benchmarks.yardstick import generated_c
-from benchmarks.yardstick.figures import FSMKIT, LIMIT, Machine, Price, per_event
+from benchmarks.yardstick.figures import FSMKIT, LIMIT, Machine, Price, less, per_event
 from benchmarks.yardstick.folder import Folder, UnavailableError
 from benchmarks.yardstick.streams import EVENTS, Digests, Stream
 from benchmarks.yardstick.tools import CORTEX_M0, HOST, code_bytes, instructions, run, sections
@@ -156,16 +156,18 @@ def written(bench: Bench, machine: generated_c.Machine, stream: Stream) -> Gener
     return Generated(machine, stream, folder)
 
 
+def count(made: Generated) -> float:
+    """Return the instructions of an event of a generated machine."""
+    empty = made.program("empty", ["bench_empty.c"])
+    return net(made.program("driver", made.sources()), empty, made.stream, "run")
+
+
 def by_fsmkit(bench: Bench, made: Generated) -> Machine:
     """Return the figures of a generated machine."""
     stream = made.stream
     verifier = made.program("verify", made.sources(), "-DBENCH_VERIFY")
     did = Digests(*run([verifier, stream.file, "verify"], made.folder).split())
     is_shown = did.order != "0" * 8 or stream.digests.order == did.order
-
-    def count() -> float:
-        empty = made.program("empty", ["bench_empty.c"])
-        return net(made.program("driver", made.sources()), empty, stream, "run")
 
     def code(tool: tuple[str, ...]) -> int:
         return made.linked(tool, made.objects(tool), MACHINE_ONLY)
@@ -174,7 +176,7 @@ def by_fsmkit(bench: Bench, made: Generated) -> Machine:
         stream.letter, made.machine.variant.name, FSMKIT,
         is_correct=(did.work, did.path) == (stream.digests.work, stream.digests.path),
         is_ordered=did.order == stream.digests.order if is_shown else None,
-        instructions=bench.attempt(count),
+        instructions=bench.attempt(partial(count, made)),
         code_m0=bench.attempt(lambda: code(CORTEX_M0)),
         code_x64=bench.attempt(lambda: code(HOST)),
         ram_m0=bench.attempt(lambda: made.ram(CORTEX_M0)),
@@ -182,16 +184,29 @@ def by_fsmkit(bench: Bench, made: Generated) -> Machine:
     )  # fmt: skip
 
 
-def prices(bench: Bench, made: Generated) -> list[Price]:
-    """Return what the parts of the interface cost, each by itself, beyond the machine only."""
+def prices(bench: Bench, made: Generated, whole: Machine) -> list[Price]:
+    """Return what parts cost: of the interface, and those that a macro leaves out.
+
+    ``whole`` holds the figures of the machine with all that macros may leave out.
+    """
     m0 = bench.attempt(partial(costs, made, CORTEX_M0)) or {}
     x64 = bench.attempt(partial(costs, made, HOST)) or {}
-    name = made.machine.variant.name
-    return [
-        Price(made.stream.letter, name, part, m0.get(part), x64.get(part))
+    letter, name = made.stream.letter, made.machine.variant.name
+    found = [
+        Price(letter, name, part, m0.get(part), x64.get(part))
         for part in PARTS
         if part in m0 or part in x64
     ]
+    for macro in generated_c.switches(made.machine):
+        off = by_fsmkit(bench, replace(made, machine=generated_c.without(made.machine, macro)))
+        found.append(
+            Price(
+                letter, name, f"inside: all that {macro} leaves out",
+                less(whole.code_m0, off.code_m0), less(whole.code_x64, off.code_x64),
+                less(whole.ram_m0, off.ram_m0), less(whole.instructions, off.instructions),
+            )
+        )  # fmt: skip
+    return found
 
 
 def costs(made: Generated, tool: tuple[str, ...]) -> dict[str, int]:

@@ -12,7 +12,12 @@ from rich.table import Table
 from benchmarks.yardstick.figures import AIMS, FSMKIT, LIMIT, Machine, Results, limit, ratio
 
 MISSING = "-"
-FIGURES_OF_PARTS = {"code_m0": "M0", "code_x64": "x64"}
+FIGURES_OF_PARTS = {
+    "code_m0": "M0",
+    "code_x64": "x64",
+    "ram_m0": "RAM",
+    "instructions": "instr",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,21 +108,26 @@ def verdict(machine: Machine) -> str:
 
 
 def prices(results: Results) -> Sheet:
-    """Return the table of what parts cost: a column for each chart and figure."""
+    """Return the table of what parts cost: a column for each known figure and each chart."""
     charts = sorted({price.chart for price in results.prices})
     parts = dict.fromkeys((price.name, price.part) for price in results.prices)
     found = {(price.name, price.part, price.chart): price for price in results.prices}
+    shown = {
+        figure: label for figure, label in FIGURES_OF_PARTS.items()
+        if any(getattr(price, figure) is not None for price in results.prices)
+    }  # fmt: skip
 
     def cells(name: str, part: str) -> Iterator[str]:
-        for figure in FIGURES_OF_PARTS:
+        for figure in shown:
             for chart in charts:
                 price = found.get((name, part, chart))
-                yield number(None if price is None else getattr(price, figure), sign=True)
+                value = None if price is None else getattr(price, figure)
+                yield number(value, 1 if figure == "instructions" else 0, sign=True)
 
-    columns = tuple(f"{label} {c}" for label in FIGURES_OF_PARTS.values() for c in charts)
+    columns = tuple(f"{label} {chart}" for label in shown.values() for chart in charts)
     rows = tuple((name, part, *cells(name, part)) for name, part in parts)
     return Sheet(
-        "C, bytes of code that a part costs beyond init, start and dispatch",
+        "C, what parts cost: bytes of code and RAM, instructions an event",
         ("machine", "part", *columns), rows,
     )  # fmt: skip
 

@@ -29,7 +29,7 @@ def this_machine() -> str:
 def slug(text: str) -> str:
     """Return a text as a part of a file's name."""
     plain = re.sub(r"\((?:r|tm)\)", "", text.lower())
-    return re.sub(r"[^a-z0-9]+", "-", plain.replace("_", "")).strip("-")
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")
 
 
 def save(results: Results, folder: Path) -> list[Path]:
