@@ -29,10 +29,11 @@ lint: $(VENV)/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-# Compares interpreter, C and Python on random charts; CHARTS=10000 for a long run.
+# Compares interpreter, C, Python and `transitions` on random charts; CHARTS=10000 for a long run.
 CHARTS ?= 1000
 differential: $(VENV)/ready
 	$(BIN)/python -m fsmkit.testing.differential --charts $(CHARTS)
+	$(BIN)/python -m fsmkit.testing.plain --charts $(CHARTS)
 
 # Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready

@@ -1,4 +1,4 @@
-"""``fsmkit compile``: machines in C or Python."""
+"""``fsmkit compile``: machines in C, Python, or for a library."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--target", "name", default="c", show_default=True, help="The language: c or python.")
+@click.option(
+    "--target", "name", default="c", show_default=True, help="What to write; see `fsmkit targets`."
+)
 @click.option(
     "--out",
     "folder",

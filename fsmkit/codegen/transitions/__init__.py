@@ -1,0 +1,1 @@
+"""A chart as a configuration of the library `transitions`, where that has the same meaning."""

@@ -1,0 +1,106 @@
+"""Executable content as methods of a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fsmkit.codegen.python.expressions import place
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.transitions.expressions import ModelPrinter
+from fsmkit.codegen.transitions.names import ModelNames, text
+from fsmkit.expressions import ArrayType, Element, Expr, Member, RecordType, Variable
+from fsmkit.model.chart import Chart
+from fsmkit.model.content import all_statements
+from fsmkit.model.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Destination,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Send,
+    Statement,
+)
+
+
+def has_peer(chart: Chart, event: int) -> bool:
+    """Whether the host is told to whom an event goes: somewhere the chart says it."""
+    sent = (each for each in all_statements(chart) if isinstance(each, Send))
+    return any(each.event == event and each.peer is not None for each in sent)
+
+
+@dataclass(frozen=True, slots=True)
+class ContentPrinter:
+    """Prints statements of one chart, of those that are not refused."""
+
+    chart: Chart
+    names: ModelNames
+
+    def block(self, out: Lines, block: Block, printer: ModelPrinter) -> None:
+        """Print the statements of a handler."""
+        for statement in block:
+            self._statement(out, statement, printer)
+
+    def _statement(self, out: Lines, statement: Statement, printer: ModelPrinter) -> None:
+        match statement:
+            case Assign(location, value):
+                self._assign(out, location, printer.print(value), printer)
+            case Raise(event, arguments):
+                out.line(self._trigger(event, arguments, printer))
+            case Send(event, arguments, Destination.INTERNAL):
+                out.line(self._trigger(event, arguments, printer))
+            case Send(event, arguments):
+                passed = [printer.frozen(argument) for argument in arguments]
+                if has_peer(self.chart, event):
+                    passed.append("None" if statement.peer is None else text(statement.peer))
+                out.line(f"self.send_{self.names.names.events[event]}({', '.join(passed)})")
+            case Log(label, values):
+                passed = [text(label), *(printer.frozen(value) for value in values)]
+                out.line(f"self.log({', '.join(passed)})")
+            case If():
+                self._if(out, statement, printer)
+            case ForEach():
+                self._for_each(out, statement, printer)
+            case CallOperation(call):
+                out.line(printer.print(call))
+            case _:
+                raise AssertionError(statement)
+
+    def _trigger(self, event: int, arguments: tuple[Expr, ...], printer: ModelPrinter) -> str:
+        passed = [text(self.chart.events[event].name), *(printer.frozen(a) for a in arguments)]
+        return f"self.trigger({', '.join(passed)})"
+
+    def _assign(self, out: Lines, location: Expr, value: str, printer: ModelPrinter) -> None:
+        where = self._place(location, printer)
+        if isinstance(location.type, ArrayType | RecordType):
+            out.line(f"replace({where}, {value})")
+        else:
+            out.line(f"{where} = {value}")
+
+    def _place(self, location: Expr, printer: ModelPrinter) -> str:
+        match location:
+            case Variable(name):
+                return f"self.{self.names.names.variables[name]}"
+            case Element(array):
+                return f"{self._place(array, printer)}[{printer.index(location)}]"
+            case Member(record, name):
+                return f"{self._place(record, printer)}[{place(record.type, name)}]"
+            case _:
+                raise AssertionError(location)
+
+    def _if(self, out: Lines, statement: If, printer: ModelPrinter) -> None:
+        for number, branch in enumerate(statement.branches):
+            word = "elif" if number else "if"
+            condition = "True" if branch.condition is None else printer.print(branch.condition)
+            is_else = branch.condition is None and number
+            with out.suite("else:" if is_else else f"{word} {condition}:"):
+                self.block(out, branch.body, printer)
+
+    def _for_each(self, out: Lines, statement: ForEach, printer: ModelPrinter) -> None:
+        with out.suite(f"for at, item in enumerate(tuple({printer.print(statement.array)})):"):
+            self._assign(out, statement.item, "item", printer)
+            if statement.index is not None:
+                self._assign(out, statement.index, "at", printer)
+            self.block(out, statement.body, printer)

@@ -1,0 +1,307 @@
+"""A generated machine of the library under a script, giving the trace of the interpreter.
+
+The library has no word for what it leaves and enters, so a callback in front of all others marks
+each exit, transition and entry. What a chart does in three rounds (all exits, all content, all
+entries) the library does transition by transition; the marks are put into the order of the chart
+where that leaves what the host is told in the order in which it happened, and only there.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from fsmkit.codegen.transitions.generate import entries, has_start, module_text
+from fsmkit.codegen.transitions.limits import check
+from fsmkit.codegen.transitions.names import ModelNames, model_names
+from fsmkit.diagnostics import Findings, FsmkitError, Text
+from fsmkit.expressions import Value
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Kind
+from fsmkit.runtime.interpreter.trace import value_text
+from fsmkit.runtime.script import SeededHost, read_event, read_input, script_texts, wrong_line
+from fsmkit.runtime.values import tokens
+
+LONGEST = 1000
+"""Events in one macrostep, after which the library is not waited for."""
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionsHarness:
+    """Runs charts on the library; `FsmkitError` for those that the target refuses."""
+
+    name: str = "transitions"
+
+    def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
+        """Return the trace."""
+        findings = Findings()
+        if not check(chart, findings):
+            raise FsmkitError(findings)
+        player = Player(chart)
+        for line in script_texts(script):
+            player.play(line)
+        return player.told
+
+
+@dataclass
+class Mark:
+    """A state left or entered or a transition taken, and what the host was told then."""
+
+    order: tuple[int, int]
+    """The round of the step, and the place in it."""
+    line: str
+    told: list[str] = field(default_factory=list)
+
+
+class Player:
+    """A machine under a script."""
+
+    def __init__(self, chart: Chart) -> None:
+        """Generate the module and load it."""
+        self.chart = chart
+        self.names = model_names(chart)
+        self.host = SeededHost(chart)
+        self.told: list[str] = []
+        self.inputs: dict[str, Value] = {}
+        self.queue: list[tuple[str, tuple[Value, ...]]] = []
+        self.now = 0
+        self._space: dict[str, Any] = {"__name__": f"fsmkit_generated_{self.names.names.machine}"}
+        code = compile(module_text(chart), f"<{chart.name}>", "exec", dont_inherit=True)
+        exec(code, self._space)  # noqa: S102  (the text is our own)
+        self.machine: Observed | None = None
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the machine was started and has not come to its end."""
+        return self.machine is not None and not self.machine.is_finished
+
+    def play(self, line: Text) -> None:
+        """Do what a line says."""
+        words = iter(tokens(line.value))
+        match next(words, ""):
+            case "start":
+                self.now = int(next(words))
+                self.queue.clear()
+                self._start()
+            case "run":
+                self.now = int(next(words))
+                while self.queue and self.is_running:
+                    self._take(*self.queue.pop(0))
+            case "post":
+                event = read_event(self.chart, words, line)
+                if self.is_running and len(self.queue) < self.chart.capacities.queue:
+                    self.queue.append((self.chart.events[event.event].name, event.payload))
+                else:
+                    self.told.append("full queue")
+            case "dispatch":
+                event = read_event(self.chart, words, line)
+                if self.is_running:
+                    self._take(self.chart.events[event.event].name, event.payload)
+            case "input":
+                place, value = read_input(self.chart, words, line)
+                self.inputs[self.chart.inputs[place].name] = value
+                self._set_inputs()
+            case "seed":
+                self.host.state = int(next(words))
+            case "dump":
+                self.told += self._dump()
+            case verb:
+                raise wrong_line(line, f"there is no script line `{verb}`")
+
+    def _start(self) -> None:
+        self.machine = observed(self)
+        self._set_inputs()
+        self.told.append(f"@{self.now} > start")
+        if has_start(self.chart):
+            self.machine.send(self.names.start, ())
+        else:
+            active = sorted(self.machine.active())
+            self.told += [f"+ {self.chart.states[state].id}" for state in active]
+            self.machine.end_if_final()
+        self.told.append(self._configuration())
+
+    def _take(self, event: str, payload: tuple[Value, ...]) -> None:
+        assert self.machine is not None  # noqa: S101  (it runs)
+        self.told.append(" ".join((f"@{self.now} > event", event, *map(value_text, payload))))
+        self.machine.send(event, payload)
+        self.told.append(self._configuration())
+
+    def _set_inputs(self) -> None:
+        if self.machine is not None:
+            for name, value in self.inputs.items():
+                setattr(self.machine.model, self.names.names.variables[name], value)
+
+    def _configuration(self) -> str:
+        assert self.machine is not None  # noqa: S101  (it was started)
+        states = self.chart.states
+        active = [states[s].id for s in sorted(self.machine.active()) if states[s].is_leaf]
+        return " ".join(("=", *active, *(("finished",) if self.machine.is_finished else ())))
+
+    def _dump(self) -> Iterator[str]:
+        model = None if self.machine is None else self.machine.model
+        for variable in (*self.chart.data, *self.chart.outputs):
+            value: Any = variable.init.value
+            if model is not None:
+                value = getattr(model, self.names.names.variables[variable.name])
+            yield f"d {variable.name} {value_text(frozen(value))}"
+
+    def library_classes(self) -> tuple[type[Any], type[Any]]:
+        """Return the generated classes of the model and of the machine."""
+        machine = self.names.names.machine
+        return self._space[f"{machine}Model"], self._space[f"{machine}Machine"]
+
+
+class Observed:
+    """A machine of the library that tells what it does."""
+
+    def __init__(self, player: Player, model: Any, machine: Any) -> None:
+        """Put a mark in front of all callbacks."""
+        self.chart, self.names, self._told = player.chart, player.names, player.told
+        self.model, self._machine = model, machine
+        self.is_finished = False
+        self._before: list[str] = []
+        self._marks: list[Mark] = []
+        self._steps = 0
+        self.send_inside = model.trigger
+        model.trigger = self._raise
+        for state in self.chart.states[1:]:
+            found = machine.get_state(self.names.paths[state.index])
+            left = partial(self._mark, (0, -state.index), f"- {state.id}")
+            entered = partial(self._mark, (2, state.index), f"+ {state.id}")
+            found.on_exit.insert(0, left)
+            found.on_enter.insert(0, entered)
+        seen: dict[tuple[str, str], int] = defaultdict(int)
+        for entry in entries(self.chart, self.names):
+            key = entry.trigger, entry.source
+            found = machine.events[entry.trigger].transitions[entry.source][seen[key]]
+            seen[key] += 1
+            if entry.index is not None:
+                taken = partial(self._mark, (1, entry.index), f"t {entry.index}")
+                (found.before if entry.place == "before" else found.after).insert(0, taken)
+
+    def tell(self, line: str) -> None:
+        """Note what the host is told now."""
+        (self._marks[-1].told if self._marks else self._before).append(line)
+
+    def _mark(self, order: tuple[int, int], line: str, event: object) -> None:
+        del event
+        self._marks.append(Mark(order, line))
+
+    def _raise(self, event: str, *arguments: object) -> bool:
+        if not event.startswith("done.state."):
+            shown = [value_text(frozen(argument)) for argument in arguments]
+            self.tell(" ".join(("raise", event, *shown)))
+        return bool(self.send_inside(event, *arguments))
+
+    def send(self, event: str, payload: tuple[Value, ...]) -> None:
+        """Take an event, and those that content raises."""
+        self._steps = 0
+        self.send_inside(event, *payload)
+
+    def close_step(self, event: str) -> None:
+        """Tell what one event did; called when the library has finished with it."""
+        self._steps += 1
+        if self._steps > LONGEST:
+            raise RuntimeError(f"more than {LONGEST} events in one macrostep")
+        if self.is_finished and not self._marks:
+            return  # raised before the end: the library finds nothing that takes it
+        rounds = sorted(self._marks, key=lambda mark: mark.order)
+        happened = [line for mark in self._marks for line in mark.told]
+        ordered = rounds if [line for mark in rounds for line in mark.told] == happened else None
+        self._told += self._before
+        for mark in self._marks if ordered is None else ordered:
+            self._told += [mark.line, *mark.told]
+        if not self._marks and event != self.names.start:
+            self._told.append(f"unhandled {event}")
+        self._before, self._marks = [], []
+        self.end_if_final()
+
+    def end_if_final(self) -> None:
+        """Note the end: a final state of the root is active."""
+        for state in sorted(self.active()):
+            is_top = self.chart.states[state].parent == 0
+            if is_top and self.chart.states[state].kind is Kind.FINAL and not self.is_finished:
+                self.is_finished = True
+                self._told.append(f"- {self.chart.states[state].id}")
+
+    def active(self) -> set[int]:
+        """Return the active states."""
+        by_path = {path: index for index, path in enumerate(self.names.paths)}
+        found: set[int] = set()
+        for path in flat(self.model.state):
+            if path in by_path:
+                leaf = by_path[path]
+                found |= {leaf, *self.chart.ancestors(leaf)} - {0}
+        return found
+
+
+def observed(player: Player) -> Observed:
+    """Return a new machine with a host that answers as those of all harnesses do."""
+    model_class, machine_class = player.library_classes()
+    here: list[Observed] = []
+
+    def tell(line: str) -> None:
+        here[0].tell(line)
+
+    methods = dict(_methods(player.chart, player.names, player.host, tell))
+    model = type("Host", (model_class,), methods)()
+
+    class Told(machine_class):  # type: ignore[misc, valid-type]
+        """Says when the library has finished with an event."""
+
+        def _trigger_event(self, event_data: Any, trigger: str) -> Any:
+            result = super()._trigger_event(event_data, trigger)
+            here[0].close_step(trigger)
+            return result
+
+    here.append(Observed(player, model, Told(model)))
+    return here[0]
+
+
+def _methods(
+    chart: Chart, names: ModelNames, host: SeededHost, tell: Callable[[str], None]
+) -> Iterator[tuple[str, Callable[..., Any]]]:
+    def call(name: str, _: object, *arguments: object) -> Any:
+        passed = tuple(frozen(argument) for argument in arguments)
+        result = host.call(name, passed)
+        tail = () if result is None else ("=", value_text(result))
+        tell(" ".join(("op", name, *map(value_text, passed), *tail)))
+        return result
+
+    def send(index: int, _: object, *arguments: object) -> None:
+        event = chart.events[index]
+        values = arguments[: len(event.fields)]
+        peer = [one for one in arguments[len(event.fields) :] if one is not None]
+        shown = [value_text(frozen(value)) for value in values]
+        tell(" ".join(("out", event.name, *shown, *(f"to {one}" for one in peer))))
+
+    def log(_: object, label: str, *values: object) -> None:
+        tell(" ".join(("log", label, *(value_text(frozen(value)) for value in values))))
+
+    for operation in chart.operations:
+        yield names.names.operations[operation.name], _method(call, operation.name)
+    for event in chart.events:
+        yield f"send_{names.names.events[event.index]}", _method(send, event.index)
+    yield "log", log
+
+
+def _method(function: Callable[..., Any], first: object) -> Callable[..., Any]:
+    """Return a function that a class makes a method of; a `partial` would not get ``self``."""
+    return lambda self, *arguments: function(first, self, *arguments)
+
+
+def frozen(value: Any) -> Value:
+    """Return a value with tuples for lists."""
+    return tuple(frozen(part) for part in value) if isinstance(value, list | tuple) else value
+
+
+def flat(states: object) -> Iterator[str]:
+    """Yield the names of active states from the nested lists of the library."""
+    if isinstance(states, list):
+        for state in states:
+            yield from flat(state)
+    else:
+        yield str(states)

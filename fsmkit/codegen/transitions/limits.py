@@ -1,0 +1,348 @@
+"""What the library cannot express of a chart, said before anything is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fsmkit.codegen.python.expressions import can_fail, parts_of
+from fsmkit.codegen.transitions.effects import of_guard
+from fsmkit.codegen.transitions.order import Order, pairs
+from fsmkit.codegen.transitions.ranges import range_of
+from fsmkit.diagnostics import Findings, Span
+from fsmkit.expressions import (
+    Convert,
+    DurationType,
+    EventField,
+    EventName,
+    Expr,
+    InState,
+    IntType,
+    Overflow,
+    fold,
+)
+from fsmkit.model.chart import Chart, State, Transition
+from fsmkit.model.content import statements, subexpressions, values
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.model.statements import (
+    Block,
+    Cancel,
+    Destination,
+    Fail,
+    ForEach,
+    If,
+    Invoke,
+    Reply,
+    Send,
+    Statement,
+)
+
+KINDS = {
+    Kind.SHALLOW_HISTORY: ("no history", "name the state to return to as the target"),
+    Kind.DEEP_HISTORY: ("no history", "name the state to return to as the target"),
+    Kind.CHOICE: ("no choice states", "give each branch as a transition with a guard"),
+}
+RESERVED = ("add", "_func")
+"""What nested states cannot be called: they are attributes of a `FunctionWrapper`."""
+TRIGGERS = {
+    Trigger.EVENTLESS: ("no transitions without an event", "`raise` an event that triggers it"),
+    Trigger.AFTER: ("no timers on the clock of the machine", "let the host send an event"),
+    Trigger.EVERY: ("no timers on the clock of the machine", "let the host send an event"),
+    Trigger.SOMETIMES: ("no spontaneous transitions", "give it an event"),
+}
+
+
+def check(chart: Chart, findings: Findings) -> bool:
+    """Whether the library gives a chart the same meaning; findings where not."""
+    checker = Checker(chart, findings)
+    checker.features()
+    if checker.is_fine:  # the rest asks where single targets lie
+        checker.orders()
+    return checker.is_fine
+
+
+def reserved(chart: Chart) -> frozenset[str]:
+    """Return what the library calls attributes of a model, where a trigger cannot be called so."""
+    top = chart.root.children
+    return frozenset({"state", *(f"is_{chart.states[child].id}" for child in top)})
+
+
+def is_raised(chart: Chart, event: int) -> bool:
+    """Whether an event can occur: that of an error cannot, in a chart that is not refused."""
+    name = chart.events[event].name
+    return bool(chart.events[event].directions) or name.startswith("done.state.")
+
+
+@dataclass
+class Checker:
+    """Finds what the library has no equivalent for."""
+
+    chart: Chart
+    findings: Findings
+    is_fine: bool = True
+
+    def _refuse(self, what: str, at: Span | None, advice: str, *others: tuple[Span, str]) -> None:
+        self.is_fine = False
+        message = f"`transitions` has {what}"
+        self.findings.add("transitions-limit", message, at, secondary=others, help=advice)
+
+    # --- features -----------------------------------------------------------------------------
+
+    def features(self) -> None:
+        """Report everything that has no equivalent by itself."""
+        for invocation in self.chart.invocations:
+            advice = "make it a machine of its own"
+            self._refuse("no invoked machines", invocation.span, advice)
+        for event in self.chart.events:
+            if event.name in reserved(self.chart):
+                advice = "call the event something else"
+                what = f"an attribute `{event.name}` of its own for each model"
+                self._refuse(what, event.span, advice)
+        for state in self.chart.states:
+            self._state(state)
+        for transition in self.chart.transitions:
+            self._transition(transition)
+        self._content((self.chart.script,), with_event=False)
+
+    def _state(self, state: State) -> None:
+        if state.kind in KINDS:
+            what, advice = KINDS[state.kind]
+            self._refuse(what, state.span, advice)
+        if state.id in RESERVED and state.parent != 0:
+            self._refuse("other uses for this name", state.span, "call the state something else")
+        if state.defer:
+            advice = "remember in a variable that it came, and `raise` it later"
+            self._refuse("no deferred events", state.span, advice)
+        if state.done_data:
+            advice = "assign it to a variable when the final state is entered"
+            self._refuse("no data of final states", state.span, advice)
+        if state.kind is Kind.FINAL and state.parent == 0 and any(state.on_exit):
+            advice = "move it to the entry of the state"
+            self._refuse("no exit from a final state", state.span, advice)
+        is_told = f"done.state.{state.id}" in self.chart.event_index
+        if state.kind is Kind.PARALLEL and is_told:
+            advice = "ask for the final states of its regions with `In`, in a guard"
+            self._refuse("no event that tells of the end of all regions", state.span, advice)
+        self._content((*state.on_entry, *state.on_exit), with_event=False)
+
+    def _transition(self, transition: Transition) -> None:
+        at = transition.span
+        if transition.trigger in TRIGGERS:
+            what, advice = TRIGGERS[transition.trigger]
+            self._refuse(what, at, advice)
+        if len(transition.targets) > 1:
+            self._refuse("only one destination", at, "make the other states the initial ones")
+        is_initial = transition.trigger is Trigger.INITIAL
+        if is_initial and transition.source:
+            source = self.chart.states[transition.source]
+            if transition.content:
+                advice = "move it to the entry of the state that is entered"
+                self._refuse("no content of initial transitions", at, advice)
+            if any(target not in source.children for target in transition.targets):
+                advice = "give each state between its own `initial`"
+                self._refuse("only children as initial states", at, advice)
+        if transition.guard is not None:
+            self._expression(transition.guard)
+        fields = self._fields(transition)
+        self._content((transition.content,), with_event=not is_initial, fields=fields)
+        if transition.guard is not None:
+            self._event(transition.guard, fields, with_event=True)
+
+    def _fields(self, transition: Transition) -> frozenset[str]:
+        """Return the fields that all events of a transition have, at the same place."""
+        events = [e for e in transition.events if is_raised(self.chart, e)]
+        each = [set(enumerate(f.name for f in self.chart.events[e].fields)) for e in events]
+        return frozenset(name for _, name in set.intersection(*each)) if each else frozenset()
+
+    # --- content and expressions --------------------------------------------------------------
+
+    def _content(
+        self,
+        blocks: tuple[Block, ...],
+        *,
+        with_event: bool,
+        fields: frozenset[str] = frozenset(),
+    ) -> None:
+        for block in blocks:
+            for statement in statements(block):
+                self._statement(statement)
+                for value in values(statement):
+                    self._expression(value, statement.span)
+                    self._event(value, fields, with_event=with_event)
+                    self._configuration(value)
+
+    def _statement(self, statement: Statement) -> None:
+        match statement:
+            case Send(delay=delay) if delay is not None:
+                advice = "let an operation of the host send it later"
+                self._refuse("no delayed events", statement.span, advice)
+            case Send(destination=Destination.SELF):
+                advice = "`raise` it: the library has one queue"
+                self._refuse("no second queue for what a machine sends itself", statement.span,
+                    advice)  # fmt: skip
+            case Send(destination=Destination.INVOKER | Destination.INVOKED):
+                advice = "send an event that leaves the machine"
+                self._refuse("no invoked machines", statement.span, advice)
+            case Cancel():
+                self._refuse("no delayed events", statement.span, "remove it")
+            case Reply():
+                advice = "send an event that leaves the machine, or call an operation"
+                self._refuse("no answer but whether a transition was taken", statement.span, advice)
+            case Fail():
+                advice = "mend what it says"
+                self._refuse("no `error.execution`", statement.span, advice)
+            case Invoke():
+                pass  # said of the invocation
+            case _:
+                if can_fail(_without_bodies(statement)):
+                    advice = "test it before: a divisor for zero, an index for its range"
+                    self._refuse("no `error.execution`, and this can fail", statement.span, advice)
+
+    def _expression(self, expr: Expr, within: Span | None = None) -> None:
+        at = within or expr.span
+        if can_fail(fold(expr)):
+            advice = "test it before: a divisor for zero, an index for its range"
+            self._refuse("no `error.execution`, and this can fail", at, advice)
+        for part in _all_parts(fold(expr)):
+            if isinstance(part, Convert) and _is_saturating(part):
+                advice = "use `min` and `max`, a type that wraps, or a machine integer"
+                self._refuse(f"no `error.range`, and this can leave {part.type}", at, advice)
+
+    def _event(self, expr: Expr, fields: frozenset[str], *, with_event: bool) -> None:
+        for part in subexpressions(expr):
+            is_event = isinstance(part, EventField | EventName)
+            if is_event and not with_event:
+                advice = "assign it to a variable in the transition"
+                self._refuse("no event when it is started", part.span, advice)
+            elif isinstance(part, EventField) and part.name not in fields:
+                advice = "write a transition for each event"
+                self._refuse("its arguments by position, another one for each event", part.span,
+                    advice)  # fmt: skip
+
+    def _configuration(self, expr: Expr) -> None:
+        for part in subexpressions(expr):
+            if isinstance(part, InState):
+                advice = "ask in guards, or remember it in a variable"
+                self._refuse("another configuration in the midst of a step", part.span, advice)
+
+    # --- orders -------------------------------------------------------------------------------
+
+    def orders(self) -> None:
+        """Report steps that would do something else, or in another order."""
+        order = Order(self.chart)
+        for transition in self.chart.transitions:
+            if transition.trigger is Trigger.EVENT or transition.source == 0:
+                if transition.targets:
+                    self._moves(order, transition)
+                self._order_of_content(order, transition)
+        occurring = frozenset(e.index for e in self.chart.events if is_raised(self.chart, e.index))
+        for one, two, event in pairs(self.chart, occurring):
+            if order.is_orthogonal(one.source, two.source):
+                self._both(order, one, two, event)
+            elif self.chart.is_descendant(two.source, one.source):
+                self._nested(order, one, two, event)
+
+    def _moves(self, order: Order, transition: Transition) -> None:
+        domain, (target,) = order.domain(transition), transition.targets
+        assert domain is not None  # noqa: S101  (it has a target)
+        first, *rest = order.path(domain, target)
+        states = self.chart.states
+        if domain != transition.source and self.chart.is_descendant(target, transition.source):
+            advice = "mark it `type: internal`, or leave by way of another state"
+            self._refuse("no exit from a state on the way into it", transition.span, advice)
+        elif rest and domain == transition.source and transition.source:
+            advice = f"let it lead to `{states[first].id}`"
+            self._refuse(
+                f"another meaning for this where `{states[first].id}` is active: "
+                "it would not be left",
+                transition.span,
+                advice,
+                (states[first].span, "this stays active"),
+            )
+        elif rest and self._is_around(first, transition.source):
+            advice = "let the region that changes have the transition"
+            self._refuse(
+                "no way from one region to another, or out of one and back in",
+                transition.span, advice, (states[first].span, "this stays active"),
+            )  # fmt: skip
+        elif inside := [s for s in (first, *rest)[:-1] if states[s].kind is Kind.PARALLEL]:
+            name = states[inside[0]].id
+            self._refuse(
+                f"no way into one region of `{name}` that enters the others too",
+                transition.span,
+                f"let it lead to `{name}`",
+                (states[inside[0]].span, "these regions would not be entered"),
+            )
+
+    def _is_around(self, outer: int, inner: int) -> bool:
+        return outer == inner or self.chart.is_descendant(inner, outer)
+
+    def _order_of_content(self, order: Order, transition: Transition) -> None:
+        at = transition.span
+        if transition.trigger is not Trigger.INITIAL and not order.place_of_content(transition):
+            self._refuse(
+                "callbacks before all exits and after all entries, nothing between", at,
+                "move this content to the exit of the source or the entry of the target",
+            )  # fmt: skip
+        for confused, verb in (
+            (order.confused_exits(transition), "leaves"),
+            (order.confused_entries(transition), "enters"),
+        ):
+            if confused is not None:
+                one, other = confused
+                self._refuse(
+                    f"another order in which it {verb} `{one.id}` and `{other.id}`", at,
+                    "let only one of them have content",
+                    (one.span, "this one"), (other.span, "and this one"),
+                )  # fmt: skip
+
+    def _both(self, order: Order, one: Transition, two: Transition, event: int) -> None:
+        name = self.chart.events[event].name
+        places = (two.span, "this one")
+        for transition, other in ((one, two.source), (two, one.source)):
+            if not order.is_within_region(transition, other):
+                self._refuse(
+                    f"no preemption between regions: on `{name}` both would be taken",
+                    one.span, "let only one region react, or both stay within their regions",
+                    places,
+                )  # fmt: skip
+                return
+        guards = [t.guard for t in (one, two) if t.guard is not None]
+        is_asking = any(isinstance(p, InState) for g in guards for p in subexpressions(g))
+        is_calling = of_guard(one).told and of_guard(two).told
+        if is_asking or is_calling or not order.do_commute(one, two):
+            self._refuse(
+                f"one region after the other on `{name}`, not both at once", one.span,
+                "let neither read, write or tell what the other one writes or tells",
+                places,
+            )  # fmt: skip
+
+    def _nested(self, order: Order, outer: Transition, inner: Transition, event: int) -> None:
+        if not order.is_parallel_between(outer.source, inner.source):
+            return
+        name = self.chart.events[event].name
+        if not outer.targets or not inner.targets or of_guard(outer).told:
+            self._refuse(
+                f"only one of these two on `{name}`, though other regions enable both",
+                outer.span, "let only one of them react to it", (inner.span, "this one"),
+            )  # fmt: skip
+
+
+def _is_saturating(part: Convert) -> bool:
+    """Whether a value may be outside of a range that tells of that."""
+    type_ = part.type
+    if isinstance(type_, IntType) and type_.overflow is Overflow.SATURATE:
+        bounds = range_of(part.operand)
+        return bounds is None or not type_.lo <= bounds[0] <= bounds[1] <= type_.hi
+    return isinstance(type_, DurationType)
+
+
+def _all_parts(node: object) -> Iterator[object]:
+    yield node
+    for part in parts_of(node):
+        yield from _all_parts(part)
+
+
+def _without_bodies(statement: Statement) -> object:
+    """Return what a statement evaluates itself: its bodies are looked at by themselves."""
+    return values(statement) if isinstance(statement, If | ForEach) else statement

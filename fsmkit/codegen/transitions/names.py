@@ -1,0 +1,85 @@
+"""Names of a chart as the library and a model class have them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+from fsmkit.codegen.python.names import Names, distinct, identifier
+from fsmkit.emit import snake
+from fsmkit.model.chart import Chart
+
+SEPARATORS = "/|:>~"
+"""Between the names of a state and of its parent: the first that no state has in its name."""
+MODEL = frozenset({"state", "trigger", "may_trigger", "to", "machine", "is_in", "log", "begin"})
+"""What a model has already, by the library or by the generated class."""
+PREFIXES = ("guard_", "do_", "enter_", "exit_", "send_", "is_", "may_")
+
+
+@dataclass(frozen=True, slots=True)
+class ModelNames:
+    """What the generated text calls the parts of a chart. Tuples go by index."""
+
+    names: Names
+    separator: str
+    paths: tuple[str, ...]
+    """Of states, through all their ancestors."""
+    initial: str
+    """The state before the start, and the trigger that leaves it."""
+    start: str
+
+    def quoted(self, state: int) -> str:
+        """Return the name of a state for the library, as a literal."""
+        return text(self.paths[state])
+
+
+def model_names(chart: Chart) -> ModelNames:
+    """Return the names for a chart. A clash is resolved by underscores at the end."""
+    ids = [state.id for state in chart.states[1:]]
+    separator = next(
+        (each for each in SEPARATORS if not any(each in name for name in ids)),
+        "\N{RIGHTWARDS ARROW}",
+    )
+    paths = [""]
+    for state in chart.states[1:]:
+        above = paths[state.parent or 0]
+        paths.append(f"{above}{separator}{state.id}" if above else state.id)
+    (initial,) = distinct(["initial"], ids)
+    triggers = [event.name for event in chart.events]
+    (start,) = distinct(["start"], triggers)
+    return ModelNames(_names(chart, {*triggers, start}), separator, tuple(paths), initial, start)
+
+
+def _names(chart: Chart, triggers: set[str]) -> Names:
+    machine = identifier(chart.name)
+    states = distinct([identifier(state.id) for state in chart.states])
+    taken = MODEL | triggers
+    variables = [v.name for group in (chart.data, chart.inputs, chart.outputs) for v in group]
+    attributes = distinct([_public(name) for name in variables], taken)
+    operations = [operation.name for operation in chart.operations]
+    methods = distinct([_public(name) for name in operations], taken | set(attributes))
+    return Names(
+        machine=machine[:1].upper() + machine[1:],
+        states=states,
+        bare=states,
+        events=distinct([identifier(event.name) for event in chart.events]),
+        transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
+        variables=dict(zip(variables, attributes, strict=True)),
+        operations=dict(zip(operations, methods, strict=True)),
+    )
+
+
+def _public(name: str) -> str:
+    """Return a name that none of the generated methods has."""
+    found = identifier(name)
+    return f"v_{found}" if found.startswith(("_", *PREFIXES)) else found
+
+
+def file_name(chart: Chart) -> str:
+    """Return the name of the module: ``feeder_machine.py``."""
+    return f"{snake(chart.name)}_machine.py"
+
+
+def text(value: str) -> str:
+    """Return a text as a literal of Python."""
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,233 @@
+"""What the library cannot express is refused, with the place and a way out."""
+
+from __future__ import annotations
+
+import pytest
+
+from fsmkit.codegen.transitions.harness import TransitionsHarness
+from fsmkit.codegen.transitions.limits import check
+from fsmkit.codegen.transitions.plugin import PLUGIN
+from fsmkit.diagnostics import Findings, Source
+from fsmkit.model.chart import Chart
+from fsmkit.model.elaborate import elaborate
+from fsmkit.testing.harness import InterpreterHarness
+from fsmkit.yaml.reader import read_document
+
+HEAD = """\
+chart: Refused
+data: {n: uint8 = 0, m: uint8 = 0, near: 0..9 = 0, a: "uint8[3] = 0"}
+operations: ["act(x uint8)", "ask() -> bool"]
+events:
+  in: [go, back, "tell(n 0..9)", "more(k bool, n 0..9)", "query() -> 0..9"]
+  out: [gone]
+"""
+REGIONS = """\
+initial: p
+states:
+  out: {}
+  p:
+    regions:
+      left:
+        initial: l1
+        states:
+          l1: {on: {go: LEFT}}
+          l2: {}
+      right:
+        initial: r1
+        states:
+          r1: {on: {go: RIGHT}}
+          r2: {}
+"""
+
+
+def chart_of(text: str) -> Chart:
+    findings = Findings()
+    document = read_document(Source("refused.yaml", HEAD + text), findings)
+    assert document is not None, [d.message for d in findings]
+    chart = elaborate((document,), findings)
+    assert chart is not None, [d.message for d in findings]
+    return chart
+
+
+def refusals(text: str) -> list[tuple[str, str, str | None]]:
+    """Return message, first line of the place, and help."""
+    findings = Findings()
+    made = PLUGIN.generate(chart_of(text), findings, {})
+    assert (made is None) == findings.has_errors
+    assert {d.rule.name for d in findings} <= {"transitions-limit"}
+    found = []
+    for one in findings:
+        assert one.primary is not None
+        span = one.primary.span
+        found.append((one.message, span.source.text[span.start : span.end], one.help))
+    return found
+
+
+def simple(state: str, more: str = "") -> str:
+    return f"initial: s\nstates:\n  s: {state}\n  t: {{}}\n{more}"
+
+
+REFUSED = {
+    "a timeout": (simple("{after: {1s: t}}"), "no timers", "1s"),
+    "a period": (simple("{every: {1s: t}}"), "no timers", "1s"),
+    "an eventless transition": (simple("{always: {target: t, if: n > 3}}"), "without an event", ""),
+    "a deferred event": (simple("{defer: go, on: {back: t}}"), "no deferred", "s"),
+    "a choice": (
+        simple("{on: {go: c}}", "  c: {choice: [{if: n > 1, target: s}, {target: t}]}\n"),
+        "no choice",
+        "c",
+    ),
+    "a delayed event": (simple("{entry: send go after 1s}"), "no delayed", "send go after 1s"),
+    "a cancelled event": (
+        simple('{entry: "send go after 1s as x", exit: cancel x}'),
+        "no delayed",
+        "",
+    ),
+    "an event to itself": (simple("{entry: send go}"), "no second queue", "send go"),
+    "an answer": (simple("{on: {query: {do: reply 3}}}"), "no answer", "reply 3"),
+    "a division": (simple("{entry: n = 5 / m}"), "this can fail", "5 / m"),
+    "an index": (simple("{entry: 'a[n] = 5'}"), "this can fail", "a[n] = 5"),
+    "a range": (simple("{entry: near += 1}"), "can leave 0..9", "near += 1"),
+    "the configuration in content": (
+        simple("{on: {go: {target: t, do: act(1 if In(s) else 2)}}}"),
+        "in the midst of a step",
+        "In(s)",
+    ),
+    "fields that stand elsewhere": (
+        simple("{on: {tell more: {target: t, do: n = event.n}}}"),
+        "by position",
+        "event.n",
+    ),
+    "content between exits and entries": (
+        simple("{exit: act(1), on: {go: {target: u, do: act(2)}}}", "  u: {entry: act(3)}\n"),
+        "nothing between",
+        "",
+    ),
+    "history": (
+        simple(
+            "{on: {go: h}}", "  c: {initial: d, states: {d: {}, h: {history: deep, default: d}}}\n"
+        ),
+        "no history",
+        "h",
+    ),
+    "several targets": (
+        REGIONS.replace("out: {}", "out: {on: {back: [{target: [l2, r2]}]}}")
+        .replace("LEFT", "{target: l2}")
+        .replace("RIGHT", "{target: out}"),
+        "only one destination",
+        "",
+    ),
+    "the way into a region": (
+        REGIONS.replace("out: {}", "out: {on: {back: l2}}")
+        .replace("LEFT", "l2")
+        .replace("RIGHT", "r2"),
+        "no way into one region of `p`",
+        "l2",
+    ),
+    "the way to another region": (
+        REGIONS.replace("LEFT", "r2").replace("RIGHT", "{do: n = 1}"),
+        "no way from one region to another",
+        "r2",
+    ),
+    "preemption between regions": (
+        REGIONS.replace("LEFT", "out").replace("RIGHT", "r2"),
+        "no preemption between regions: on `go`",
+        "out",
+    ),
+    "what both regions tell": (
+        REGIONS.replace("LEFT", "{target: l2, do: n = m}").replace(
+            "RIGHT", "{target: r2, if: n == 0}"
+        ),
+        "one region after the other on `go`",
+        "",
+    ),
+    "a state that reacts besides its region": (
+        REGIONS.replace("  p:\n", "  p:\n    on: {go: {do: n = 1}}\n")
+        .replace("LEFT", "l2")
+        .replace("RIGHT", "{target: r2, if: m == 0}"),
+        "only one of these two on `go`",
+        "",
+    ),
+    "an exit on the way in": (
+        simple("{on: {go: d}, initial: e, states: {d: {}, e: {}}}"),
+        "no exit from a state on the way into it",
+        "d",
+    ),
+    "a grandchild": (
+        simple(
+            "{on: {go: {target: f, type: internal}}, initial: e, "
+            "states: {e: {initial: f, states: {f: {}, g: {}}}}}"
+        ),
+        "another meaning for this where `e` is active",
+        "",
+    ),
+    "exits in two regions": (
+        REGIONS.replace("l1: {", "l1: {exit: act(1), ")
+        .replace("r1: {", "r1: {exit: act(2), ")
+        .replace("  p:\n", "  p:\n    on: {back: out}\n")
+        .replace("LEFT", "l2")
+        .replace("RIGHT", "r2"),
+        "another order in which it leaves `l1` and `r1`",
+        "out",
+    ),
+    "entries at several levels": (
+        REGIONS.replace("l1: {", "l1: {entry: act(1), ")
+        .replace("      right:\n", "      right:\n        entry: act(2)\n")
+        .replace("LEFT", "l2")
+        .replace("RIGHT", "{do: n = 1}"),
+        "another order in which it enters `l1` and `right`",
+        "",
+    ),
+    "the end of all regions": (
+        REGIONS.replace("  p:\n", "  p:\n    on: {done.state.p: out}\n")
+        .replace("l2: {}", "l2: {final: true}")
+        .replace("r2: {}", "r2: {final: true}")
+        .replace("LEFT", "l2")
+        .replace("RIGHT", "r2"),
+        "the end of all regions",
+        "p",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_is_refused_with_its_place(name: str) -> None:
+    text, message, place = REFUSED[name]
+    found = refusals(text)
+    fitting = [one for one in found if message in one[0]]
+    assert fitting, found
+    assert all(one[2] for one in found)
+    assert any(place in one[1] for one in fitting), fitting
+
+
+ACCEPTED = {
+    "content before entries": simple("{exit: n = 1, on: {go: {target: t, do: act(m)}}}"),
+    "content after entries": simple(
+        "{exit: n = 1, on: {go: {target: u, do: act(n)}}}", "  u: {entry: m = 3}\n"
+    ),
+    "bounded by min and max": simple("{entry: 'near = min(9, max(0, n))'}"),
+    "regions that do not meet": REGIONS.replace("LEFT", "{target: l2, do: n = 1}").replace(
+        "RIGHT", "{target: r2, do: m = 1}"
+    ),
+    "regions that tell in order": REGIONS.replace("LEFT", "{target: l2, do: act(1)}").replace(
+        "RIGHT", "{target: r2, do: act(2)}"
+    ),
+    "an internal transition": simple(
+        "{on: {go: {target: d, type: internal}}, initial: e, states: {d: {}, e: {}}}"
+    ),
+    "the end of a compound state": simple(
+        "{on: {done.state.s: t}, initial: e, states: {e: {on: {go: f}}, f: {final: true}}}"
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ACCEPTED)
+def test_is_accepted_and_means_the_same(name: str) -> None:
+    text = ACCEPTED[name]
+    assert refusals(text) == []
+    chart = chart_of(text)
+    assert check(chart, Findings())
+    script = ["start 0", "post go", "run 1", "post back", "post go", "run 2", "dump"]
+    expected = InterpreterHarness().run(chart, script)
+    assert TransitionsHarness().run(chart, script) == expected
+    assert any(line.startswith("t ") for line in expected) or "entry" in text
