@@ -84,7 +84,9 @@ static inline void fsm_ring_release(fsm_ring *ring)
  * or it posted a queueful; returns how many. For several mailboxes before one X_run.
  *
  * X_mailbox_run posts what was there when it was called, and runs the machine after each queueful.
- * Bounded by the slots. */
+ * Bounded by the slots.
+ *
+ * Names end in `_` here, so that none is that of a machine. */
 #define FSM_MAILBOX(X, queue, slots_)                                                              \
     typedef char X##_mailbox_has_a_power_of_two_of_slots                                           \
         [(slots_) > 0 && ((slots_) & ((slots_) - 1)) == 0 ? 1 : -1];                               \
@@ -97,46 +99,46 @@ static inline void fsm_ring_release(fsm_ring *ring)
         fsm_ring ring;                                                                             \
         X##_event slots[slots_];                                                                   \
     } X##_mailbox;                                                                                 \
-    FSM_MAY_BE_UNUSED static inline bool X##_mailbox_put(X##_mailbox *box, const X##_event *e)     \
+    FSM_MAY_BE_UNUSED static inline bool X##_mailbox_put(X##_mailbox *box_, const X##_event *e_)   \
     {                                                                                              \
-        FSM_INDEX place;                                                                           \
-        if (!fsm_ring_claim(&box->ring, (slots_), &place))                                         \
+        FSM_INDEX place_;                                                                          \
+        if (!fsm_ring_claim(&box_->ring, (slots_), &place_))                                       \
             return false;                                                                          \
-        box->slots[place] = *e;                                                                    \
-        fsm_ring_publish(&box->ring);                                                              \
+        box_->slots[place_] = *e_;                                                                 \
+        fsm_ring_publish(&box_->ring);                                                             \
         return true;                                                                               \
     }                                                                                              \
-    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_lost(const X##_mailbox *box)             \
+    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_lost(const X##_mailbox *box_)            \
     {                                                                                              \
-        return fsm_shared_read(&box->ring.lost);                                                   \
+        return fsm_shared_read(&box_->ring.lost);                                                  \
     }                                                                                              \
-    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_post(X##_mailbox *box, X *m,             \
-                                                               FSM_INDEX most)                     \
+    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_post(X##_mailbox *box_, X *m_,           \
+                                                               FSM_INDEX most_)                    \
     {                                                                                              \
-        FSM_INDEX place, posted = 0;                                                               \
-        while (posted < most && fsm_ring_front(&box->ring, (slots_), &place) &&                    \
-               X##_post(m, &box->slots[place])) {                                                  \
-            fsm_ring_release(&box->ring);                                                          \
-            posted++;                                                                              \
+        FSM_INDEX place_, posted_ = 0;                                                             \
+        while (posted_ < most_ && fsm_ring_front(&box_->ring, (slots_), &place_) &&                \
+               X##_post(m_, &box_->slots[place_])) {                                               \
+            fsm_ring_release(&box_->ring);                                                         \
+            posted_++;                                                                             \
         }                                                                                          \
-        return posted;                                                                             \
+        return posted_;                                                                            \
     }                                                                                              \
-    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_drain(X##_mailbox *box, X *m)            \
+    FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_drain(X##_mailbox *box_, X *m_)          \
     {                                                                                              \
-        return X##_mailbox_post(box, m, (FSM_INDEX)(queue));                                       \
+        return X##_mailbox_post(box_, m_, (FSM_INDEX)(queue));                                     \
     }                                                                                              \
-    FSM_MAY_BE_UNUSED static inline void X##_mailbox_run(X##_mailbox *box, X *m, uint32_t now)     \
+    FSM_MAY_BE_UNUSED static inline void X##_mailbox_run(X##_mailbox *box_, X *m_, uint32_t now_)  \
     {                                                                                              \
-        FSM_INDEX left = fsm_ring_count(&box->ring);                                               \
-        bool goes_on = true; /* a queue that something else filled is empty after the first run */ \
-        bool first = true;                                                                         \
-        while (goes_on) {                                                                          \
-            FSM_INDEX some = (FSM_INDEX)(left < (queue) ? left : (queue));                         \
-            FSM_INDEX posted = X##_mailbox_post(box, m, some);                                     \
-            X##_run(m, now);                                                                       \
-            left = (FSM_INDEX)(left - posted);                                                     \
-            goes_on = left > 0u && (posted > 0u || first);                                         \
-            first = false;                                                                         \
+        FSM_INDEX left_ = fsm_ring_count(&box_->ring);                                             \
+        bool goes_on_ = true; /* what else filled the queue, the first run emptied */              \
+        bool first_ = true;                                                                        \
+        while (goes_on_) {                                                                         \
+            FSM_INDEX some_ = (FSM_INDEX)(left_ < (queue) ? left_ : (queue));                      \
+            FSM_INDEX posted_ = X##_mailbox_post(box_, m_, some_);                                 \
+            X##_run(m_, now_);                                                                     \
+            left_ = (FSM_INDEX)(left_ - posted_);                                                  \
+            goes_on_ = left_ > 0u && (posted_ > 0u || first_);                                     \
+            first_ = false;                                                                        \
         }                                                                                          \
     }
 

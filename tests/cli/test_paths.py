@@ -1,0 +1,34 @@
+"""``fsmkit paths``: folders, one a line or one alone, ready for another command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli import run
+
+
+def test_each_is_a_folder_with_what_is_looked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    files = {
+        "cmake": "fsmkit-config.cmake",
+        "hosts": "fsm_mailbox.h",
+        "include": "fsm.h",
+        "pkgconfig": "fsmkit.pc",
+    }
+    for what, name in files.items():
+        assert run(["paths", what]) == 0
+        printed = capsys.readouterr().out
+        assert printed.endswith("\n")
+        assert (Path(printed.removesuffix("\n")) / name).is_file()
+    assert run(["paths", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert set(document) == set(files)
+    assert run(["paths"]) == 0
+    assert capsys.readouterr().out.split() == [word for pair in document.items() for word in pair]
+
+
+def test_what_there_is_not_is_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["paths", "elsewhere"]) == 2
+    assert "cmake" in capsys.readouterr().err
