@@ -12,7 +12,16 @@ from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names, distinct, identifier
-from fsmkit.codegen.python.selection import Offers, bit, decimal, is_needing_memo, print_selection
+from fsmkit.codegen.python.selection import (
+    Offers,
+    bit,
+    decimal,
+    has_regions,
+    is_needing_memo,
+    print_selection,
+)
+from fsmkit.codegen.python.straight import Straight, configurations
+from fsmkit.codegen.python.trimming import trimmed, untraced
 from fsmkit.expressions import ArrayType, EnumType, RecordType
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
@@ -38,13 +47,18 @@ NOTHING = -1
 '''
 
 
-def module_text(chart: Chart) -> str:
-    """Return the text of the module: the same for the same chart."""
+def module_text(chart: Chart, *, traced: bool = False) -> str:
+    """Return the text of the module: the same for the same chart.
+
+    Without a trace there is no `trace` to set, and nothing is spent on it; machines that invoke
+    others always have it.
+    """
     family = family_of(chart)
     members = tuple(family.everyone)
     shared = template.machine() if is_alone(chart) else template.invoking()
     needs = tuple(Needs() for _ in members)
-    classes = [_class(*pair, shared) for pair in zip(members, needs, strict=True)]
+    pairs = zip(members, needs, strict=True)
+    classes = [_class(*pair, shared, traced=traced) for pair in pairs]
     parts = [shared.bases, *classes]
     arithmetic = template.arithmetic("\n".join(parts))
     pieces = (
@@ -58,15 +72,14 @@ def module_text(chart: Chart) -> str:
     return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n"
 
 
-def _class(member: Member, needs: Needs, shared: template.Template) -> str:
+def _class(member: Member, needs: Needs, shared: template.Template, *, traced: bool) -> str:
     """Return a class: alone with all that it needs, else derived from what several share."""
     chart, names = member.chart, member.names
     plan = lower(chart)
     content = ContentPrinter(chart, names, needs)
     body = Lines(1)
-    _select(body, chart, names)
+    _moves(body, plan, names, content)
     _guards(body, chart, names)
-    movement.print_moves(body, plan, names, content)
     if shared.bases:
         invoking.print_invocations(body, member, content)
     sending.print_senders(body, chart, names, needs)
@@ -77,7 +90,9 @@ def _class(member: Member, needs: Needs, shared: template.Template) -> str:
     if shared.bases:
         return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{body.finish()}"
     own = body.finish()
-    return f"class {names.machine}:\n{head.finish()}\n{template.without(shared.body, own)}\n{own}"
+    text = f"{head.finish()}\n{template.without(shared.body, own)}\n{own}"
+    text = trimmed(text if traced else untraced(text))
+    return f"class {names.machine}:\n{text}"
 
 
 def _header(chart: Chart, arithmetic: str) -> str:
@@ -115,7 +130,8 @@ def _enumerations(members: tuple[Member, ...]) -> Iterator[str]:
 def _bits(chart: Chart, names: Names) -> str:
     """Return the constants of the states: a bit each, in document order."""
     pairs = zip(chart.states, names.states, strict=True)
-    return "\n".join(f"{name} = {bit(state.index)}" for state, name in pairs)
+    lines = [f"{name} = {bit(state.index)}" for state, name in pairs]
+    return "\n".join(lines if has_regions(chart) else [*lines, *configurations(chart, names)])
 
 
 def _host(names: Names, members: list[tuple[Member, Needs]]) -> str:
@@ -235,14 +251,17 @@ def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:
     }
 
 
-def _select(out: Lines, chart: Chart, names: Names) -> None:
-    offers = Offers(chart)
+def _moves(out: Lines, plan: Plan, names: Names, content: ContentPrinter) -> None:
+    """Print what events, eventless transitions and timeouts do."""
+    chart, offers = plan.chart, Offers(plan.chart)
     if not print_selection(out, chart, names, offers, "_select_eventless", None):
         with out.method("_select_eventless", "There are no eventless transitions.", result="int"):
             out.line("return 0")
-    for event in chart.events:
-        name = f"_select_{names.events[event.index]}"
-        print_selection(out, chart, names, offers, name, event.index)
+    mover = movement.Mover(out, plan, names, content)
+    straight = Straight(out, plan, names, content, mover, offers)
+    straight.events()
+    mover.states()
+    mover.transitions(straight.apart)
 
 
 def _guards(out: Lines, chart: Chart, names: Names) -> None:
@@ -293,7 +312,7 @@ def _tables(out: Lines, names: Names, shared: template.Template) -> None:
 
     out.line()
     states, transitions = names.bare, names.transitions
-    table("_SELECT", [f"_select_{event}" for event in names.events])
+    table("_ON", [f"_on_{event}" for event in names.events])
     table("_PORTS", [f"_port_{event}" for event in names.events])
     table("_EXITED", [f"_exited_{state}" for state in states])
     table("_ENTERED", [f"_entered_{state}" for state in states])

@@ -9,6 +9,7 @@ from typing import Any
 
 from fsmkit.codegen.python.family import Member, family_of
 from fsmkit.codegen.python.generate import module_text
+from fsmkit.codegen.python.template import arithmetic
 from fsmkit.diagnostics import fail
 from fsmkit.expressions import (
     ArrayType,
@@ -27,6 +28,17 @@ WORDS = re.compile(r'"[^"]*"|[^\s\[\],"]+')
 """Of a line: brackets tell nothing that the types do not."""
 LARGEST_RANGE = 2**22
 """Wider ranges are sampled from this many of their least values."""
+
+
+def _spelling() -> Callable[[object], str]:
+    """Return the function of generated modules that spells values as traces do."""
+    space: dict[str, Any] = {}
+    exec(arithmetic("shown()"), space)  # noqa: S102  (the text is our own)
+    found: Callable[[object], str] = space["shown"]
+    return found
+
+
+shown = _spelling()
 
 
 class SeededHost:
@@ -69,58 +81,76 @@ class SeededHost:
                 return ""
 
 
-def load_machine(chart: Chart) -> type[Any]:
+def load_machine(chart: Chart, *, traced: bool = False) -> type[Any]:
     """Return the generated class of a chart."""
     machine = family_of(chart).names.machine
     space: dict[str, Any] = {"__name__": f"fsmkit_generated_{machine}"}
-    code = compile(module_text(chart), f"<{chart.name}.py>", "exec", dont_inherit=True)
+    text = module_text(chart, traced=traced)
+    code = compile(text, f"<{chart.name}.py>", "exec", dont_inherit=True)
     exec(code, space)  # noqa: S102  (the text is our own)
     found: type[Any] = space[machine]
     return found
 
 
 def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:
-    """Run a generated machine by a script and return its trace; `FsmkitError` for a wrong line."""
-    family = family_of(chart)
-    names = family.names
-    host = SeededHost(family)
-    machine = load_machine(chart)(host)
-    told: list[str] = []
-    machine.trace = told.append
-    now = 0
+    """Run a generated machine by a script and return its trace; `FsmkitError` for a wrong line.
+
+    A machine made without a trace runs beside it; where it does anything else the trace tells so.
+    """
+    driven = [_Driven(chart, traced=True), _Driven(chart, traced=False)]
+    told = driven[0].told
     for line in script_lines:
         verb, *words = WORDS.findall(line)
         try:
-            match verb:
-                case "start":
-                    now = int(words[0])
-                    machine.start(now)
-                case "run":
-                    now = int(words[0])
-                    machine.run(now)
-                case "post":
-                    if not machine.post(words[0], *_payload(chart, words)):
-                        told.append("full queue")
-                case "dispatch":
-                    machine.dispatch(words[0], *_payload(chart, words))
-                case "input":
-                    (variable,) = [v for v in chart.inputs if v.name == words[0]]
-                    value = _read(iter(words[1:]), variable.type)
-                    setattr(machine, names.variables[words[0]], value)
-                case "seed":
-                    host.state = int(words[0])
-                case "dump":
-                    told += dump_lines(family, machine, machine_shown(machine))
-                case _:
-                    raise ValueError(f"there is no script line `{verb}`")
+            seen = [each.obey(verb, words) for each in driven]
         except (ValueError, KeyError, IndexError, TypeError, StopIteration) as error:
             raise fail("wrong-script-line", f"`{line}`: {error}") from error
+        if seen[0] != seen[1]:
+            told.append(f"without a trace after `{line}`: {seen[1]}, not {seen[0]}")
     return told
 
 
-def dump_lines(
-    member: Member, machine: Any, shown: Callable[[object], str], before: str = ""
-) -> Iterator[str]:
+class _Driven:
+    """A machine with its host, under a script."""
+
+    def __init__(self, chart: Chart, *, traced: bool) -> None:
+        self._chart = chart
+        self._family = family_of(chart)
+        self._host = SeededHost(self._family)
+        self._machine = load_machine(chart, traced=traced)(self._host)
+        self.told: list[str] = []
+        if traced:
+            self._machine.trace = self.told.append
+
+    def obey(self, verb: str, words: list[str]) -> object:
+        """Do what a line says; return what can be seen of the machine then."""
+        machine, chart = self._machine, self._chart
+        result: object = None
+        match verb:
+            case "start" | "run":
+                result = getattr(machine, verb)(int(words[0]))
+            case "post":
+                result = machine.post(words[0], *_payload(chart, words))
+                if not result:
+                    self.told.append("full queue")
+            case "dispatch":
+                result = machine.dispatch(words[0], *_payload(chart, words))
+            case "input":
+                (variable,) = [v for v in chart.inputs if v.name == words[0]]
+                value = _read(iter(words[1:]), variable.type)
+                setattr(machine, self._family.names.variables[words[0]], value)
+            case "seed":
+                self._host.state = int(words[0])
+            case "dump":
+                self.told += dump_lines(self._family, machine)
+            case _:
+                raise ValueError(f"there is no script line `{verb}`")
+        data = list(dump_lines(self._family, machine))
+        status = (machine.running, machine.finished, machine.fault, machine.next_deadline())
+        return result, machine.active(), status, machine.reply, self._host.state, data
+
+
+def dump_lines(member: Member, machine: Any, before: str = "") -> Iterator[str]:
     """Yield the values of data and outputs, then those of the invoked machines that run."""
     for variable in (*member.chart.data, *member.chart.outputs):
         value = getattr(machine, member.names.variables[variable.name])
@@ -130,13 +160,7 @@ def dump_lines(
         slots = zip(member.chart.invocations, member.invoked, children, strict=True)
         for invocation, invoked, child in slots:
             if child.running:
-                yield from dump_lines(invoked, child, shown, f"{before}{invocation.id}: ")
-
-
-def machine_shown(machine: Any) -> Callable[[object], str]:
-    """Return the function of the generated module that spells values."""
-    found: Callable[[object], str] = type(machine).__init__.__globals__["shown"]
-    return found
+                yield from dump_lines(invoked, child, f"{before}{invocation.id}: ")
 
 
 def _payload(chart: Chart, words: Sequence[str]) -> list[Any]:

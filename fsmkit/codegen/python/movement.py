@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import partial
 from typing import assert_never
 
@@ -26,29 +26,33 @@ from fsmkit.plan.entries import entry_by_default
 TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 
-def print_moves(out: Lines, plan: Plan, names: Names, content: ContentPrinter) -> None:
-    """Print everything that changes the configuration."""
-    chart = plan.chart
-    mover = _Mover(out, plan, names, content)
-    mover.begin()
-    for state in chart.states[1:]:
-        if not state.is_history:
-            mover.exited(state)
-            mover.entered(state)
-    for transition in chart.transitions:
-        if transition.trigger is not Trigger.INITIAL:
-            mover.taken(transition)
-    if has_regions(chart) and any(is_dynamic(plan, t) for t in chart.transitions):
-        mover.clashes()
+class Mover:
+    """Prints what changes the configuration, state by state and transition by transition."""
 
-
-class _Mover:
     def __init__(self, out: Lines, plan: Plan, names: Names, content: ContentPrinter) -> None:
         self._out = out
         self._plan = plan
         self._chart = plan.chart
         self._names = names
         self._content = content
+
+    def states(self) -> None:
+        """Print what `start` does, and what happens when states are left and entered."""
+        self.begin()
+        for state in self._chart.states[1:]:
+            if not state.is_history:
+                self.exited(state)
+                self.entered(state)
+
+    def transitions(self, wanted: Collection[int]) -> None:
+        """Print what taking some transitions does, in parts."""
+        for transition in self._chart.transitions:
+            if transition.index in wanted:
+                self.taken(transition)
+        if has_regions(self._chart) and any(
+            is_dynamic(self._plan, t) for t in self._chart.transitions
+        ):
+            self.clashes()
 
     def begin(self) -> None:
         """Print what `start` does."""
@@ -58,50 +62,69 @@ class _Mover:
         with self._out.method("_begin", "Run the script and enter the initial states."):
             self._content.block(self._out, self._chart.script, None)
             self._content.block(self._out, entry.content, None)
-            self._enter(self._plan.start)
+            self.enter(self._plan.start)
 
     # --- states -----------------------------------------------------------------------------
 
     def exited(self, state: State) -> None:
         """Print what happens when a state is left, if anything does."""
-        timed = self._timed(state)
-        blocks = [block for block in state.on_exit if block]
-        slots = [i.index for i in self._chart.invocations if i.state == state.index]
-        if not timed and not blocks and not slots and not state.invokes:
+        if self.is_left_silently(state):
             return
-        with self._out.method(
-            f"_exited_{self._names.bare[state.index]}", f"On leaving {state.id}."
-        ):
-            for transition in timed:
-                self._out.line(f"self._disarm({transition.index})")
-            self._content.blocks(self._out, tuple(blocks), None)
-            if state.invokes:
-                self._out.line(f"self._waiting &= ~{self._names.states[state.index]}")
-            self._out.lines(f"self._dismiss({slot})" for slot in slots)
+        name = f"_exited_{self._names.bare[state.index]}"
+        with self._out.method(name, f"On leaving {state.id}."):
+            self.leaving(state)
+
+    def is_left_silently(self, state: State) -> bool:
+        """Whether nothing but the configuration changes when a state is left."""
+        is_invoking = state.invokes or any(i.state == state.index for i in self._chart.invocations)
+        return not (self._timed(state) or any(state.on_exit) or is_invoking)
+
+    def leaving(self, state: State) -> None:
+        """Print what is done when a state is left."""
+        for transition in self._timed(state):
+            self._out.line(f"self._disarm({transition.index})")
+        self._content.blocks(self._out, tuple(block for block in state.on_exit if block), None)
+        if state.invokes:
+            self._out.line(f"self._waiting &= ~{self._names.states[state.index]}")
+        slots = [i.index for i in self._chart.invocations if i.state == state.index]
+        self._out.lines(f"self._dismiss({slot})" for slot in slots)
 
     def entered(self, state: State) -> None:
         """Print what happens when a state is entered, if anything does."""
-        timed = self._timed(state)
-        blocks = tuple(block for block in state.on_entry if block)
         defaults = self._defaults(state)
-        is_plain = not timed and not blocks and not defaults and not state.invokes
-        if is_plain and state.kind is not Kind.FINAL:
+        if self.is_entered_silently(state) and not defaults:
             return
         name = f"_entered_{self._names.bare[state.index]}"
         with self._out.method(name, f"On entering {state.id}.", "defaults: int"):
             if not defaults:
                 self._out.line("del defaults")
-            for t in timed:
-                self._out.line(f"self._insert({t.index}, {t.delay}, NOTHING, 0, None)")
-            if state.invokes:
-                self._out.line(f"self._waiting |= {self._names.states[state.index]}")
-            self._content.blocks(self._out, blocks, None)
+            self.entering(state)
             for transition in defaults:
                 with self._out.suite(f"if defaults & {bit(transition.index)}:"):
-                    self._tell(f"t {transition.index}")
-                    self._content.block(self._out, transition.content, None)
+                    self.default(transition.index)
             if state.kind is Kind.FINAL:
-                self._final(state)
+                self.final(state)
+
+    def is_entered_silently(self, state: State) -> bool:
+        """Whether nothing but the configuration changes when a state is entered.
+
+        Apart from the content of its defaults.
+        """
+        is_busy = self._timed(state) or any(state.on_entry) or state.invokes
+        return not is_busy and state.kind is not Kind.FINAL
+
+    def entering(self, state: State) -> None:
+        """Print what is done when a state is entered, before its defaults."""
+        for t in self._timed(state):
+            self._out.line(f"self._insert({t.index}, {t.delay}, NOTHING, 0, None)")
+        if state.invokes:
+            self._out.line(f"self._waiting |= {self._names.states[state.index]}")
+        self._content.blocks(self._out, tuple(block for block in state.on_entry if block), None)
+
+    def default(self, transition: int) -> None:
+        """Print the content of the initial transition of a state, or of a default history."""
+        self._tell(f"t {transition}")
+        self._content.block(self._out, self._chart.transitions[transition].content, None)
 
     def _timed(self, state: State) -> list[Transition]:
         found = [self._chart.transitions[index] for index in state.transitions]
@@ -116,7 +139,8 @@ class _Mover:
         found = [self._chart.transitions[number] for number in numbers]
         return [transition for transition in found if transition.content]
 
-    def _final(self, state: State) -> None:
+    def final(self, state: State) -> None:
+        """Print what entering a final state does besides (Appendix D, enterStates)."""
         parent = state.parent
         if parent is None or parent == 0:
             self._out.line("self._finish()")
@@ -172,7 +196,7 @@ class _Mover:
                 self._content.block(self._out, transition.content, payload)
         if transition.targets:
             with self._out.method(f"_enter_{name}", f"{doc}: enter."):
-                self._each_variant(move, lambda variant: self._enter(variant.entry))
+                self._each_variant(move, lambda variant: self.enter(variant.entry))
 
     def _domain(self, move: Move) -> None:
         name = self._names.transitions[move.transition]
@@ -200,9 +224,11 @@ class _Mover:
         return f"{held} & {mask(self._names, inside)}"
 
     def _leave(self, source: int, variant: Variant) -> None:
-        domain = variant.domain
-        if domain is None:
-            return
+        if variant.domain is not None:
+            self.leave(source, variant.domain)
+
+    def leave(self, source: int, domain: int) -> None:
+        """Print how all is left that is active below a domain, while a state below it is."""
         below = self._active_with(source, domain)
         self._out.line(f"gone = self._active & {mask(self._names, below)}")
         self._record(below)
@@ -240,7 +266,7 @@ class _Mover:
                     held = f"self._history_{self._names.bare[history]}"
                     self._out.line(f"{held} = gone & {mask(self._names, kept)}")
 
-    def _enter(self, ops: tuple[Op, ...]) -> None:
+    def enter(self, ops: tuple[Op, ...]) -> None:
         """Print operations of the plan, entries that follow each other as one."""
         coming: list[Enter] = []
         for op in ops:
@@ -251,15 +277,13 @@ class _Mover:
             match op:
                 case Branch(history, recorded, unrecorded):
                     with self._out.suite(f"if self._history_{self._names.bare[history]}:"):
-                        self._enter(recorded)
+                        self.enter(recorded)
                     with self._out.suite("else:"):
-                        self._enter(unrecorded)
+                        self.enter(unrecorded)
                 case Restore(history, below):
                     self._restore(history, below)
                 case Content(transition):
-                    self._tell(f"t {transition}")
-                    content = self._chart.transitions[transition].content
-                    self._content.block(self._out, content, None)
+                    self.default(transition)
                 case _:
                     assert_never(op)
         self._enter_all(coming)
@@ -287,7 +311,7 @@ class _Mover:
         word = "if"
         for child in real_children(self._chart, below):
             with self._out.suite(f"{word} {held} & {self._names.states[child]}:"):
-                self._enter(entry_by_default(self._chart, child))
+                self.enter(entry_by_default(self._chart, child))
             word = "elif"
 
     def clashes(self) -> None:

@@ -24,11 +24,13 @@ class PythonTarget:
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return the module, or None after saying what Python cannot express."""
-        del options
+        """Return the module, or None after saying what Python cannot express.
+
+        Options: ``trace``, if it is ``on``, gives the machine a `trace`.
+        """
         if not check(chart, findings):
             return None
-        text = module_text(chart)
+        text = module_text(chart, traced=options.get("trace") == "on")
         figures = {
             "states": len(chart.states) - 1,
             "transitions": len(chart.transitions),

@@ -66,22 +66,18 @@ class Stepping(Timers):
         self._event = event
         self._is_deferred = False
         self._tried = 0
-        select = self._SELECT[event]
-        chosen = 0 if select is None else select(self)
         self._budget -= 1
-        if not chosen:
-            if self._is_deferred and may_defer:
-                self._defer(event)
-                return False
-            if self.trace is not None:
-                self._tell("unhandled " + self.EVENTS[event])
-            if event in self.ERRORS:
-                self._stop(self.EVENTS[event])
+        on = self._ON[event]
+        if on is not None and on(self):
+            return True
+        if self._is_deferred and may_defer:
+            self._defer(event)
             return False
-        if self._fault is not None:
-            return False
-        self._microstep(chosen)
-        return True
+        if self.trace is not None:
+            self._tell("unhandled " + self.EVENTS[event])
+        if event in self.ERRORS:
+            self._stop(self.EVENTS[event])
+        return False
 
     def _settle(self) -> None:
         """Go on until the configuration is stable (SCXML Appendix D, mainEventLoop)."""

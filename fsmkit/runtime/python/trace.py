@@ -84,7 +84,7 @@ class Traced:
     OUTER: ClassVar[tuple[int, ...]]
     CLASHES: ClassVar[tuple[int, ...]]
     _POSTABLE: ClassVar[dict[str, tuple[int, int]]]
-    _SELECT: ClassVar[tuple[Callable[[Any], int] | None, ...]]
+    _ON: ClassVar[tuple[Callable[[Any], bool] | None, ...]]
     _LEAVE: ClassVar[tuple[Callable[[Any], None] | None, ...]]
     _DO: ClassVar[tuple[Callable[[Any], None] | None, ...]]
     _ENTER: ClassVar[tuple[Callable[[Any], None] | None, ...]]

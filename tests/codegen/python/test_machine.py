@@ -240,7 +240,7 @@ def test_two_machines_are_independent(chart: Chart) -> None:
 
 
 def test_it_runs_where_fsmkit_is_not(chart: Chart, tmp_path: Path) -> None:
-    generated = PLUGIN.generate(chart, Findings(), {})
+    generated = PLUGIN.generate(chart, Findings(), {"trace": "on"})
     assert generated is not None
     for name, text in generated.files.items():
         (tmp_path / name).write_text(text)
@@ -333,7 +333,8 @@ def test_generated_modules_pass_strict_typing(chart: Chart, tmp_path: Path) -> N
     api = pytest.importorskip("mypy.api")
     charts = [chart, *(random_case(11, number).chart for number in range(6))]
     for number, each in enumerate(charts):
-        (tmp_path / f"machine_{number}.py").write_text(module_text(each))
+        text = module_text(each, traced=number % 2 == 0)
+        (tmp_path / f"machine_{number}.py").write_text(text)
     out, _, status = api.run(
         ["--strict", "--config-file=", f"--cache-dir={tmp_path}", str(tmp_path)]
     )

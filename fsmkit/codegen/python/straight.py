@@ -1,0 +1,364 @@
+"""What an event does, as straight code: selection and the whole step in one method.
+
+Where at most one transition can be taken for an event, the states are asked from the inside out,
+and what the first enabled transition exits, does and enters stands at that very place. Where
+transitions in several regions can answer, sets of them are selected instead (`selection`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from fsmkit.codegen.python.content import ContentPrinter
+from fsmkit.codegen.python.expressions import can_fail, parts_of
+from fsmkit.codegen.python.lines import Lines, docstring
+from fsmkit.codegen.python.movement import Mover
+from fsmkit.codegen.python.names import Names
+from fsmkit.codegen.python.relations import describe
+from fsmkit.codegen.python.selection import (
+    Offers,
+    bits,
+    guard_text,
+    has_regions,
+    is_needing_memo,
+    payload_of,
+    print_selection,
+)
+from fsmkit.expressions import Call, InState
+from fsmkit.model.chart import Chart, State, Transition
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.model.statements import (
+    Assign,
+    CallOperation,
+    Cancel,
+    Destination,
+    Log,
+    Raise,
+    Send,
+)
+from fsmkit.plan import Content, Enter, Plan
+
+SHORT = 3
+"""A handler of at most so many simple statements stands where it runs, not in a method."""
+
+MANY = 60
+"""States of several regions are compared with each other only if they are fewer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The configuration in the midst of a step, as far as it is known when compiling.
+
+    If ``base`` is known, it is that; else what was active, but for the states in ``changed``.
+    """
+
+    base: int | None
+    changed: int = 0
+
+    def without(self, state: int) -> Place:
+        """Return the configuration after an active state was left."""
+        if self.base is not None:
+            return Place(self.base & ~(1 << state))
+        return Place(None, self.changed ^ 1 << state)
+
+    def with_(self, state: int) -> Place:
+        """Return the configuration after a state was entered."""
+        if self.base is not None:
+            return Place(self.base | 1 << state)
+        return Place(None, self.changed ^ 1 << state)
+
+
+@dataclass
+class Straight:
+    """Prints the methods of events; notes which transitions need methods of their own."""
+
+    out: Lines
+    plan: Plan
+    names: Names
+    content: ContentPrinter
+    mover: Mover
+    offers: Offers
+    apart: set[int] = field(default_factory=set)
+    """Transitions that are taken in parts by `_microstep`."""
+    shared: set[int] = field(default_factory=set)
+    """Transitions that stand in a method, because several events take them."""
+
+    may_fault: bool = False
+    """Whether a guard tried before, in the method at hand, can put the machine into a fault."""
+
+    def __post_init__(self) -> None:
+        """Note what is never taken for an event."""
+        kinds = (Trigger.EVENTLESS, Trigger.AFTER, Trigger.EVERY)
+        self.apart |= {t.index for t in self.chart.transitions if t.trigger in kinds}
+        self.is_single = not has_regions(self.chart)
+
+    @property
+    def chart(self) -> Chart:
+        """The chart."""
+        return self.plan.chart
+
+    def events(self) -> None:
+        """Print a method for each event that something in the chart looks at."""
+        for event in self.chart.events:
+            self._event(event.index)
+        for index in sorted(self.shared):
+            transition = self.chart.transitions[index]
+            name = f"_take_{self.names.transitions[index]}"
+            with self.out.method(name, describe(self.chart, transition) + "."):
+                if not self.is_single:
+                    self.out.line("active = self._active")
+                self._take(transition)
+
+    def _event(self, event: int) -> None:
+        groups = self.offers.by_state(event)
+        if not groups:
+            return
+        name, told = self.names.events[event], self.chart.events[event].name
+        doc = f"Take what `{told}` enables; whether that is anything."
+        if not self._is_one_answer([states[0] for states, _ in groups]):
+            self.apart |= {step.index for _, steps in groups for step in steps if step is not None}
+            print_selection(self.out, self.chart, self.names, self.offers, f"_select_{name}", event)
+            with self.out.method(f"_on_{name}", doc, result="bool"):
+                self.out.line(f"chosen = self._select_{name}()")
+                with self.out.suite("if chosen and self._fault is None:"):
+                    self.out.line("self._microstep(chosen)")
+                self.out.line("return chosen != 0")
+            return
+        self.may_fault = False
+        with self.out.method(f"_on_{name}", doc, result="bool"):
+            self.out.line("active = self._active")
+            for number, ((state,), steps) in enumerate(groups):
+                with self.out.suite(f"if {self._is_active(state)}:"):
+                    is_sure = self._steps(steps)
+                    later = (states[0] for states, _ in groups[number + 1 :])
+                    if not is_sure and not any(self.chart.is_descendant(state, o) for o in later):
+                        self.out.line("return False")
+            self.out.line("return False")
+
+    def _is_one_answer(self, sources: list[int]) -> bool:
+        """Whether no two of some states can take a transition for the same event."""
+        if self.is_single:
+            return True
+        region_of = self.plan.region_of
+        if len(sources) > MANY and len({region_of[source] for source in sources}) > 1:
+            return False
+        return all(
+            region_of[one] == region_of[other] or self._are_exclusive(one, other)
+            for one in sources
+            for other in sources
+        ) and all(self.plan.moves[t].is_static for s in sources for t in self._own(s))
+
+    def _own(self, state: int) -> Iterable[int]:
+        return self.chart.states[state].transitions
+
+    def _are_exclusive(self, one: int, other: int) -> bool:
+        """Whether two states, of different regions, are never active at once."""
+        chart = self.chart
+        above = {one, *chart.ancestors(one)}
+        common = next(s for s in (other, *chart.ancestors(other)) if s in above)
+        return common not in (one, other) and chart.states[common].kind is not Kind.PARALLEL
+
+    def _is_active(self, state: int) -> str:
+        if self.is_single and self.chart.states[state].is_leaf:
+            return f"active == {_configuration(self.names, state)}"
+        return f"active & {self.names.states[state]}"
+
+    def _steps(self, steps: tuple[Transition | None, ...]) -> bool:
+        """Print what a state tries; whether one of it is sure to be taken."""
+        for step in steps:
+            if step is None:
+                self.out.line("self._is_deferred = True")
+                self.out.line("return False")
+                return True
+            if step.guard is None:
+                self._taken(step)
+                return True
+            self.may_fault |= is_needing_memo(self.chart, step)
+            with self.out.suite(f"if {guard_text(self.chart, self.names, step)}:"):
+                self._taken(step)
+        return False
+
+    def _taken(self, transition: Transition) -> None:
+        if self.may_fault:
+            with self.out.suite("if self._fault is not None:"):
+                self.out.line("return True")
+        if len(transition.events) > 1:
+            self.shared.add(transition.index)
+            self.out.line(f"self._take_{self.names.transitions[transition.index]}()")
+        else:
+            self.out.line(f"# {docstring(describe(self.chart, transition))}")
+            self._take(transition)
+        self.out.line("return True")
+
+    # --- one transition -----------------------------------------------------------------------
+
+    def _take(self, transition: Transition) -> None:
+        """Print all that a transition does (Appendix D, microstep)."""
+        payload = payload_of(self.chart, transition)
+        if not transition.targets:
+            self._tell(f"t {transition.index}")
+            self.content.block(self.out, transition.content, payload)
+            return
+        move = self.plan.moves[transition.index]
+        if not move.is_static:
+            self._in_parts(transition)
+            return
+        (variant,) = move.variants
+        assert variant.domain is not None  # noqa: S101
+        place, known = self._leave(transition.source, variant.domain)
+        self._tell(f"t {transition.index}")
+        if _observes(transition.content) and known != place:
+            known = self._store(place)
+        self.content.block(self.out, transition.content, payload)
+        if all(isinstance(op, Enter | Content) for op in variant.entry):
+            for op in variant.entry:
+                if isinstance(op, Content):
+                    self.mover.default(op.transition)
+                elif isinstance(op, Enter):
+                    place, known = self._enter(op, place, known)
+            if known != place:
+                self._store(place)
+            return
+        if known != place:
+            self._store(place)
+        self.mover.enter(variant.entry)
+
+    def _in_parts(self, transition: Transition) -> None:
+        """Print calls of the methods of a transition whose domain a history decides."""
+        self.apart.add(transition.index)
+        name = self.names.transitions[transition.index]
+        self.out.line(f"self._leave_{name}()")
+        self._tell(f"t {transition.index}")
+        if transition.content:
+            self.out.line(f"self._do_{name}()")
+        self.out.line(f"self._enter_{name}()")
+
+    def _leave(self, source: int, domain: int) -> tuple[Place, Place]:
+        """Print what is left; return the configuration then, and the one that is stored."""
+        chart = self.chart
+        path = [source]
+        while path[-1] != domain:
+            path.append(chart.states[path[-1]].parent or 0)
+        is_plain = chart.states[source].is_leaf and not any(
+            chart.states[s].kind is Kind.PARALLEL for s in path[1:]
+        )
+        if not is_plain:
+            self.mover.leave(source, domain)
+            done = self._known(domain) or Place(None)
+            if done.base is None:
+                self.out.line("active = self._active")
+            return done, done
+        place = known = self._known(source) or Place(None)
+        for state in path[:-1]:
+            self._record(state, source)
+        for state in path[:-1]:
+            self._tell(f"- {chart.states[state].id}")
+            if not self.mover.is_left_silently(chart.states[state]):
+                if _observes(chart.states[state].on_exit) and known != place:
+                    known = self._store(place)
+                self._left(chart.states[state])
+            place = place.without(state)
+        return place, known
+
+    def _known(self, state: int) -> Place | None:
+        """Return all that is active with a state as the innermost, if nothing else can be."""
+        above = (state, *self.chart.ancestors(state))
+        if any(self.chart.states[s].kind is Kind.PARALLEL for s in above):
+            return None
+        return Place(sum(1 << s for s in above))
+
+    def _record(self, state: int, source: int) -> None:
+        """Record the histories of a state that is left, of which only a path is active."""
+        chart = self.chart
+        inside = [s for s in (source, *chart.ancestors(source)) if chart.is_descendant(s, state)]
+        for child in chart.states[state].children:
+            if chart.states[child].is_history:
+                is_deep = chart.states[child].kind is Kind.DEEP_HISTORY
+                kept = [s for s in inside if s == source or not is_deep]
+                kept = kept if is_deep else [s for s in kept if chart.states[s].parent == state]
+                held = f"self._history_{self.names.bare[child]}"
+                self.out.line(f"{held} = {self.names.states[kept[0]]}")
+
+    def _enter(self, op: Enter, place: Place, known: Place) -> tuple[Place, Place]:
+        """Print the entry of a state; return the configuration then, and the stored one."""
+        state = self.chart.states[op.state]
+        place = place.with_(state.index)
+        self._tell(f"+ {state.id}")
+        contents = [self.chart.transitions[d].content for d in op.defaults]
+        is_final = state.kind is Kind.FINAL
+        if (is_final or _observes(state.on_entry) or any(map(_observes, contents))) and (
+            known != place
+        ):
+            known = self._store(place)
+        self._come(state, op.defaults)
+        return place, known
+
+    def _left(self, state: State) -> None:
+        if _is_short(state.on_exit):
+            self.mover.leaving(state)
+        else:
+            self.out.line(f"self._exited_{self.names.bare[state.index]}()")
+
+    def _come(self, state: State, defaults: tuple[int, ...]) -> None:
+        if _is_short(state.on_entry):
+            self.mover.entering(state)
+            for default in defaults:
+                self.mover.default(default)
+            if state.kind is Kind.FINAL:
+                self.mover.final(state)
+        else:
+            passed = bits(sum(1 << d for d in defaults)) if defaults else "0"
+            self.out.line(f"self._entered_{self.names.bare[state.index]}({passed})")
+
+    def _store(self, place: Place) -> Place:
+        self.out.line(f"self._active = {self._spell(place)}")
+        return place
+
+    def _spell(self, place: Place) -> str:
+        if place.base is None:
+            return f"active ^ {bits(place.changed)}"
+        deepest = place.base.bit_length() - 1
+        if self.is_single and self._known(deepest) == place:
+            return _configuration(self.names, deepest)
+        return bits(place.base)
+
+    def _tell(self, line: str) -> None:
+        with self.out.suite("if self.trace is not None:"):
+            self.out.line(f'self._tell("{line}")')
+
+
+def _is_short(blocks: tuple[tuple[object, ...], ...]) -> bool:
+    """Whether handlers are few simple statements."""
+    statements = [statement for block in blocks for statement in block]
+    kinds = (Assign, Raise, Send, Cancel, Log, CallOperation)
+    return len(statements) <= SHORT and not any(
+        can_fail(s) or not isinstance(s, kinds) or (isinstance(s, Send) and s.delay is not None)
+        for s in statements
+    )
+
+
+def _observes(node: object) -> bool:
+    """Whether content asks which states are active, or gives the host a chance to."""
+    match node:
+        case InState() | Call() | CallOperation() | Log():
+            return True
+        case Send(destination=Destination.PORT):
+            return True
+        case _:
+            return any(map(_observes, parts_of(node)))
+
+
+def configurations(chart: Chart, names: Names) -> list[str]:
+    """Return the constants of a chart without regions: what is active with a state innermost."""
+    return [
+        f"{_configuration(names, state.index)} = "
+        f"{_configuration(names, state.parent)} | {names.states[state.index]}"
+        for state in chart.states
+        if state.parent is not None and not state.is_history
+    ]
+
+
+def _configuration(names: Names, state: int) -> str:
+    """Return the constant of a state: ``C_idle`` for ``S_idle``."""
+    return f"C{names.states[state][1:]}" if state else names.states[0]

@@ -1,0 +1,121 @@
+"""What a class can do without: the trace, and methods that nothing calls."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+TRACE = re.compile(r"if .*self\.trace is not None:")
+TRACED_ONLY = ("_cause", "trace")
+"""Variables that nothing but the trace needs."""
+RESET = re.compile(rf"self\.(?:{'|'.join(TRACED_ONLY)})(?:: .*)? = None")
+DECLARED = re.compile(rf'"?(?:{"|".join(TRACED_ONLY)})"?(?:,|: .*)')
+OPENING = re.compile(r"(?:@|def |_[A-Z]+: )")
+SECTION = re.compile(r"# --- .* -+")
+
+
+def untraced(text: str) -> str:
+    """Return the text of a class without all that is done only while a trace is wanted."""
+    kept: list[str] = []
+    outside: int | None = None
+    """How deep the suite is indented that is being left out."""
+    for line in text.splitlines():
+        stripped = line.lstrip()
+        depth = len(line) - len(stripped)
+        if outside is not None and (depth > outside or not stripped):
+            continue
+        if outside is not None:
+            _close(kept, outside)
+            outside = None
+        if TRACE.fullmatch(stripped):
+            outside = depth
+        elif not RESET.fullmatch(stripped) and not DECLARED.fullmatch(stripped):
+            kept.append(line)
+    if outside is not None:
+        _close(kept, outside)
+    return "\n".join(kept) + "\n"
+
+
+def _close(kept: list[str], depth: int) -> None:
+    """Give a suite that holds nothing any more its ``pass``."""
+    last = kept[-1].strip()
+    if last.endswith(":") and not last.startswith(("#", '"')):
+        kept.append(" " * depth + "pass")
+
+
+@dataclass
+class Unit:
+    """A method or a table of a class: its lines, the empty ones before it among them."""
+
+    lines: list[str]
+    name: str
+
+
+def trimmed(text: str) -> str:
+    """Return the text of a class without private methods, tables and slots that nothing mentions.
+
+    What counts is what the public ones mention, directly or not.
+    """
+    units = _units(text)
+    head = units[0]
+    wanted = {unit.name for unit in units if not unit.name.startswith("_") or _is_special(unit)}
+    todo = [unit for unit in units if unit.name in wanted]
+    by_name = {unit.name: unit for unit in units}
+    while todo:
+        for word in set(re.findall(r"\b_\w+", "\n".join(todo.pop().lines))):
+            if word in by_name and word not in wanted:
+                wanted.add(word)
+                todo.append(by_name[word])
+    kept = [unit for unit in units[1:] if unit.name in wanted]
+    used = set(re.findall(r"\._\w+", "\n".join(line for unit in kept for line in unit.lines)))
+    lines = [line for unit in kept for line in unit.lines]
+    return "\n".join(_without_sections([*_declared(head, used), *lines]))
+
+
+def _is_special(unit: Unit) -> bool:
+    return unit.name.endswith("__")
+
+
+def _units(text: str) -> list[Unit]:
+    """Return what stands before the first method or table, then each of those."""
+    units = [Unit([], "")]
+    ended = True
+    for line in text.splitlines():
+        stripped = line[4:]
+        if line[:4] == "    " and ended and OPENING.match(stripped):
+            before = units[-1].lines
+            moved: list[str] = []
+            while before and (not before[-1] or SECTION.fullmatch(before[-1].strip())):
+                moved.insert(0, before.pop())
+            units.append(Unit([*moved, line], ""))
+            ended = not stripped.startswith("@")
+        else:
+            units[-1].lines.append(line)
+        if not ended and stripped.startswith("def "):
+            ended = True
+    for unit in units[1:]:
+        found = re.search(r"^    (?:def )?(\w+)[(:]", "\n".join(unit.lines), re.MULTILINE)
+        unit.name = found[1] if found else ""
+    return units
+
+
+def _declared(head: Unit, used: set[str]) -> list[str]:
+    """Return the head of a class without private variables that are not used."""
+    kept = []
+    for line in head.lines:
+        found = re.fullmatch(r' +"?(_[a-z]\w*)"?(?:,|: .*)', line)
+        if found is None or f".{found[1]}" in used:
+            kept.append(line)
+    return kept
+
+
+def _without_sections(lines: list[str]) -> list[str]:
+    """Return lines without the headings of sections that are empty."""
+    kept: list[str] = []
+    for line in lines:
+        if SECTION.fullmatch(line.strip()):
+            while kept and (not kept[-1] or SECTION.fullmatch(kept[-1].strip())):
+                kept.pop()
+            kept.append("")
+        kept.append(line)
+    return kept
