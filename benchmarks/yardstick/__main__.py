@@ -22,7 +22,7 @@ from benchmarks.yardstick.measure_c import Bench
 from benchmarks.yardstick.report import show
 from benchmarks.yardstick.saving import save, this_machine
 from benchmarks.yardstick.streams import Stream, load_model, make_stream
-from benchmarks.yardstick.tools import version
+from benchmarks.yardstick.tools import revision, version
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTH = 110
@@ -43,7 +43,8 @@ def measure_machines(bench: Bench, stream: Stream, results: Results, step: Step)
         if figures is not None:
             results.machines.append(figures)
     chart = bench.folder.chart(stream.letter)
-    machines, notes = generated_c.machines(chart, generated_c.VARIANTS)
+    variants = generated_c.VARIANTS
+    machines, notes = bench.attempt(lambda: generated_c.machines(chart, variants)) or ([], [])
     for text in notes:
         bench.note(text)
     for machine in machines:
@@ -113,7 +114,8 @@ def measure(options: argparse.Namespace, errors: Console) -> Results:
     folder = find_folder(options.yardstick, os.environ, ROOT)
     work: Path = options.work.absolute()
     work.mkdir(parents=True, exist_ok=True)
-    tools = {tool: version(tool, work) for tool in TOOLS} | {"Python": platform.python_version()}
+    tools = {"fsmkit": revision(ROOT), "Python": platform.python_version()}
+    tools |= {tool: version(tool, work) for tool in TOOLS}
     today = dt.datetime.now(dt.UTC).date().isoformat()
     results = Results(today, options.machine, tools)
 

@@ -93,9 +93,17 @@ def different(machines: list[Machine]) -> tuple[list[Machine], list[str]]:
     return kept, same
 
 
+def chart_of(path: Path) -> Chart:
+    """Return the chart of a file; `UnavailableError` if it has an error."""
+    try:
+        return load(path)
+    except FsmkitError as error:
+        raise UnavailableError(f"{path}: {error}") from None
+
+
 def machines(path: Path, variants: tuple[Variant, ...]) -> tuple[list[Machine], list[str]]:
     """Return the different machines of a chart, and notes on the variants left out."""
-    chart = load(path)
+    chart = chart_of(path)
     made: list[Machine] = []
     notes: list[str] = []
     for variant in variants:

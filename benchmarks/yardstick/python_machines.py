@@ -10,9 +10,9 @@ from types import ModuleType
 from typing import Any
 
 from benchmarks.yardstick.folder import Folder, UnavailableError
+from benchmarks.yardstick.generated_c import chart_of
 from benchmarks.yardstick.streams import FNV_OFFSET, FNV_PRIME, MASK, Digests, Stream, digest
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load
 from fsmkit.plugins import Target, plugin
 
 BY_HAND = "MatchM"
@@ -94,7 +94,7 @@ def by_hand(folder: Folder, stream: Stream, kind: str) -> Contender:
 
 def by_fsmkit(folder: Folder, stream: Stream, work: Path, kind: str) -> Contender:
     """Return the generated machine, whose method for each event is called."""
-    chart = load(folder.chart(stream.letter))
+    chart = chart_of(folder.chart(stream.letter))
     findings = Findings()
     made = plugin(Target, "python").generate(chart, findings, {})
     if made is None or findings.has_errors:

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Sequence
+from importlib import metadata
 from pathlib import Path
 
 from benchmarks.yardstick.folder import UnavailableError
@@ -37,6 +38,15 @@ def version(tool: str, folder: Path) -> str:
         return run([tool, "--version"], folder).splitlines()[0]
     except (UnavailableError, IndexError):
         return ""
+
+
+def revision(root: Path) -> str:
+    """Return the version of fsmkit and, in a checkout, its commit; ``-dirty`` with changes."""
+    try:
+        commit = run(["git", "describe", "--always", "--dirty", "--abbrev=12"], root).strip()
+    except UnavailableError:
+        commit = ""
+    return f"{metadata.version('fsmkit')} {commit}".strip()
 
 
 def instructions(command: Sequence[str | Path], folder: Path) -> int:
