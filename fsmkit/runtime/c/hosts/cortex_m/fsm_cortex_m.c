@@ -46,14 +46,13 @@ void fsm_cortex_m_wake(void)
     woken = true;
 }
 
-/* With interrupts masked, wfi ends when one is pending: none is served between test and sleep. */
+/* The return from an exception sets the event register (Armv7-M, Wait For Event): wfe does not
+ * sleep where an interrupt was served between the test and it. */
 void fsm_cortex_m_sleep(void)
 {
-    __asm__ volatile("cpsid i" ::: "memory");
     while (!woken)
-        __asm__ volatile("wfi\n\tcpsie i\n\tisb\n\tcpsid i" ::: "memory");
+        __asm__ volatile("wfe" ::: "memory");
     woken = false;
-    __asm__ volatile("cpsie i" ::: "memory");
 }
 
 void fsm_cortex_m_loop(fsm_cortex_m_step step, void *context)
