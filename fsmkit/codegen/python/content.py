@@ -140,6 +140,9 @@ class ContentPrinter:
 
     def _statement(self, out: Lines, statement: Statement, printer: Printer) -> None:
         match statement:
+            case Assign(location, value) if (parts := printer.sum(value)) is not None:
+                out.line(f"value = {parts[0]}")
+                out.line(self._assign(location, parts[1], printer))
             case Assign(location, value):
                 out.line(self._assign(location, printer.print(value), printer))
             case Raise(event, arguments):

@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any, assert_never
 
+from fsmkit.codegen.python import intervals
 from fsmkit.codegen.python.names import Names
 from fsmkit.diagnostics import Span
 from fsmkit.expressions import (
@@ -63,6 +64,8 @@ INFIX: Mapping[BinaryOp, tuple[str, int, int, int]] = {
     BinaryOp.SUB: ("-", SUM, SUM, PRODUCT),
     BinaryOp.MUL: ("*", PRODUCT, PRODUCT, SIGN),
 }
+SMALL = 0x3FFFFFFF
+"""The greatest number that Python computes with in one digit: below it, comparing is cheapest."""
 SHIFTS = (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT)
 
 
@@ -151,7 +154,7 @@ class Printer:
             case UnaryOp.NOT:
                 return Fragment(f"not {operand.at(NOT)}", NOT)
             case UnaryOp.NEGATE | UnaryOp.INVERT:
-                return reduced(Fragment(f"{expr.op.value}{operand.at(SIGN)}", SIGN), expr.type)
+                return reduced(Fragment(f"{expr.op.value}{operand.at(SIGN)}", SIGN), expr)
             case _:
                 assert_never(expr.op)
 
@@ -163,7 +166,11 @@ class Printer:
             left, right = (
                 self._number(part, is_float=is_float) for part in (expr.left, expr.right)
             )
-            return reduced(Fragment(f"{name}({left}, {right})"), expr.type)
+            return reduced(Fragment(f"{name}({left}, {right})"), expr)
+        return reduced(self._infix(expr), expr)
+
+    def _infix(self, expr: Binary) -> Fragment:
+        is_float = isinstance(expr.type, FloatType)
         text, binds, left_binds, right_binds = INFIX[expr.op]
         left = self.fragment(expr.left).at(left_binds)
         right = self.fragment(expr.right).at(right_binds)
@@ -172,7 +179,25 @@ class Printer:
             right = self._float(expr.right, right)
         if expr.op in SHIFTS and isinstance(expr.type, IntType):
             right = self._count(expr.right, expr.type)
-        return reduced(Fragment(f"{left} {text} {right}", binds), expr.type)
+        return Fragment(f"{left} {text} {right}", binds)
+
+    def sum(self, expr: Expr) -> tuple[str, str] | None:
+        """Return a sum that may wrap around, not yet reduced, and how ``value`` is reduced.
+
+        None for anything else, and where a mask is as cheap as the question.
+        """
+        expr = fold(expr)
+        type_, raw = expr.type, intervals.exact(expr)
+        is_sum = isinstance(expr, Binary) and expr.op in (BinaryOp.ADD, BinaryOp.SUB)
+        if not is_sum or raw is None or not isinstance(type_, IntType) or type_.hi <= SMALL:
+            return None
+        if type_.overflow is not Overflow.WRAP or intervals.within(raw, (type_.lo, type_.hi)):
+            return None
+        assert isinstance(expr, Binary)  # noqa: S101
+        least = f"{_hexadecimal(max(type_.lo, -SMALL))} <= " if raw[0] < type_.lo else ""
+        most = f" <= {SMALL:#x}" if raw[1] > type_.hi else ""
+        otherwise = wrapped(Fragment("value"), type_.lo, type_.hi).text
+        return self._infix(expr).text, f"value if {least}value{most} else {otherwise}"
 
     def _number(self, expr: Expr, *, is_float: bool) -> str:
         text = self.print(expr)
@@ -191,7 +216,7 @@ class Printer:
 
     def _apply(self, expr: Apply) -> Fragment:
         arguments = ", ".join(self.print(argument) for argument in expr.arguments)
-        return reduced(Fragment(f"{expr.function.value}({arguments})"), expr.type)
+        return reduced(Fragment(f"{expr.function.value}({arguments})"), expr)
 
     def _convert(self, operand: Expr, type_: Type) -> Fragment:
         text = self.fragment(operand)
@@ -222,11 +247,19 @@ def _bounded(text: Fragment, source: Type | None, type_: IntType | DurationType)
     return Fragment(f"{how}({text.text}, {lo}, {hi})")
 
 
-def reduced(text: Fragment, type_: Type | None) -> Fragment:
-    """Reduce a result to its type if that wraps around."""
-    if isinstance(type_, IntType) and type_.overflow is Overflow.WRAP:
-        return wrapped(text, type_.lo, type_.hi)
-    return text
+def reduced(text: Fragment, expr: Expr) -> Fragment:
+    """Reduce the result of an expression to its type if that wraps around, and it can leave it."""
+    type_ = expr.type
+    if not isinstance(type_, IntType) or type_.overflow is not Overflow.WRAP:
+        return text
+    raw = intervals.exact(expr)
+    if raw is not None and intervals.within(raw, (type_.lo, type_.hi)):
+        return text
+    return wrapped(text, type_.lo, type_.hi)
+
+
+def _hexadecimal(value: int) -> str:
+    return f"{value:#x}" if value else "0"
 
 
 def wrapped(text: Fragment, lo: int, hi: int) -> Fragment:

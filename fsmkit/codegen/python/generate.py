@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 
-from fsmkit.codegen.python import invoking, movement, relations, sending, template
+from fsmkit.codegen.python import invoking, movement, plain, relations, sending, template
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
@@ -82,7 +82,10 @@ def _class(member: Member, needs: Needs, shared: template.Template, *, traced: b
     _guards(body, chart, names)
     if shared.bases:
         invoking.print_invocations(body, member, content)
-    sending.print_senders(body, chart, names, needs)
+    answered = None if traced or shared.bases else plain.answered(chart, names, body.finish())
+    if answered is not None:
+        plain.print_dispatch(body)
+    sending.print_senders(body, chart, names, needs, answered)
     _conditions(body, needs)
     _tables(body, names, shared)
     head = Lines(1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from fsmkit.codegen.python.content import Needs, shown
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
@@ -62,11 +64,20 @@ def annotation(type_: Type) -> str:
             return "Any"
 
 
-def print_senders(out: Lines, chart: Chart, names: Names, needs: Needs) -> None:
-    """Print all of them."""
+def print_senders(
+    out: Lines, chart: Chart, names: Names, needs: Needs, answered: Collection[int] | None
+) -> None:
+    """Print all of them.
+
+    ``answered``: the events that something looks at, if a step is nothing but to take them.
+    """
     for event in chart.events:
         if Direction.IN in event.directions and event.invocation is None:
             _post(out, chart, names, event.index)
+            if answered is None:
+                _dispatch(out, chart, names, event.index)
+            else:
+                _take(out, chart, names, event.index, is_answered=event.index in answered)
     for event in chart.events:
         if event.index in needs.raised:
             _queue(out, chart, names, event.index, "raise", "internal")
@@ -117,10 +128,32 @@ def _post(out: Lines, chart: Chart, names: Names, index: int) -> None:
                 out.line("return False")
             _store(out, "queue", fields)
             out.line("return True")
+
+
+def _dispatch(out: Lines, chart: Chart, names: Names, index: int) -> None:
+    event, name = chart.events[index], names.events[index]
+    fields = _named(event.fields)
     doc = f"Process `{event.name}` at once; whether it enabled a transition."
     with out.method(f"dispatch_{name}", doc, _arguments(fields), "bool"):
-        passed = ", ".join([repr(event.name), *[f.name for f in fields]])
-        out.line(f"return self.dispatch({passed})")
+        out.line("self._claim()")
+        for place, part in enumerate(fields):
+            out.line(f"self._fields[{place}] = {part.name}")
+        out.line(f"return self._process({index})")
+
+
+def _take(out: Lines, chart: Chart, names: Names, index: int, *, is_answered: bool) -> None:
+    """Print how an event is processed where nothing can follow, and nobody is told."""
+    event, name = chart.events[index], names.events[index]
+    fields = _named(event.fields)
+    if is_answered and not fields:
+        out.line()
+        out.line(f"dispatch_{name} = _on_{name}")
+        return
+    doc = f"Process `{event.name}` at once; whether it enabled a transition."
+    with out.method(f"dispatch_{name}", doc, _arguments(fields), "bool"):
+        for place, part in enumerate(fields if is_answered else ()):
+            out.line(f"self._fields[{place}] = {part.name}")
+        out.line(f"return self._on_{name}()" if is_answered else "return False")
 
 
 def _store(out: Lines, queue: str, fields: tuple[Field, ...]) -> None:

@@ -10,7 +10,9 @@ TRACED_ONLY = ("_cause", "trace")
 """Variables that nothing but the trace needs."""
 RESET = re.compile(rf"self\.(?:{'|'.join(TRACED_ONLY)})(?:: .*)? = None")
 DECLARED = re.compile(rf'"?(?:{"|".join(TRACED_ONLY)})"?(?:,|: .*)')
-OPENING = re.compile(r"(?:@|def |_[A-Z]+: )")
+OPENING = re.compile(r"(?:@|def |_?[A-Z_]+: ClassVar|dispatch_\w+ = )")
+OFFERED = ("NAME", "STATES", "EVENTS")
+"""Constants that a host may use."""
 SECTION = re.compile(r"# --- .* -+")
 
 
@@ -58,11 +60,11 @@ def trimmed(text: str) -> str:
     """
     units = _units(text)
     head = units[0]
-    wanted = {unit.name for unit in units if not unit.name.startswith("_") or _is_special(unit)}
+    wanted = {unit.name for unit in units if _is_offered(unit.name)}
     todo = [unit for unit in units if unit.name in wanted]
     by_name = {unit.name: unit for unit in units}
     while todo:
-        for word in set(re.findall(r"\b_\w+", "\n".join(todo.pop().lines))):
+        for word in set(re.findall(r"\b(?:_\w+|[A-Z_]+\b)", "\n".join(todo.pop().lines))):
             if word in by_name and word not in wanted:
                 wanted.add(word)
                 todo.append(by_name[word])
@@ -72,8 +74,11 @@ def trimmed(text: str) -> str:
     return "\n".join(_without_sections([*_declared(head, used), *lines]))
 
 
-def _is_special(unit: Unit) -> bool:
-    return unit.name.endswith("__")
+def _is_offered(name: str) -> bool:
+    """Whether a host may use a method or constant."""
+    if name.isupper():
+        return name in OFFERED
+    return not name.startswith("_") or name.endswith("__")
 
 
 def _units(text: str) -> list[Unit]:
@@ -94,7 +99,7 @@ def _units(text: str) -> list[Unit]:
         if not ended and stripped.startswith("def "):
             ended = True
     for unit in units[1:]:
-        found = re.search(r"^    (?:def )?(\w+)[(:]", "\n".join(unit.lines), re.MULTILINE)
+        found = re.search(r"^    (?:def )?(\w+)(?:\(|:| =)", "\n".join(unit.lines), re.MULTILINE)
         unit.name = found[1] if found else ""
     return units
 

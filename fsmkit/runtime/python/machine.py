@@ -86,15 +86,19 @@ class Machine(Stepping):
         """
         index, _ = self._named(event, payload)
         self._claim()
+        if now is not None and self._running:
+            self._now = now & CLOCK
+        self._fields[: len(payload)] = payload
+        return self._process(index)
+
+    def _process(self, event: int) -> bool:
+        """Process an event at once, whose payload is at hand, by a machine that is claimed."""
         try:
             self.reply = None
             if not self._running:
                 return False
-            if now is not None:
-                self._now = now & CLOCK
-            self._fields[: len(payload)] = payload
-            self._open(index)
-            is_handled = self._react(index, may_defer=False)
+            self._open(event)
+            is_handled = self._react(event, may_defer=False)
             self._settle()
         finally:
             self._busy = False

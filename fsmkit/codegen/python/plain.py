@@ -1,0 +1,48 @@
+"""Machines whose step is over once an event is taken: nothing follows, and nobody is called."""
+
+from __future__ import annotations
+
+import re
+
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.names import Names
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Trigger
+
+CALLING = r"self\.(?:_call_|_emit_|_log\(|log\(|reply)"
+"""The host is called, and could call the machine; or a reply is to be reset."""
+FOLLOWED = (
+    r"self\.(?:_raise_|_enqueue_internal|_error_execution|_clamp|_finish|_stop|_test|_holds_)"
+)
+"""An internal event, the end or a fault may follow."""
+READING = r"self\.(?:_field\(|_event_name)"
+"""It is asked which event is at hand."""
+BUSY = re.compile(f"{CALLING}|{FOLLOWED}|{READING}")
+
+
+def answered(chart: Chart, names: Names, text: str) -> set[int] | None:
+    """Return the events that have a method ``_on_...`` in the text of a class.
+
+    None where taking an event is not all of a step.
+    """
+    if BUSY.search(text) or any(t.trigger is Trigger.EVENTLESS for t in chart.transitions):
+        return None
+    if chart.root.defer or any(
+        t.source == 0 and t.trigger is Trigger.EVENT for t in chart.transitions
+    ):
+        return None  # these are asked even while the machine does not run
+    methods = set(re.findall(r"^    def _on_(\w+)\(", text, re.MULTILINE))
+    return {index for index, name in enumerate(names.events) if name in methods}
+
+
+def print_dispatch(out: Lines) -> None:
+    """Print how an event is processed by its name."""
+    passed = "event: str, *payload: Any, now: int | None = None"
+    doc = "Process one event at once, ahead of the queue; whether it enabled a transition."
+    with out.method("dispatch", doc, passed, "bool"):
+        out.line("index, _ = self._named(event, payload)")
+        with out.suite("if now is not None and self._running:"):
+            out.line("self._now = now & CLOCK")
+        out.line("self._fields[: len(payload)] = payload")
+        out.line("on = self._ON[index]")
+        out.line("return on is not None and on(self)")
