@@ -4,7 +4,7 @@
  * Usage: posix_threads periodic|tickless. The machine counts: `hit` adds a number, and a timer that
  * is armed anew every tick adds one. */
 #define _POSIX_C_SOURCE 200809L
-#include "counter.h"
+#include "tally.h"
 #include "fsm_mailbox.h"
 #include "posix/fsm_posix.h"
 
@@ -16,29 +16,29 @@
 
 enum { EVENTS = 1000 };
 
-FSM_MAILBOX(counter, COUNTER_QUEUE, 16)
+FSM_MAILBOX(tally, TALLY_QUEUE, 16)
 
-static counter machine;
-static counter_mailbox box;
+static tally machine;
+static tally_mailbox box;
 static fsm_posix host;
 
 static void step(void *context, uint32_t now)
 {
-    counter_mailbox_run(&box, context, now);
+    tally_mailbox_run(&box, context, now);
 }
 
 static bool next(const void *context, uint32_t *deadline)
 {
-    return counter_next_deadline(context, deadline);
+    return tally_next_deadline(context, deadline);
 }
 
 static void *produce(void *unused)
 {
     for (uint32_t i = 1; i <= EVENTS; i++) {
-        counter_event e = COUNTER_NO_EVENT;
-        e.event = COUNTER_EVENT_HIT;
+        tally_event e = TALLY_NO_EVENT;
+        e.event = TALLY_EVENT_HIT;
         e.of.hit.weight = i;
-        while (!counter_mailbox_put(&box, &e))
+        while (!tally_mailbox_put(&box, &e))
             (void)sched_yield();
         fsm_posix_wake(&host);
     }
@@ -51,13 +51,13 @@ static void *produce(void *unused)
 int main(int argc, char **argv)
 {
     pthread_t thread;
-    int error = fsm_posix_init(&host, COUNTER_TICK_US);
+    int error = fsm_posix_init(&host, TALLY_TICK_US);
     if (error != 0 || argc < 2 || fsm_posix_stop_on(&host, SIGTERM) != 0)
         return 2;
     host.priority = 50;
     host.lock_memory = true;
-    counter_init(&machine);
-    counter_start(&machine, 0);
+    tally_init(&machine);
+    tally_start(&machine, 0);
     if (pthread_create(&thread, NULL, produce, NULL) != 0)
         return 2;
     error = strcmp(argv[1], "periodic") == 0 ? fsm_posix_periodic(&host, step, &machine)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -92,8 +92,8 @@ def test_nothing_armed_sleeps_a_day_at_a_time(tmp_path: Path, build: Build) -> N
     assert "late by          0 ns or more: 4" in printed  # a day's end is no timer
 
 
-COUNTER = """\
-chart: Counter
+TALLY = """\
+chart: Tally
 data: {sum: uint32 = 0, ticks: uint32 = 0}
 events: {in: [hit(weight uint32)]}
 initial: on
@@ -104,22 +104,49 @@ states:
 """
 
 
-@pytest.mark.parametrize("kind", ["periodic", "tickless"])
-@pytest.mark.parametrize("sanitizer", [ADDRESS, THREADS], ids=["address", "thread"])
-def test_threads(
-    kind: str, sanitizer: tuple[str, ...], tmp_path: Path, build: Build, run: Run
-) -> None:
-    (tmp_path / "counter.yaml").write_text(COUNTER, encoding="utf-8")
-    for name, text in generate_machine(load(tmp_path / "counter.yaml")).files.items():
+@pytest.fixture
+def threads(tmp_path: Path) -> tuple[Path, ...]:
+    """Return the sources of the program with threads, for a machine written to a folder."""
+    (tmp_path / "tally.yaml").write_text(TALLY, encoding="utf-8")
+    for name, text in generate_machine(load(tmp_path / "tally.yaml")).files.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    files = [*sorted(path.name for path in tmp_path.glob("*.c")), HOST, TESTS / "posix_threads.c"]
-    printed = run(build(tmp_path, "clang", *sanitizer, "-pthread", *files), kind)
+    return (*sorted(tmp_path.glob("*.c")), HOST, TESTS / "posix_threads.c")
+
+
+def judge(printed: str, kind: str) -> None:
     assert "sum 500500 ticks 1\n" in printed
     cycles = int(re.search(r"cycles (\d+)", printed)[1])  # type: ignore[index]
     late = sum(int(line.split()[-1]) for line in printed.splitlines() if line.startswith("late"))
     assert late == cycles if kind == "periodic" else 0 < late <= cycles
     assert re.search(r"real-time priority: (granted|refused: \w)", printed)
     assert re.search(r"locked memory: (granted|refused: \w)", printed)
+
+
+@pytest.mark.parametrize("kind", ["periodic", "tickless"])
+@pytest.mark.parametrize("sanitizer", [ADDRESS, THREADS], ids=["address", "thread"])
+def test_threads(
+    kind: str,
+    sanitizer: tuple[str, ...],
+    threads: tuple[Path, ...],
+    tmp_path: Path,
+    build: Build,
+    run: Run,
+) -> None:
+    judge(run(build(tmp_path, "clang", *sanitizer, "-pthread", *threads), kind), kind)
+
+
+@pytest.mark.parametrize("kind", ["periodic", "tickless"])
+def test_threads_on_arm_linux(
+    kind: str,
+    threads: tuple[Path, ...],
+    tmp_path: Path,
+    build: Build,
+    run: Run,
+    require_tool: Callable[[str], str],
+) -> None:
+    emulator = require_tool("qemu-arm")
+    program = build(tmp_path, "arm-linux-gnueabihf-gcc", "-O2", "-static", "-pthread", *threads)
+    judge(run(emulator, program, kind), kind)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "arm-linux-gnueabihf-gcc"])

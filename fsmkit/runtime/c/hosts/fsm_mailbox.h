@@ -37,22 +37,22 @@ typedef struct {
     fsm_shared lost; /* found no room; the producer writes it; stops at the largest value */
 } fsm_ring;
 
-/* How many slots are filled. The producer can only see too many, the consumer only too few. */
+/* How many slots are filled, as the consumer sees it: perhaps there are more already. */
 static inline FSM_INDEX fsm_ring_count(const fsm_ring *ring)
 {
-    FSM_INDEX got = fsm_shared_read(&ring->got);
-    return (FSM_INDEX)(fsm_shared_read(&ring->put) - got);
+    return (FSM_INDEX)(fsm_shared_read(&ring->put) - fsm_shared_own(&ring->got));
 }
 
 /* Producer: find a free slot among `slots`, a power of two; fill it, then publish it. */
 static inline bool fsm_ring_claim(fsm_ring *ring, FSM_INDEX slots, FSM_INDEX *place)
 {
+    FSM_INDEX put = fsm_shared_own(&ring->put);
     FSM_INDEX lost;
-    if (fsm_ring_count(ring) < slots) {
-        *place = (FSM_INDEX)(fsm_shared_read(&ring->put) % slots);
+    if ((FSM_INDEX)(put - fsm_shared_read(&ring->got)) < slots) {
+        *place = (FSM_INDEX)(put % slots);
         return true;
     }
-    lost = fsm_shared_read(&ring->lost);
+    lost = fsm_shared_own(&ring->lost);
     if (lost != (FSM_INDEX)-1)
         fsm_shared_write(&ring->lost, (FSM_INDEX)(lost + 1u));
     return false;
@@ -60,7 +60,7 @@ static inline bool fsm_ring_claim(fsm_ring *ring, FSM_INDEX slots, FSM_INDEX *pl
 
 static inline void fsm_ring_publish(fsm_ring *ring)
 {
-    fsm_shared_write(&ring->put, (FSM_INDEX)(fsm_shared_read(&ring->put) + 1u));
+    fsm_shared_write(&ring->put, (FSM_INDEX)(fsm_shared_own(&ring->put) + 1u));
 }
 
 /* Consumer: find the oldest filled slot; read it, then release it. */
@@ -68,13 +68,13 @@ static inline bool fsm_ring_front(const fsm_ring *ring, FSM_INDEX slots, FSM_IND
 {
     if (fsm_ring_count(ring) == 0u)
         return false;
-    *place = (FSM_INDEX)(fsm_shared_read(&ring->got) % slots);
+    *place = (FSM_INDEX)(fsm_shared_own(&ring->got) % slots);
     return true;
 }
 
 static inline void fsm_ring_release(fsm_ring *ring)
 {
-    fsm_shared_write(&ring->got, (FSM_INDEX)(fsm_shared_read(&ring->got) + 1u));
+    fsm_shared_write(&ring->got, (FSM_INDEX)(fsm_shared_own(&ring->got) + 1u));
 }
 
 /* Define X_mailbox and its functions for the machine X, whose queue holds `queue` events, with a

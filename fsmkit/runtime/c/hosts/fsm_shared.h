@@ -4,7 +4,8 @@
  * changed and passed on with it under any terms.
  *
  * What was written before fsm_shared_write is seen by whoever reads the new value with
- * fsm_shared_read (release and acquire, C11 7.17.3). By the first of these that applies:
+ * fsm_shared_read (release and acquire, C11 7.17.3); fsm_shared_own reads what only the caller
+ * writes. By the first of these that applies:
  *
  *   FSM_BARRIER()  you defined it: a full memory barrier, or one for the compiler where only
  *                  interrupts on the same single core come in between. For compilers that know
@@ -40,6 +41,11 @@ static inline void fsm_shared_write(fsm_shared *to, FSM_INDEX value)
     *to = value;
 }
 
+static inline FSM_INDEX fsm_shared_own(const fsm_shared *from)
+{
+    return *from;
+}
+
 #elif !defined(__cplusplus) && defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L &&         \
     !defined(__STDC_NO_ATOMICS__)
 
@@ -57,6 +63,11 @@ static inline void fsm_shared_write(fsm_shared *to, FSM_INDEX value)
     atomic_store_explicit(to, value, memory_order_release);
 }
 
+static inline FSM_INDEX fsm_shared_own(const fsm_shared *from)
+{
+    return atomic_load_explicit(from, memory_order_relaxed);
+}
+
 #elif defined(__GNUC__)
 
 typedef FSM_INDEX fsm_shared;
@@ -69,6 +80,11 @@ static inline FSM_INDEX fsm_shared_read(const fsm_shared *from)
 static inline void fsm_shared_write(fsm_shared *to, FSM_INDEX value)
 {
     __atomic_store_n(to, value, __ATOMIC_RELEASE);
+}
+
+static inline FSM_INDEX fsm_shared_own(const fsm_shared *from)
+{
+    return __atomic_load_n(from, __ATOMIC_RELAXED);
 }
 
 #else
