@@ -7,12 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
+from fsmkit.importing import imported, is_reference
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import DocInvoke, DocState, Document
 from fsmkit.model.elaborate import elaborate
 from fsmkit.model.passes.invoked_sources import has_invokes, invoked_sources
 from fsmkit.model.passes.plan_invocations import is_service
-from fsmkit.plugins import FrontEnd, plugin_for
+from fsmkit.plugins import ObjectReader, Reader, plugin_for, plugins
 
 LARGEST_FILE = 64 * 1024 * 1024
 """Bytes; anything larger is a mistake, and reading it would only exhaust the memory."""
@@ -130,17 +131,33 @@ def real(path: Path) -> Path:
 
 
 def read_document(path: Path, findings: Findings, *, at: Text | None = None) -> Document:
-    """Return the document of one file; ``at`` is the place that named it, for the diagnostics."""
-    front_end = plugin_for(FrontEnd, path, at)
-    source = front_end.decode(read_bytes(path, at), str(path), findings)
-    findings.stop_on_errors()
-    if source is None:
-        raise FsmkitError(findings)
-    document = front_end.read(source, findings)
+    """Return the document of one file; ``at`` is the place that named it, for the diagnostics.
+
+    Only where nothing but the user named it, it may be an object of a module, which is imported.
+    """
+    if at is None and is_reference(str(path)):
+        document = read_object(str(path), findings)
+    else:
+        reader = plugin_for(Reader, path, at)
+        source = reader.decode(read_bytes(path, at), str(path), findings)
+        findings.stop_on_errors()
+        if source is None:
+            raise FsmkitError(findings)
+        document = reader.read(source, findings)
     findings.stop_on_errors()
     if document is None:
         raise FsmkitError(findings)
     return document
+
+
+def read_object(reference: str, findings: Findings) -> Document | None:
+    """Return the document of an object ``module:attribute``; its module is imported, and so run."""
+    found = imported(reference)
+    for reader in plugins(ObjectReader):
+        document = reader.read_object(found, reference, findings)
+        if document is not None:
+            return document
+    return None
 
 
 def read_bytes(path: Path, at: Text | None = None) -> bytes:

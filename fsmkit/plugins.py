@@ -21,8 +21,8 @@ from fsmkit.model.document import Document
 
 
 @runtime_checkable
-class FrontEnd(Protocol):
-    """Reads and writes one notation."""
+class Reader(Protocol):
+    """Reads one notation."""
 
     name: str
     suffixes: tuple[str, ...]
@@ -35,8 +35,22 @@ class FrontEnd(Protocol):
         """Return the document, or None where an error was found."""
         ...
 
+
+@runtime_checkable
+class FrontEnd(Reader, Protocol):
+    """Reads and writes one notation."""
+
     def write(self, document: Document) -> str:
         """Return the text of a document, readable back to an equal Chart."""
+        ...
+
+
+@runtime_checkable
+class ObjectReader(Protocol):
+    """Reads objects of Python that are machines."""
+
+    def read_object(self, found: object, name: str, findings: Findings) -> Document | None:
+        """Return the document, or None after saying why not; ``name`` is how it was named."""
         ...
 
 
@@ -98,16 +112,16 @@ def plugins(kind: type[Kind]) -> tuple[Kind, ...]:
 def plugin_for(kind: type[Kind], path: Path, at: Text | None = None) -> Kind:
     """Return the plug-in of that protocol for the suffix of a file; ``at`` is what names it."""
     by_suffix = {s: p for p in plugins(kind) for s in p.suffixes}  # type: ignore[attr-defined]
-    suffix = path.suffix.lower()
-    if suffix not in by_suffix:
+    fitting = [suffix for suffix in by_suffix if path.name.lower().endswith(suffix)]
+    if not fitting:
         known = ", ".join(sorted(by_suffix))
         raise fail(
             "unknown-suffix",
-            f"the suffix `{suffix}` of `{path.name}` tells no notation",
+            f"the suffix `{path.suffix.lower()}` of `{path.name}` tells no notation",
             at,
             help=f"use one of {known}",
         )
-    return by_suffix[suffix]
+    return by_suffix[max(fitting, key=len)]
 
 
 @cache
