@@ -196,7 +196,7 @@ class Printer:
         assert isinstance(expr, Binary)  # noqa: S101
         least = f"{_hexadecimal(max(type_.lo, -SMALL))} <= " if raw[0] < type_.lo else ""
         most = f" <= {SMALL:#x}" if raw[1] > type_.hi else ""
-        otherwise = wrapped(Fragment("value"), type_.lo, type_.hi).text
+        otherwise = f"around(value, {type_.lo}, {type_.hi})"
         return self._infix(expr).text, f"value if {least}value{most} else {otherwise}"
 
     def _number(self, expr: Expr, *, is_float: bool) -> str:

@@ -20,7 +20,8 @@ from fsmkit.codegen.python.selection import (
     is_needing_memo,
     print_selection,
 )
-from fsmkit.codegen.python.straight import Straight, configurations
+from fsmkit.codegen.python.straight import Straight
+from fsmkit.codegen.python.trees import Trees
 from fsmkit.codegen.python.trimming import trimmed, untraced
 from fsmkit.expressions import ArrayType, EnumType, RecordType
 from fsmkit.model.chart import Chart
@@ -78,7 +79,7 @@ def _class(member: Member, needs: Needs, shared: template.Template, *, traced: b
     plan = lower(chart)
     content = ContentPrinter(chart, names, needs)
     body = Lines(1)
-    _moves(body, plan, names, content)
+    _moves(body, plan, names, content, is_seen=traced or bool(shared.bases))
     _guards(body, chart, names)
     if shared.bases:
         invoking.print_invocations(body, member, content)
@@ -134,7 +135,9 @@ def _bits(chart: Chart, names: Names) -> str:
     """Return the constants of the states: a bit each, in document order."""
     pairs = zip(chart.states, names.states, strict=True)
     lines = [f"{name} = {bit(state.index)}" for state, name in pairs]
-    return "\n".join(lines if has_regions(chart) else [*lines, *configurations(chart, names)])
+    return "\n".join(
+        lines if has_regions(chart) else [*lines, *relations.configurations(chart, names)]
+    )
 
 
 def _host(names: Names, members: list[tuple[Member, Needs]]) -> str:
@@ -254,14 +257,15 @@ def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:
     }
 
 
-def _moves(out: Lines, plan: Plan, names: Names, content: ContentPrinter) -> None:
+def _moves(out: Lines, plan: Plan, names: Names, content: ContentPrinter, *, is_seen: bool) -> None:
     """Print what events, eventless transitions and timeouts do."""
     chart, offers = plan.chart, Offers(plan.chart)
     if not print_selection(out, chart, names, offers, "_select_eventless", None):
         with out.method("_select_eventless", "There are no eventless transitions.", result="int"):
             out.line("return 0")
     mover = movement.Mover(out, plan, names, content)
-    straight = Straight(out, plan, names, content, mover, offers)
+    trees = Trees(out, chart, names, mover, is_seen)
+    straight = Straight(out, plan, names, content, mover, trees, offers, is_seen)
     straight.events()
     mover.states()
     mover.transitions(straight.apart)

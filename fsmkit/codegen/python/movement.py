@@ -7,6 +7,7 @@ from functools import partial
 from typing import assert_never
 
 from fsmkit.codegen.python.content import ContentPrinter
+from fsmkit.codegen.python.expressions import can_fail
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import (
@@ -20,9 +21,12 @@ from fsmkit.codegen.python.relations import (
 from fsmkit.codegen.python.selection import bit, bits, decimal, has_regions, mask, payload_of
 from fsmkit.model.chart import State, Transition
 from fsmkit.model.document import Kind, Trigger
+from fsmkit.model.statements import Assign, CallOperation, Cancel, Log, Raise, Send
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
 from fsmkit.plan.entries import entry_by_default
 
+SHORT = 3
+"""A handler of at most so many simple statements stands where it runs, not in a method."""
 TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 
@@ -73,6 +77,13 @@ class Mover:
         name = f"_exited_{self._names.bare[state.index]}"
         with self._out.method(name, f"On leaving {state.id}."):
             self.leaving(state)
+
+    def left(self, state: State) -> None:
+        """Print what is done when a state is left: there, or by a call if that is long."""
+        if is_short(state.on_exit):
+            self.leaving(state)
+        else:
+            self._out.line(f"self._exited_{self._names.bare[state.index]}()")
 
     def is_left_silently(self, state: State) -> bool:
         """Whether nothing but the configuration changes when a state is left."""
@@ -150,7 +161,7 @@ class Mover:
         if grandparent is not None and self._chart.states[grandparent].kind is Kind.PARALLEL:
             test = self._is_final(grandparent)
             if test is not None and self._event(grandparent) is not None:
-                self._out.line("active = self._active")
+                self._out.line("reached = self._active")
                 with self._out.suite(f"if {test}:"):
                     self._done(grandparent, None)
 
@@ -170,7 +181,7 @@ class Mover:
         match self._chart.states[state].kind:
             case Kind.COMPOUND:
                 finals = [c for c in children if self._chart.states[c].kind is Kind.FINAL]
-                return f"active & {mask(self._names, finals)}" if finals else None
+                return f"reached & {mask(self._names, finals)}" if finals else None
             case Kind.PARALLEL:
                 tests = [self._is_final(child) for child in children]
                 if None in tests:
@@ -229,10 +240,14 @@ class Mover:
 
     def leave(self, source: int, domain: int) -> None:
         """Print how all is left that is active below a domain, while a state below it is."""
+        self.gone(source, domain)
+        self._out.line("self._exit(gone)")
+
+    def gone(self, source: int, domain: int) -> None:
+        """Print what will be left, and how histories record it."""
         below = self._active_with(source, domain)
         self._out.line(f"gone = self._active & {mask(self._names, below)}")
         self._record(below)
-        self._out.line("self._exit(gone)")
 
     def _active_with(self, source: int, domain: int) -> list[int]:
         """Return the states below a domain that can be active while one of them is.
@@ -355,3 +370,13 @@ class Mover:
 
 def _table(numbers: dict[int, int]) -> str:
     return f"{{{', '.join(f'{key}: {decimal(number)}' for key, number in numbers.items())}}}"
+
+
+def is_short(blocks: tuple[tuple[object, ...], ...]) -> bool:
+    """Whether handlers are few simple statements."""
+    statements = [statement for block in blocks for statement in block]
+    kinds = (Assign, Raise, Send, Cancel, Log, CallOperation)
+    return len(statements) <= SHORT and not any(
+        can_fail(s) or not isinstance(s, kinds) or (isinstance(s, Send) and s.delay is not None)
+        for s in statements
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.codegen.python.expressions import parts_of
+from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import has_regions
 from fsmkit.expressions import Storage, Variable
 from fsmkit.model.chart import Chart, Transition
@@ -113,3 +114,18 @@ def meeting(chart: Chart, sets: dict[int, int]) -> dict[int, int]:
             found[state] |= sets[ancestor]
         open_.append(state)
     return found
+
+
+def configurations(chart: Chart, names: Names) -> list[str]:
+    """Return the constants of a chart without regions: what is active with a state innermost."""
+    return [
+        f"{configuration(names, state.index)} = "
+        f"{configuration(names, state.parent)} | {names.states[state.index]}"
+        for state in chart.states
+        if state.parent is not None and not state.is_history
+    ]
+
+
+def configuration(names: Names, state: int) -> str:
+    """Return the constant of a state: ``C_idle`` for ``S_idle``."""
+    return f"C{names.states[state][1:]}" if state else names.states[0]

@@ -8,15 +8,17 @@ transitions in several regions can answer, sets of them are selected instead (`s
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 from fsmkit.codegen.python.content import ContentPrinter
-from fsmkit.codegen.python.expressions import can_fail, parts_of
 from fsmkit.codegen.python.lines import Lines, docstring
-from fsmkit.codegen.python.movement import Mover
+from fsmkit.codegen.python.movement import Mover, is_short
 from fsmkit.codegen.python.names import Names
-from fsmkit.codegen.python.relations import describe
+from fsmkit.codegen.python.regions import independent
+from fsmkit.codegen.python.relations import configuration, describe
 from fsmkit.codegen.python.selection import (
+    Groups,
     Offers,
     bits,
     guard_text,
@@ -25,22 +27,10 @@ from fsmkit.codegen.python.selection import (
     payload_of,
     print_selection,
 )
-from fsmkit.expressions import Call, InState
+from fsmkit.codegen.python.trees import Trees, observes
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.statements import (
-    Assign,
-    CallOperation,
-    Cancel,
-    Destination,
-    Log,
-    Raise,
-    Send,
-)
 from fsmkit.plan import Content, Enter, Plan
-
-SHORT = 3
-"""A handler of at most so many simple statements stands where it runs, not in a method."""
 
 MANY = 60
 """States of several regions are compared with each other only if they are fewer."""
@@ -69,6 +59,10 @@ class Place:
         return Place(None, self.changed ^ 1 << state)
 
 
+UNKNOWN = Place(None, -1)
+"""None that is ever meant."""
+
+
 @dataclass
 class Straight:
     """Prints the methods of events; notes which transitions need methods of their own."""
@@ -78,12 +72,17 @@ class Straight:
     names: Names
     content: ContentPrinter
     mover: Mover
+    trees: Trees
     offers: Offers
+    is_ordered: bool
+    """Whether somebody sees in which order regions do what they do."""
     apart: set[int] = field(default_factory=set)
     """Transitions that are taken in parts by `_microstep`."""
     shared: set[int] = field(default_factory=set)
     """Transitions that stand in a method, because several events take them."""
 
+    is_local: bool = False
+    """Whether the configuration is kept in ``active`` until the end of a method."""
     may_fault: bool = False
     """Whether a guard tried before, in the method at hand, can put the machine into a fault."""
 
@@ -109,6 +108,7 @@ class Straight:
                 if not self.is_single:
                     self.out.line("active = self._active")
                 self._take(transition)
+        self.trees.print()
 
     def _event(self, event: int) -> None:
         groups = self.offers.by_state(event)
@@ -117,6 +117,11 @@ class Straight:
         name, told = self.names.events[event], self.chart.events[event].name
         doc = f"Take what `{told}` enables; whether that is anything."
         if not self._is_one_answer([states[0] for states, _ in groups]):
+            regions = None if self.is_ordered else independent(self.plan, groups)
+            if regions is not None:
+                with self.out.method(f"_on_{name}", doc, result="bool"):
+                    self._regions(regions)
+                return
             self.apart |= {step.index for _, steps in groups for step in steps if step is not None}
             print_selection(self.out, self.chart, self.names, self.offers, f"_select_{name}", event)
             with self.out.method(f"_on_{name}", doc, result="bool"):
@@ -128,13 +133,43 @@ class Straight:
         self.may_fault = False
         with self.out.method(f"_on_{name}", doc, result="bool"):
             self.out.line("active = self._active")
+            tests = self._tests(groups)
             for number, ((state,), steps) in enumerate(groups):
-                with self.out.suite(f"if {self._is_active(state)}:"):
+                with self.out.suite(f"if {tests[number]}:"):
                     is_sure = self._steps(steps)
                     later = (states[0] for states, _ in groups[number + 1 :])
                     if not is_sure and not any(self.chart.is_descendant(state, o) for o in later):
                         self.out.line("return False")
             self.out.line("return False")
+
+    def _regions(self, regions: list[Groups]) -> None:
+        """Print regions that are independent of each other, one after the other."""
+        self.is_local = True
+        self.out.line("active = self._active")
+        self.out.line("is_taken = False")
+        for groups in regions:
+            word = "if"
+            for test, (_, steps) in zip(self._tests(groups), groups, strict=True):
+                with self.out.suite(f"{word} {test}:"):
+                    self._choice(steps)
+                word = "elif"
+        self.out.line("self._active = active")
+        self.out.line("return is_taken")
+        self.is_local = False
+
+    def _choice(self, steps: tuple[Transition | None, ...]) -> None:
+        """Print which of the transitions of a state is taken, and all that it does."""
+        word = "if"
+        for step in steps:
+            assert step is not None  # noqa: S101
+            opening = f"{word} {guard_text(self.chart, self.names, step)}:"
+            if step.guard is None:
+                opening = "" if word == "if" else "else:"
+            with self.out.suite(opening) if opening else nullcontext():
+                self.out.line(f"# {docstring(describe(self.chart, step))}")
+                self._take(step)
+                self.out.line("is_taken = True")
+            word = "elif"
 
     def _is_one_answer(self, sources: list[int]) -> bool:
         """Whether no two of some states can take a transition for the same event."""
@@ -159,10 +194,21 @@ class Straight:
         common = next(s for s in (other, *chart.ancestors(other)) if s in above)
         return common not in (one, other) and chart.states[common].kind is not Kind.PARALLEL
 
-    def _is_active(self, state: int) -> str:
-        if self.is_single and self.chart.states[state].is_leaf:
-            return f"active == {_configuration(self.names, state)}"
-        return f"active & {self.names.states[state]}"
+    def _tests(self, groups: Groups) -> list[str]:
+        """Return how to ask whether states are active; comparing costs less than a mask."""
+        states = [states[0] for states, _ in groups]
+        are_leaves = [self.chart.states[state].is_leaf for state in states]
+        constants = [self.names.states[state] for state in states]
+        if self.is_single:
+            return [
+                f"active == {configuration(self.names, state)}" if is_leaf else f"active & {bit}"
+                for state, is_leaf, bit in zip(states, are_leaves, constants, strict=True)
+            ]
+        regions = {self.plan.region_of[state] for state in states}
+        if len(states) > 1 and len(regions) == 1 and all(are_leaves):
+            self.out.line(f"leaf = active & {bits(sum(1 << state for state in states))}")
+            return [f"leaf == {constant}" for constant in constants]
+        return [f"active & {constant}" for constant in constants]
 
     def _steps(self, steps: tuple[Transition | None, ...]) -> bool:
         """Print what a state tries; whether one of it is sure to be taken."""
@@ -208,7 +254,7 @@ class Straight:
         assert variant.domain is not None  # noqa: S101
         place, known = self._leave(transition.source, variant.domain)
         self._tell(f"t {transition.index}")
-        if _observes(transition.content) and known != place:
+        if observes(transition.content) and known != place:
             known = self._store(place)
         self.content.block(self.out, transition.content, payload)
         if all(isinstance(op, Enter | Content) for op in variant.entry):
@@ -244,22 +290,35 @@ class Straight:
             chart.states[s].kind is Kind.PARALLEL for s in path[1:]
         )
         if not is_plain:
-            self.mover.leave(source, domain)
-            done = self._known(domain) or Place(None)
-            if done.base is None:
-                self.out.line("active = self._active")
-            return done, done
+            return self._leave_all(source, domain)
         place = known = self._known(source) or Place(None)
         for state in path[:-1]:
             self._record(state, source)
         for state in path[:-1]:
             self._tell(f"- {chart.states[state].id}")
-            if not self.mover.is_left_silently(chart.states[state]):
-                if _observes(chart.states[state].on_exit) and known != place:
-                    known = self._store(place)
-                self._left(chart.states[state])
+            if observes(chart.states[state].on_exit) and known != place:
+                known = self._store(place)
+            self.mover.left(chart.states[state])
             place = place.without(state)
         return place, known
+
+    def _leave_all(self, source: int, domain: int) -> tuple[Place, Place]:
+        """Print how all is left that is active below a domain; return as `_leave` does."""
+        done = self._known(domain) or Place(None)
+        top = source
+        while top != domain and (parent := self.chart.states[top].parent or 0) != domain:
+            top = parent
+        if top != domain and self.trees.can_leave(top):
+            self.mover.gone(source, domain)
+            self.out.line(f"self._leave_all_{self.names.bare[top]}(gone)")
+            self.trees.wanted.add(top)
+            if done.base is None:
+                self.out.line("active = self._active ^ gone")
+            return done, UNKNOWN
+        self.mover.leave(source, domain)
+        if done.base is None:
+            self.out.line("active = self._active")
+        return done, done
 
     def _known(self, state: int) -> Place | None:
         """Return all that is active with a state as the innermost, if nothing else can be."""
@@ -287,21 +346,15 @@ class Straight:
         self._tell(f"+ {state.id}")
         contents = [self.chart.transitions[d].content for d in op.defaults]
         is_final = state.kind is Kind.FINAL
-        if (is_final or _observes(state.on_entry) or any(map(_observes, contents))) and (
+        if (is_final or observes(state.on_entry) or any(map(observes, contents))) and (
             known != place
         ):
             known = self._store(place)
         self._come(state, op.defaults)
         return place, known
 
-    def _left(self, state: State) -> None:
-        if _is_short(state.on_exit):
-            self.mover.leaving(state)
-        else:
-            self.out.line(f"self._exited_{self.names.bare[state.index]}()")
-
     def _come(self, state: State, defaults: tuple[int, ...]) -> None:
-        if _is_short(state.on_entry):
+        if is_short(state.on_entry):
             self.mover.entering(state)
             for default in defaults:
                 self.mover.default(default)
@@ -312,53 +365,20 @@ class Straight:
             self.out.line(f"self._entered_{self.names.bare[state.index]}({passed})")
 
     def _store(self, place: Place) -> Place:
-        self.out.line(f"self._active = {self._spell(place)}")
+        if self.is_local:
+            self.out.line(f"active ^= {bits(place.changed)}")
+        else:
+            self.out.line(f"self._active = {self._spell(place)}")
         return place
 
     def _spell(self, place: Place) -> str:
         if place.base is None:
-            return f"active ^ {bits(place.changed)}"
+            return f"active ^ {bits(place.changed)}" if place.changed else "active"
         deepest = place.base.bit_length() - 1
         if self.is_single and self._known(deepest) == place:
-            return _configuration(self.names, deepest)
+            return configuration(self.names, deepest)
         return bits(place.base)
 
     def _tell(self, line: str) -> None:
         with self.out.suite("if self.trace is not None:"):
             self.out.line(f'self._tell("{line}")')
-
-
-def _is_short(blocks: tuple[tuple[object, ...], ...]) -> bool:
-    """Whether handlers are few simple statements."""
-    statements = [statement for block in blocks for statement in block]
-    kinds = (Assign, Raise, Send, Cancel, Log, CallOperation)
-    return len(statements) <= SHORT and not any(
-        can_fail(s) or not isinstance(s, kinds) or (isinstance(s, Send) and s.delay is not None)
-        for s in statements
-    )
-
-
-def _observes(node: object) -> bool:
-    """Whether content asks which states are active, or gives the host a chance to."""
-    match node:
-        case InState() | Call() | CallOperation() | Log():
-            return True
-        case Send(destination=Destination.PORT):
-            return True
-        case _:
-            return any(map(_observes, parts_of(node)))
-
-
-def configurations(chart: Chart, names: Names) -> list[str]:
-    """Return the constants of a chart without regions: what is active with a state innermost."""
-    return [
-        f"{_configuration(names, state.index)} = "
-        f"{_configuration(names, state.parent)} | {names.states[state.index]}"
-        for state in chart.states
-        if state.parent is not None and not state.is_history
-    ]
-
-
-def _configuration(names: Names, state: int) -> str:
-    """Return the constant of a state: ``C_idle`` for ``S_idle``."""
-    return f"C{names.states[state][1:]}" if state else names.states[0]

@@ -18,6 +18,11 @@ class RangeFault(Exception):  # noqa: N818  (a fault of the machine, not an erro
     """A value left the bounds of a type that forbids it: the machine stops."""
 
 
+def around(value: int, lo: int, hi: int) -> int:
+    """Return a value modulo the size of a range, inside of it."""
+    return (value - lo) % (hi - lo + 1) + lo
+
+
 def divide(a: int, b: int) -> int:
     """Divide integers, truncating toward zero (C99 6.5.5)."""
     if b == 0:

@@ -1,0 +1,135 @@
+"""Regions that cannot see each other: their transitions for one event may follow each other whole.
+
+Appendix D leaves all states first, then runs all content, then enters. Where no region reads or
+writes what another writes, and nobody else looks, one region after the other comes to the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from fsmkit.codegen.python.expressions import can_fail, has_effect, parts_of
+from fsmkit.codegen.python.selection import Groups, is_needing_memo
+from fsmkit.expressions import EventField, EventName, InState, Variable
+from fsmkit.model.chart import State, Transition
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.model.statements import Assign
+from fsmkit.plan import Enter, Plan
+
+TIMED = (Trigger.AFTER, Trigger.EVERY)
+Names = frozenset[str]
+
+
+def independent(plan: Plan, groups: Groups) -> list[Groups] | None:
+    """Return what each region tries for an event, in document order; None if they are not so."""
+    by_region: dict[int, Groups] = {}
+    for states, steps in groups:
+        by_region.setdefault(plan.region_of[states[0]], []).append((states, steps))
+    regions = sorted(by_region)
+    tops = [plan.regions[region].top for region in regions]
+    if any(plan.chart.is_descendant(one, other) for one in tops for other in tops):
+        return None
+    if not all(_is_apart(plan, by_region[region]) for region in regions):
+        return None
+    used = [_used(plan, by_region[region]) for region in regions]
+    for place, (_, written) in enumerate(used):
+        others = used[:place] + used[place + 1 :]
+        if any(written & (read | also) for read, also in others):
+            return None
+    return [by_region[region] for region in regions]
+
+
+def _is_apart(plan: Plan, groups: Groups) -> bool:
+    """Whether all that a region tries stays inside of it, and only computes."""
+    chart = plan.chart
+    sources = [states[0] for states, _ in groups]
+    if any(chart.is_descendant(one, other) for one in sources for other in sources):
+        return False
+    steps = [step for _, steps in groups for step in steps]
+    return all(
+        step is not None and _is_inside(plan, step) and _is_pure(plan, step) for step in steps
+    )
+
+
+def _is_inside(plan: Plan, transition: Transition) -> bool:
+    """Whether a path is left, and states are entered, that are known and in the region."""
+    chart, move = plan.chart, plan.moves[transition.index]
+    if not transition.targets:
+        return True
+    domain = move.variants[0].domain
+    return (
+        move.is_static
+        and domain is not None
+        and chart.states[transition.source].is_leaf
+        and plan.region_of[domain] == plan.region_of[transition.source]
+        and all(isinstance(op, Enter) for op in move.variants[0].entry)
+    )
+
+
+def _touched(plan: Plan, transition: Transition) -> Iterator[State]:
+    """Yield the states that a transition leaves or enters."""
+    if transition.targets:
+        (variant,) = plan.moves[transition.index].variants
+        at = transition.source
+        while at != variant.domain:
+            yield plan.chart.states[at]
+            at = plan.chart.states[at].parent or 0
+        for op in variant.entry:
+            if isinstance(op, Enter):
+                yield plan.chart.states[op.state]
+
+
+def _trees(plan: Plan, transition: Transition) -> Iterator[object]:
+    """Yield all that is evaluated or run by a transition."""
+    yield transition.guard
+    yield transition.content
+    if transition.targets:
+        (variant,) = plan.moves[transition.index].variants
+        for op in variant.entry:
+            if isinstance(op, Enter):
+                yield from (plan.chart.transitions[default].content for default in op.defaults)
+    for state in _touched(plan, transition):
+        yield state.on_exit
+        yield state.on_entry
+
+
+def _is_pure(plan: Plan, transition: Transition) -> bool:
+    """Whether nothing but variables is read and written, and nothing can fail."""
+    if is_needing_memo(plan.chart, transition):
+        return False
+    for state in _touched(plan, transition):
+        timed = any(plan.chart.transitions[t].trigger in TIMED for t in state.transitions)
+        if timed or state.kind is Kind.FINAL or state.invokes:
+            return False
+    trees = list(_trees(plan, transition))
+    return all(_only_assigns(tree) for tree in trees[1:]) and not any(
+        isinstance(node, InState | EventField | EventName) or can_fail(node) or has_effect(node)
+        for tree in trees
+        for node in _nodes(tree)
+    )
+
+
+def _only_assigns(blocks: object) -> bool:
+    if isinstance(blocks, tuple):
+        return all(map(_only_assigns, blocks))
+    return isinstance(blocks, Assign)
+
+
+def _used(plan: Plan, groups: Groups) -> tuple[Names, Names]:
+    """Return the variables that a region reads, and those that it writes, for an event."""
+    steps = [step for _, steps in groups for step in steps if step is not None]
+    nodes = [node for step in steps for tree in _trees(plan, step) for node in _nodes(tree)]
+    written = _variables(node.location for node in nodes if isinstance(node, Assign))
+    return _variables(nodes), written
+
+
+def _variables(trees: Iterable[object]) -> Names:
+    return frozenset(
+        node.name for tree in trees for node in _nodes(tree) if isinstance(node, Variable)
+    )
+
+
+def _nodes(tree: object) -> Iterator[object]:
+    yield tree
+    for part in parts_of(tree):
+        yield from _nodes(part)

@@ -1,0 +1,99 @@
+"""How all is left that is active of a state: a method for it and for each composite one inside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fsmkit.codegen.python.expressions import parts_of
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.movement import Mover
+from fsmkit.codegen.python.names import Names
+from fsmkit.codegen.python.relations import real_children
+from fsmkit.expressions import Call, InState
+from fsmkit.model.chart import Chart, State
+from fsmkit.model.document import Kind
+from fsmkit.model.statements import CallOperation, Destination, Log, Send
+
+MOST = 8
+"""Children that are asked one after the other; of more, the active ones are found by their bits."""
+
+
+@dataclass
+class Trees:
+    """Prints the methods that leave whole states."""
+
+    out: Lines
+    chart: Chart
+    names: Names
+    mover: Mover
+    is_seen: bool
+    """Whether somebody is told which states are left, also of those that do nothing then."""
+    wanted: set[int] = field(default_factory=set)
+    _possible: dict[int, bool] = field(default_factory=dict)
+
+    def can_leave(self, state: int) -> bool:
+        """Whether nothing inside of a state looks at what is active while it is left."""
+        known = self._possible.get(state)
+        if known is None:
+            known = (
+                not observes(self.chart.states[state].on_exit)
+                and len(real_children(self.chart, state)) <= MOST
+                and all(map(self.can_leave, real_children(self.chart, state)))
+            )
+            self._possible[state] = known
+        return known
+
+    def print(self) -> None:
+        """Print the methods that are wanted, and those that these call."""
+        done: set[int] = set()
+        while rest := sorted(self.wanted - done):
+            for state in rest:
+                done.add(state)
+                self._leave_all(state)
+
+    def _leave_all(self, index: int) -> None:
+        state = self.chart.states[index]
+        doc = f"Leave all that is active of {state.id}, innermost first."
+        with self.out.method(f"_leave_all_{self.names.bare[index]}", doc, "gone: int"):
+            word = "if"
+            for child in reversed(real_children(self.chart, index)):
+                if not self._is_silent(child):
+                    if state.kind is Kind.PARALLEL:
+                        self._child(child)
+                        continue
+                    with self.out.suite(f"{word} gone & {self.names.states[child]}:"):
+                        self._child(child)
+                    word = "elif"
+            self._itself(state)
+
+    def _itself(self, state: State) -> None:
+        if self.is_seen:
+            with self.out.suite("if self.trace is not None:"):
+                self.out.line(f'self._tell("- {state.id}")')
+        self.mover.left(state)
+
+    def _child(self, child: int) -> None:
+        if not real_children(self.chart, child):
+            self._itself(self.chart.states[child])
+            return
+        self.wanted.add(child)
+        self.out.line(f"self._leave_all_{self.names.bare[child]}(gone)")
+
+    def _is_silent(self, state: int) -> bool:
+        """Whether leaving a state and all inside does nothing that anybody sees."""
+        return (
+            not self.is_seen
+            and self.mover.is_left_silently(self.chart.states[state])
+            and all(map(self._is_silent, real_children(self.chart, state)))
+        )
+
+
+def observes(node: object) -> bool:
+    """Whether content asks which states are active, or gives the host a chance to."""
+    match node:
+        case InState() | Call() | CallOperation() | Log():
+            return True
+        case Send(destination=Destination.PORT):
+            return True
+        case _:
+            return any(map(observes, parts_of(node)))
