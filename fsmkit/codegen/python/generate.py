@@ -96,7 +96,8 @@ def _class(member: Member, needs: Needs, shared: template.Template, *, traced: b
     own = body.finish()
     text = f"{head.finish()}\n{template.without(shared.body, own)}\n{own}"
     text = trimmed(text if traced else untraced(text))
-    return f"class {names.machine}:\n{text}"
+    table = "" if answered is None else f"\n\n\n{plain.print_table(chart, names, answered)}"
+    return f"class {names.machine}:\n{text}{table}"
 
 
 def _header(chart: Chart, arithmetic: str) -> str:

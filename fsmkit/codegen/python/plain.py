@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Collection
 
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
@@ -17,6 +19,8 @@ FOLLOWED = (
 """An internal event, the end or a fault may follow."""
 READING = r"self\.(?:_field\(|_event_name)"
 """It is asked which event is at hand."""
+TABLE = "_TAKEN"
+"""The constant of a module that holds the methods of the events without fields."""
 BUSY = re.compile(f"{CALLING}|{FOLLOWED}|{READING}")
 
 
@@ -40,9 +44,24 @@ def print_dispatch(out: Lines) -> None:
     passed = "event: str, *payload: Any, now: int | None = None"
     doc = "Process one event at once, ahead of the queue; whether it enabled a transition."
     with out.method("dispatch", doc, passed, "bool"):
+        out.line(f"take = {TABLE}.get(event)")
+        with out.suite("if take is not None and not payload and now is None:"):
+            out.line("return take(self)")
         out.line("index, _ = self._named(event, payload)")
         with out.suite("if now is not None and self._running:"):
             out.line("self._now = now & CLOCK")
         out.line("self._fields[: len(payload)] = payload")
         out.line("on = self._ON[index]")
         out.line("return on is not None and on(self)")
+
+
+def print_table(chart: Chart, names: Names, taken: Collection[int]) -> str:
+    """Return the table of the events without fields, which follows the class."""
+    out = Lines()
+    with out.block(f"{TABLE}: dict[str, Callable[[{names.machine}], bool]] = {{", "}"):
+        for index in sorted(taken):
+            event = chart.events[index]
+            if not event.fields and chart.event_index[event.name] == index:
+                method = f"{names.machine}._on_{names.events[index]}"
+                out.line(f"{json.dumps(event.name)}: {method},")
+    return out.finish()
