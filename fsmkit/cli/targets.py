@@ -6,7 +6,7 @@ import click
 from rich.markup import escape
 
 from fsmkit.cli.console import out, print_json
-from fsmkit.plugins import Drawing, FrontEnd, Target, plugins
+from fsmkit.plugins import Drawing, FrontEnd, Reader, Target, plugins
 
 EPILOG = """\b
 Example:
@@ -20,12 +20,14 @@ def command(as_json: bool) -> int:
     """List what machines can be compiled to, and the notations of charts and diagrams."""
     targets = plugins(Target)
     notations = plugins(FrontEnd)
+    read_only = tuple(r for r in plugins(Reader) if not isinstance(r, FrontEnd))
     drawings = plugins(Drawing)
     if as_json:
         print_json(
             {
                 "targets": [{"name": t.name, "summary": t.summary} for t in targets],
                 "notations": [{"name": n.name, "suffixes": list(n.suffixes)} for n in notations],
+                "read": [{"name": r.name, "suffixes": list(r.suffixes)} for r in read_only],
                 "drawings": [{"name": d.name, "suffixes": list(d.suffixes)} for d in drawings],
             }
         )
@@ -33,6 +35,7 @@ def command(as_json: bool) -> int:
     lines = [
         *(("compile --target", t.name, t.summary) for t in targets),
         *(("convert --to", n.name, f"charts in {_list(n.suffixes)}") for n in notations),
+        *(("reads", r.name, f"configurations in {_list(r.suffixes)}") for r in read_only),
         *(("draw --out", d.name, f"diagrams in {_list(d.suffixes)}") for d in drawings),
     ]
     for verb, name, summary in lines:

@@ -150,9 +150,10 @@ class Moves:
     @cached_property
     def resting(self) -> frozenset[Path]:
         """Return the states with children that can be active without one."""
-        reached = {state.path for state in self.begun()}
-        for step in self.machine.steps:
-            reached |= {state.path for state in self.entries(step)[-1:]}
+        reached: set[Path] = set()
+        for entered in (self.begun(), *map(self.entries, self.machine.steps)):
+            above = {state.path[:-1] for state in entered}
+            reached |= {state.path for state in entered} - above
         return frozenset(
             path
             for path, state in self.states.items()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from functools import partial
 from typing import Any
@@ -23,11 +23,15 @@ PARTS = ("conditions", "unless", "before", "after", "prepare")
 def source_of(found: object, name: str, findings: Findings) -> Source | None:
     """Return the configuration of a machine, or None after saying why not."""
     core = sys.modules.get("transitions.core")
-    callables = _Callables()
-    if core is not None and isinstance(found, core.Machine):
-        return Source(name, text_of(_machine(found, callables)))
+    write: Callable[[Any, _Callables], dict[str, Any]] | None = None
     if isinstance(found, dict):
-        return Source(name, text_of(_plain(found, callables)))
+        write = _plain
+    elif core is not None and isinstance(found, core.Machine):
+        write = _machine
+    if write is not None:
+        callables = _Callables()
+        write(found, callables)  # to know all texts, before a function is called like one
+        return Source(name, text_of(write(found, _Callables(callables.texts))))
     findings.add(
         "no-machine",
         f"`{name}` is a {type(found).__name__}, no machine of `transitions`",
@@ -54,27 +58,30 @@ def _json(value: object) -> str:
 
 
 class _Callables:
-    """Names for functions: different ones for different functions."""
+    """Names for functions: different ones for different functions, and none that is a text."""
 
-    def __init__(self) -> None:
-        self._names: dict[str, list[object]] = {}
+    def __init__(self, texts: Iterable[str] = ()) -> None:
+        self.texts = set(texts)
+        self._named: list[tuple[object, str]] = []
 
     def name(self, function: object) -> str:
         if isinstance(function, str):
-            self._names.setdefault(function, []).insert(0, function)
+            self.texts.add(function)
             return function
+        for known, name in self._named:
+            if _is_same(known, function):
+                return name
         inner = function
         while isinstance(inner, partial):
             inner = inner.func
         plain = str(getattr(inner, "__name__", type(inner).__name__)).strip("<>")
-        known = self._names.setdefault(plain, [])
-        others = [one for one in known if not isinstance(one, str)]
-        if not any(_is_same(one, function) for one in others):
-            known.append(function)
-            others.append(function)
-        place = next(i for i, one in enumerate(others) if _is_same(one, function))
-        place += len(others) < len(known)
-        return f"{plain}_{place + 1}" if place else plain
+        taken = {name for _, name in self._named} | self.texts
+        name, number = plain, 1
+        while name in taken:
+            number += 1
+            name = f"{plain}_{number}"
+        self._named.append((function, name))
+        return name
 
 
 def _is_same(one: object, other: object) -> bool:

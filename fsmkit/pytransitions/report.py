@@ -50,8 +50,7 @@ class _Reporter:
                     *((c.span, "this one is not") for c in left_out),
                 )
             self._timeout(state)
-        if len(self._machine.initial) > 1:
-            self._begun_in_several()
+        self._begun()
 
     def _timeout(self, state: State) -> None:
         if state.timeout is None:
@@ -64,24 +63,21 @@ class _Reporter:
                 help="write a number above 0",
             )  # fmt: skip
 
-    def _begun_in_several(self) -> None:
-        """Report an initial configuration that no parallel state has."""
+    def _begun(self) -> None:
+        """Report an initial configuration that a chart cannot have."""
         whole = Span(self._machine.source, 0, 0)
         begun = self._machine.initial
-        advice = "put them into one state with `parallel`, and begin in that"
-        if any(self._moves.states[path].children for path in begun):
+        advice = "begin in a state with `parallel`, which holds all of them"
+        if len(begun) > 1 and any(self._moves.states[path].children for path in begun):
             self._refuse("the machine begins in states without their children", whole, advice)
-        tops = {path[0] for path in begun}
-        if len(tops) > 1:
-            self._refuse("the machine begins in several states", whole, advice)
-            return
-        active = {path[:length] for path in begun for length in range(1, len(path) + 1)}
-        for path in active:
-            state = self._moves.states[path]
-            inside = [c for c in state.children if c.path in active]
-            if len(inside) != (len(state.children) if state.is_parallel else min(1, len(inside))):
-                self._refuse("the machine begins in some regions, not in all", whole, advice)
-                return
+        above = {path[:length] for path in begun for length in range(len(path))}
+        active = above | set(begun)
+        for path in above:
+            inside = [each for each in active if each[:-1] == path and each]
+            regions = self._moves.states[path].children if self._moves.is_parallel(path) else ()
+            if len(inside) != max(1, len(regions)):
+                what = "some regions, not in all" if regions else "several states"
+                self._refuse(f"the machine begins in {what}", whole, advice)
 
     # --- single steps -------------------------------------------------------------------------
 
@@ -114,6 +110,14 @@ class _Reporter:
                 outer.span,
                 "let only one of them react to it, or give both a destination",
                 (inner.span, "this one"),
+            )
+        elif outer.is_conditional and self._moves.is_parallel_between(outer.source, inner.source):
+            self._findings.add(
+                "callback-order",
+                f"on `{outer.trigger}` the chart may ask the conditions of the outer state too",
+                outer.span,
+                secondary=[(inner.span, "though this step is made")],
+                help="let conditions only answer, and change nothing",
             )
 
     def _both(self, one: Step, two: Step) -> None:

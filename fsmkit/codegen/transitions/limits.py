@@ -119,6 +119,11 @@ class Checker:
         if state.kind is Kind.FINAL and state.parent == 0 and any(state.on_exit):
             advice = "move it to the entry of the state"
             self._refuse("no exit from a final state", state.span, advice)
+        around = [self.chart.states[above].kind for above in self.chart.ancestors(state.index)]
+        if state.kind is Kind.PARALLEL and Kind.PARALLEL in around:
+            advice = "make its regions regions of the parallel state around it"
+            what = "an exception for an event that nothing takes while regions have regions"
+            self._refuse(what, state.span, advice)
         is_told = f"done.state.{state.id}" in self.chart.event_index
         if state.kind is Kind.PARALLEL and is_told:
             advice = "ask for the final states of its regions with `In`, in a guard"

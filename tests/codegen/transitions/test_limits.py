@@ -178,6 +178,13 @@ REFUSED = {
         "another order in which it enters `l1` and `right`",
         "",
     ),
+    "regions of regions": (
+        REGIONS.replace("l2: {}", "l2: {regions: {a: {}, b: {}}}")
+        .replace("LEFT", "l2")
+        .replace("RIGHT", "{do: n = 1}"),
+        "while regions have regions",
+        "l2",
+    ),
     "the end of all regions": (
         REGIONS.replace("  p:\n", "  p:\n    on: {done.state.p: out}\n")
         .replace("l2: {}", "l2: {final: true}")
