@@ -318,8 +318,7 @@ def _state(out: Lines, chart: Chart, names: ModelNames, state: State) -> None:
         fields["on_enter"] = text(f"enter_{name}")
     if any(state.on_exit):
         fields["on_exit"] = text(f"exit_{name}")
-    if state.kind is Kind.FINAL:
-        fields["final"] = "True"
+    # not `final`: the library (0.9.3) fails in `_final_check` where the last region has ended
     defaults = [text(chart.states[child].id) for child in Order(chart).defaults(state.index)]
     if defaults:
         many = f"[{', '.join(defaults)}]"

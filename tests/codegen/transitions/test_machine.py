@@ -201,3 +201,23 @@ def test_the_long_run_tells_its_figures() -> None:
     assert result.exit_code == 0, result.output
     assert " charts on transitions: " in result.output
     assert " 0 divergences; " in result.output
+
+
+ENDED = """\
+chart: Ended
+events: {in: [go, end]}
+initial: p
+states:
+  p:
+    regions:
+      one: {initial: a, states: {a: {on: {go: a}}}}
+      two: {initial: b, states: {b: {on: {end: f}}, f: {final: true}}}
+"""
+
+
+def test_another_region_goes_on_after_the_last_one_has_ended(tmp_path: Path) -> None:
+    path = tmp_path / "ended.yaml"
+    path.write_text(ENDED)
+    chart = fsmkit.load(path)
+    script = ["start 0", "dispatch end", "dispatch go", "dispatch go", "dump"]
+    assert TransitionsHarness().run(chart, script) == InterpreterHarness().run(chart, script)
