@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass, field
 from itertools import islice
 
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Source, Span, Text, fail
 from fsmkit.model.document import (
     Block,
     DocAssign,
@@ -27,6 +27,7 @@ from fsmkit.model.document import (
     DocSuper,
     DocUnreadable,
 )
+from fsmkit.model.passes.walk_document import parts
 from fsmkit.model.statement_events import MOST_FINDINGS, EventReader
 from fsmkit.model.statement_tokens import Cursor, Lexeme, lexemes, without_comments
 from fsmkit.model.statement_words import (
@@ -39,7 +40,7 @@ from fsmkit.model.statement_words import (
 )
 from fsmkit.model.statement_writing import write_statements
 
-__all__ = ["read_statements", "write_statements"]
+__all__ = ["read_statements", "statements_text", "write_statements"]
 
 SUSPECT_COMMENT = re.compile(r"[\w)\]][ \t]*//[ \t]*[\w.]+[ \t]*(?=;|\n|\Z)")
 
@@ -65,6 +66,38 @@ def read_statements(text: Text, findings: Findings) -> Block:
     clean = without_comments(text.value)
     reader = _Reader(Text(clean, text.span, text.offsets), Cursor(clean, lexemes(clean)), findings)
     return reader.block(0, is_inner=False)
+
+
+def statements_text(block: Block) -> str:
+    """Return statements as text that reads back as them.
+
+    `FsmkitError` (``not-expressible``) where it does not: what SCXML has in attributes may hold
+    what ends a statement in a text.
+    """
+    written = write_statements(block)
+    source = Source("statements", written)
+    again = read_statements(Text(written, Span(source, 0, len(written))), Findings())
+    for number, statement in enumerate(block):
+        if number >= len(again) or _words(again[number]) != _words(statement):
+            raise fail(
+                "not-expressible",
+                "as text this would be read as something else",
+                statement.span,
+                help="mend it: it cannot be evaluated as it is",
+            )
+    return written
+
+
+def _words(statement: DocStatement) -> list[str]:
+    """Return what a statement holds, without the layout of its expressions."""
+    return [
+        re.sub(r"\s", "", without_comments(part.value)).rstrip(";")
+        if isinstance(part, Text)
+        else str(part)
+        if isinstance(part, str)
+        else type(part).__name__
+        for part in parts(statement)
+    ]
 
 
 @dataclass(slots=True)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from lxml import etree
 
-from fsmkit.diagnostics import Text
+from fsmkit.diagnostics import Text, fail
 from fsmkit.scxml.names import EXTENSION, SCXML
 
 NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -34,9 +35,30 @@ def add(parent: etree._Element, name: str, text: str | None = None) -> etree._El
 
 
 def put(element: etree._Element, name: str, value: Text | str | None) -> None:
-    """Set an attribute, unless there is no value."""
+    """Set an attribute, unless there is no value; `FsmkitError` for one that reads as none."""
+    if isinstance(value, Text) and name != "label" and not value.value.strip():
+        raise fail(
+            "not-expressible",
+            f"`{name}` is empty, which SCXML cannot say",
+            value,
+            help="write something there, or remove it",
+        )
     if value is not None:
         element.set(name, _allowed(str(value)))
+
+
+def joined(names: Iterable[Text]) -> str | None:
+    """Return names as one attribute; `FsmkitError` for one that is not a single word."""
+    found = tuple(names)
+    for name in found:
+        if len(name.value.split()) != 1:
+            raise fail(
+                "not-expressible",
+                f"`{name}` has white space in it, which SCXML cannot say here",
+                name,
+                help="write a name that is one word",
+            )
+    return " ".join(name.value for name in found) or None
 
 
 def _allowed(text: str) -> str:

@@ -177,6 +177,9 @@ class _ChartReader:
         members = words(element.get("members"))
         if not members and not fields:
             context.incomplete(element, "has neither members nor fields", 'add `members="..."`')
+        if members and fields:
+            context.conflict(members[0], "members and fields are both given; the fields count")
+            members = ()
         return DocType(name, members, tuple(fields))
 
     def _constants(self) -> tuple[DocConstant, ...]:

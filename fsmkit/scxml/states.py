@@ -300,4 +300,4 @@ def read_doc(element: Element, elements: list[Element], context: Context) -> str
     """Return what an element is for: the attribute ``fk:doc`` or elements of that name."""
     attribute = context.fk(element, "doc")
     texts = [] if attribute is None else [attribute.value]
-    return "\n".join(text.strip() for text in (*texts, *(e.text.value for e in elements)))
+    return "\n".join(t.strip() for t in (*texts, *(e.text.value for e in elements))).strip()

@@ -18,7 +18,7 @@ from fsmkit.model.document import (
     Kind,
     Trigger,
 )
-from fsmkit.scxml.markup import add, extension, ours, put
+from fsmkit.scxml.markup import add, extension, joined, ours, put
 from fsmkit.scxml.names import EXTENSION, PREFIX, SCXML
 from fsmkit.scxml.writing_content import add_content, add_params, add_script, add_statements
 
@@ -78,7 +78,7 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
     for type_ in document.types:
         element = add(root, extension("type"))
         put(element, "name", type_.name)
-        put(element, "members", _joined(type_.members))
+        put(element, "members", joined(type_.members))
         for field in type_.fields:
             part = add(element, extension("field"))
             put(part, "name", field.name)
@@ -111,10 +111,6 @@ def _parameters(fields: Iterable[DocField], otherwise: str) -> str:
 
 def _result(type_: Text | None) -> str:
     return "" if type_ is None else f" -> {type_}"
-
-
-def _joined(names: Iterable[Text]) -> str | None:
-    return " ".join(name.value for name in names) or None
 
 
 def _add_variables(root: etree._Element, name: str, variables: Iterable[DocData]) -> None:
@@ -156,7 +152,7 @@ def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
     if state.kind is not usual:
         put(element, ours(element, "kind"), state.kind.value)
     put(element, ours(element, "override"), " ".join(sorted(state.overrides)) or None)
-    put(element, ours(element, "defer"), _joined(state.defer))
+    put(element, ours(element, "defer"), joined(state.defer))
     put(element, ours(element, "invariant"), state.invariant)
     _flag(element, "rest", state.rest)
     _flag(element, "abstract", state.abstract)
@@ -188,14 +184,14 @@ def _add_initial(element: etree._Element, initial: DocTransition | None) -> None
     if initial is None:
         return
     if initial.targets and initial.content is None:
-        put(element, "initial", _joined(initial.targets))
+        put(element, "initial", joined(initial.targets))
     else:
         _add_transition(add(element, "initial"), initial)
 
 
 def _add_transition(parent: etree._Element, transition: DocTransition) -> None:
     element = add(parent, "transition")
-    put(element, "event", _joined(transition.events))
+    put(element, "event", joined(transition.events))
     marks: Mapping[str, str | Text | None] = {
         "after": transition.delay if transition.trigger is Trigger.AFTER else None,
         "every": transition.delay if transition.trigger is Trigger.EVERY else None,
@@ -204,7 +200,7 @@ def _add_transition(parent: etree._Element, transition: DocTransition) -> None:
     for name, value in marks.items():
         put(element, extension(name), value)
     put(element, "cond", transition.guard)
-    put(element, "target", _joined(transition.targets))
+    put(element, "target", joined(transition.targets))
     put(element, "type", "internal" if transition.internal else None)
     put(element, extension("id"), transition.id)
     put(element, extension("override"), transition.override)
@@ -225,7 +221,7 @@ def _add_invoke(parent: etree._Element, invoke: DocInvoke) -> None:
     put(element, "typeexpr", invoke.type_expr)
     put(element, "src", invoke.src)
     put(element, "srcexpr", invoke.src_expr)
-    put(element, "namelist", _joined(invoke.name_list))
+    put(element, "namelist", joined(invoke.name_list))
     put(element, "autoforward", "true" if invoke.autoforward else None)
     add_params(element, invoke.arguments)
     add_content(element, None, invoke.content_expr)

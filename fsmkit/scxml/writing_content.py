@@ -24,8 +24,8 @@ from fsmkit.model.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.model.statement_text import write_statements
-from fsmkit.scxml.markup import add, extension, put
+from fsmkit.model.statement_text import statements_text
+from fsmkit.scxml.markup import add, extension, joined, put
 from fsmkit.scxml.names import XML
 
 
@@ -37,7 +37,7 @@ def add_statements(parent: etree._Element, block: Block) -> None:
 
 def add_script(parent: etree._Element, block: Block) -> None:
     """Write statements as the text of one ``script``."""
-    add(parent, "script", write_statements(block))
+    add(parent, "script", statements_text(block))
 
 
 def _add_statement(parent: etree._Element, statement: DocStatement) -> None:
@@ -109,7 +109,7 @@ def _add_send(parent: etree._Element, send: DocSend) -> None:
     }
     for name, value in attributes.items():
         put(element, name, value)
-    put(element, "namelist", " ".join(n.value for n in send.name_list) or None)
+    put(element, "namelist", joined(send.name_list))
     add_params(element, send.arguments)
     add_content(element, send.content, send.content_expr)
 

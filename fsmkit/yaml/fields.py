@@ -50,10 +50,19 @@ class Fields:
         node = self.node(key)
         return None if node is None else demand_text(node, f"`{key}`", self._findings)
 
+    def name(self, key: str) -> Text | None:
+        """Return the name under a key."""
+        text = self.text(key)
+        if text is not None and not text.value:
+            self._findings.add(
+                "unexpected-shape", f"`{key}` is a name, and not empty", text, help="remove it"
+            )
+        return text
+
     def doc(self) -> str:
         """Return the description under ``doc``."""
         text = self.text("doc")
-        return "" if text is None else text.value.strip()
+        return "" if text is None else text.value
 
     def flag(self, key: str) -> bool:
         """Return whether ``true`` stands under a key; absent is false."""
@@ -79,7 +88,8 @@ class Fields:
         """Return the entries of the mapping under a key."""
         node = self.node(key)
         mapping = None if node is None else demand_mapping(node, f"`{key}`", self._findings)
-        return () if mapping is None else mapping.entries
+        entries = () if mapping is None else mapping.entries
+        return tuple((name.stripped(), value) for name, value in entries)
 
     def text_entries(self, key: str) -> tuple[tuple[Text, Text], ...]:
         """Return the entries of the mapping under a key, all of which are texts."""

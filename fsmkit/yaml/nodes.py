@@ -343,9 +343,12 @@ def demand_sequence(node: Node, what: str, findings: Findings) -> Sequence | Non
 
 
 def demand_text(node: Node, what: str, findings: Findings) -> Text | None:
-    """Return the text of a node that must be one, or None after saying so."""
+    """Return the text of a node that must be one, or None after saying so.
+
+    White space around it is quoted or indented, and has no meaning.
+    """
     if isinstance(node, Scalar):
-        return node.text
+        return node.text.stripped()
     written = node.span.source.text[node.span.start : node.span.end].split("\n")[0].strip()
     if isinstance(node, Mapping) and not written.startswith("{"):
         findings.add(

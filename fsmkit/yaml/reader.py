@@ -62,7 +62,7 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
         source=source,
         name=_name(fields, source, findings),
         root=root,
-        extends=fields.text("extends"),
+        extends=fields.name("extends"),
         abstract=fields.flag("abstract"),
         datamodel=fields.one_of("datamodel", {name: name for name in DATAMODELS}),
         late_binding=fields.one_of("binding", {"early": False, "late": True}),
@@ -85,8 +85,8 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
 
 def _name(fields: Fields, source: Source, findings: Findings) -> Text:
     name = fields.text("chart")
-    if name is not None and name.value.strip():
-        return name.stripped()
+    if name is not None and name.value:
+        return name
     stem = PurePath(source.name).stem
     if name is not None or "chart" not in fields:
         findings.add(
@@ -118,7 +118,7 @@ def _record(mapping: Mapping, findings: Findings) -> Iterator[DocField]:
     for key, node in mapping.entries:
         text = demand_text(node, f"the type of `{key}`", findings)
         if text is not None:
-            yield DocField(key, text)
+            yield DocField(key.stripped(), text)
 
 
 def _signatures(fields: Fields, key: str, findings: Findings) -> Iterator[DocSignature]:

@@ -32,7 +32,7 @@ class StateReader:
     def state(self, name: Text, node: Node) -> DocState:
         """Read one state, or under ``refine`` a change of one."""
         mapping = demand_mapping(node, f"state `{name}`", self.findings)
-        if not name.value.strip():
+        if not name.value:
             self.findings.add(
                 "unexpected-shape", "a state needs a name", name, help="write it before the colon"
             )
@@ -122,11 +122,11 @@ class StateReader:
         chart = None if node is None else demand_mapping(node, "`content`", self.findings)
         return DocInvoke(
             span=mapping.span,
-            id=fields.text("id"),
+            id=fields.name("id"),
             id_location=fields.text("id_location"),
-            type=fields.text("type"),
+            type=fields.name("type"),
             type_expr=fields.text("type_expr"),
-            src=fields.text("src"),
+            src=fields.name("src"),
             src_expr=fields.text("src_expr"),
             autoforward=fields.flag("autoforward"),
             arguments=fields.arguments("with"),

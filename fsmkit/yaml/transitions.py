@@ -67,7 +67,7 @@ def _under(key: str, fields: Fields, findings: Findings) -> Iterator[DocTransiti
 def label_of(trigger: Trigger, name: Text, findings: Findings) -> Label:
     """Return the label for a key under ``on``, ``after`` or ``every``."""
     if trigger is not Trigger.EVENT:
-        return Label(trigger, name, delay=name.stripped())
+        return Label(trigger, name, delay=name)
     events = words(name)
     if not events:
         findings.add(
@@ -124,11 +124,11 @@ def _transition(fields: Fields, label: Label, place: Span) -> DocTransition:
         targets=fields.names("target"),
         internal=fields.one_of("type", {"external": False, "internal": True}),
         content=fields.block("do"),
-        id=fields.text("id"),
+        id=fields.name("id"),
         watchdog=fields.flag("watchdog"),
         ordered=fields.flag("ordered"),
         first=fields.flag("first"),
-        override=fields.text("override"),
+        override=fields.name("override"),
     )
 
 

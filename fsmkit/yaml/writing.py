@@ -13,7 +13,7 @@ from fsmkit.model.document import (
     DocForEach,
     DocIf,
 )
-from fsmkit.model.statement_text import write_statements
+from fsmkit.model.statement_text import statements_text
 from fsmkit.yaml.layout import Tree
 
 JOINED = 72
@@ -73,7 +73,7 @@ def arguments(given: tuple[DocArgument, ...]) -> dict[str, Tree]:
 
 def statements(block: Block) -> str:
     """Return statements as text: a few simple ones on one line, others one a line."""
-    text = write_statements(block)
+    text = statements_text(block)
     lines = text.split("\n")
     is_simple = not any(isinstance(one, DocIf | DocForEach) for one in block)
     if is_simple and len(lines) == len(block) and len(text) + len(lines) <= JOINED:

@@ -287,6 +287,21 @@ def test_what_is_large_but_right_is_read(content: bytes, tmp_path: Path) -> None
     assert not ended(read).has_errors
 
 
+@pytest.mark.parametrize("event", ["error.own", "done.own"])
+def test_an_error_of_ones_own_with_an_id_is_sent(event: str, tmp_path: Path) -> None:
+    """Found by fuzzing: what is known of it was forgotten twice."""
+    path = tmp_path / "own.scxml"
+    path.write_bytes(
+        scxml(
+            f'<state><onentry><send event="{event}" id="i"/></onentry>'
+            f'<transition event="{event}" cond="_event.sendid" target="b"/></state>'
+            '<state id="b"/>'
+        )
+    )
+    chart = load_with_findings(path, Findings())
+    assert event in chart.event_index
+
+
 def test_a_system_of_a_thousand_machines(tmp_path: Path) -> None:
     (tmp_path / "one.yaml").write_bytes(chart())
     path = tmp_path / "many.yaml"

@@ -160,6 +160,17 @@ def test_a_transition_has_one_trigger(read: ReadChart) -> None:
     assert result.marked == ["2s"]
 
 
+def test_a_type_has_members_or_fields(read: ReadChart) -> None:
+    result = read(
+        '<fk:type name="T" members="a"><fk:field name="x" type="bool"/></fk:type><state/>',
+        datamodel="ecmascript",
+    )
+    assert result.rules == ["conflicting-attributes"]
+    (type_,) = result.document.types
+    assert type_.members == ()
+    assert len(type_.fields) == 1
+
+
 def test_what_no_mark_replaces(read: ReadChart) -> None:
     result = read('<state id="a" fk:override="entry on"/>')
     assert result.rules == ["unexpected-attribute-value"]

@@ -271,6 +271,7 @@ def test_refinements(chart: Chart) -> None:
         (HEAD + "  b: {override: [on]}", "unexpected-value", "on", "entry"),
         (HEAD + "  b: {on: {e: {goto: c}}}", "unknown-key", "goto", "target"),
         (HEAD + "  b: {on: {e: {type: inner}}}", "unexpected-value", "inner", "internal"),
+        (HEAD + "  b: {invoke: {id: ''}}", "unexpected-shape", "''", "remove it"),
         (HEAD + '  b: {on: {"": c}}', "unexpected-shape", '""', "name it"),
         (HEAD + '  "": {}', "unexpected-shape", '""', "write it"),
         (HEAD + "  b: {transitions: [{target: c}]}", "missing-key", "{target: c}", "always"),

@@ -12,15 +12,20 @@ from fsmkit.loading import read_document as read_file
 from fsmkit.model.document import (
     Direction,
     DocArgument,
+    DocAssign,
+    DocCall,
     DocEvent,
     DocInvoke,
     DocState,
+    DocStatement,
     DocTransition,
+    DocType,
     Document,
     Kind,
     Trigger,
 )
 from fsmkit.model.elaborate import elaborate
+from fsmkit.plugins import FrontEnd, plugin
 from fsmkit.testing.charts import documents
 from fsmkit.yaml.layout import Prose, Short, Tree
 from fsmkit.yaml.layout import render as layout
@@ -178,6 +183,36 @@ def test_states_without_a_name_get_the_one_they_mean() -> None:
     chart = elaborate((document,), Findings())
     assert chart is not None
     assert elaborate((read(write_document(document)),), Findings()) == chart
+
+
+@pytest.mark.parametrize(
+    ("notation", "statement"),
+    [
+        ("yaml", DocAssign(text("x = ++"), text("y == 1"), SPAN)),
+        ("yaml", DocAssign(text("x"), text("1 +"), SPAN)),
+        ("yaml", DocAssign(text("x"), text("1; y = 2"), SPAN, "+")),
+        ("scxml", DocAssign(text("x"), text("1; y = 2"), SPAN, "+")),
+        ("yaml", DocCall(text("128 && 128"), SPAN)),
+        ("scxml", DocCall(text("128 && 128"), SPAN)),
+        ("scxml", DocCall(text("a() }"), SPAN)),
+    ],
+)
+def test_what_reads_as_something_else_cannot_be_said(
+    notation: str, statement: DocStatement
+) -> None:
+    follows = DocCall(text("b()"), SPAN)
+    state = DocState(text("a"), Kind.ATOMIC, SPAN, entry=((statement, follows),))
+    with pytest.raises(FsmkitError) as caught:
+        plugin(FrontEnd, notation).write(document_of(state, datamodel="ecmascript"))
+    assert [d.rule.name for d in caught.value.diagnostics] == ["not-expressible"]
+
+
+def test_a_name_of_two_words_is_no_attribute() -> None:
+    names = DocType(text("T"), (text("a"), text("b c")))
+    document = document_of(DocState(text("a"), Kind.ATOMIC, SPAN), types=(names,))
+    assert read(write_document(document)) == document
+    with pytest.raises(FsmkitError, match="white space"):
+        plugin(FrontEnd, "scxml").write(document)
 
 
 def test_two_states_of_one_name_cannot_be_said() -> None:

@@ -241,7 +241,7 @@ def _facts(
             facts["origin"] = location_of_session(session)
             facts["origintype"] = PROCESSOR
             if sent[name]:
-                del facts["sendid"]
+                facts.pop("sendid", None)
         facts["invokeid"] = None
         if given is not None and name in coming:
             is_own = name in sent or name in raised
