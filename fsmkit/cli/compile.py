@@ -41,8 +41,11 @@ Examples:
     help="The folder to write to.",
 )
 @click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
+@click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
-def command(file: Path, name: str, folder: Path, prefix: str | None, as_json_document: bool) -> int:
+def command(
+    file: Path, name: str, folder: Path, prefix: str | None, trace: bool, as_json_document: bool
+) -> int:
     """Write the machine of a chart, or all machines of a system.
 
     Prints the files, what the machine takes, and its capacities. Either all files are written or
@@ -56,6 +59,8 @@ def command(file: Path, name: str, folder: Path, prefix: str | None, as_json_doc
     if prefix is not None and not re.fullmatch(r"[A-Za-z]\w*", prefix, re.ASCII):
         raise click.UsageError(f"--prefix `{prefix}` is no identifier")
     options = {} if prefix is None else {"prefix": prefix}
+    if trace:
+        options["trace"] = "on"
     generated = []
     for chart in charts:
         made = target.generate(chart, findings, options)

@@ -43,9 +43,12 @@ def _is_sending_far(node: object) -> bool:
     return any(map(_is_sending_far, parts_of(node)))
 
 
-def family_of(chart: Chart) -> Member:
-    """Return a chart with all that it invokes. The class of a slot is called after its id."""
-    names = names_of(chart)
+def family_of(chart: Chart, prefix: str | None = None) -> Member:
+    """Return a chart with all that it invokes. The class of a slot is called after its id.
+
+    ``prefix`` takes the place of the name of the chart.
+    """
+    names = names_of(chart, prefix=prefix)
     if is_alone(chart):
         return Member(chart, names)
     (machine,) = distinct([names.machine], BASES)

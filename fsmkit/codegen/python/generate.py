@@ -10,6 +10,7 @@ from fsmkit.codegen.python import invoking, movement, plain, relations, sending,
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
+from fsmkit.codegen.python.features import features_of
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names, distinct, identifier
 from fsmkit.codegen.python.selection import (
@@ -22,7 +23,7 @@ from fsmkit.codegen.python.selection import (
 )
 from fsmkit.codegen.python.straight import Straight
 from fsmkit.codegen.python.trees import Trees
-from fsmkit.codegen.python.trimming import trimmed, untraced
+from fsmkit.codegen.python.trimming import trimmed, without_suites, without_trace
 from fsmkit.expressions import ArrayType, EnumType, RecordType
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
@@ -48,13 +49,13 @@ NOTHING = -1
 '''
 
 
-def module_text(chart: Chart, *, traced: bool = False) -> str:
-    """Return the text of the module: the same for the same chart.
+def module_text(chart: Chart, *, traced: bool = False, prefix: str | None = None) -> str:
+    """Return the text of the module: the same for the same chart. ``prefix`` names the class.
 
     Without a trace there is no `trace` to set, and nothing is spent on it; machines that invoke
     others always have it.
     """
-    family = family_of(chart)
+    family = family_of(chart, prefix)
     members = tuple(family.everyone)
     shared = template.machine() if is_alone(chart) else template.invoking()
     needs = tuple(Needs() for _ in members)
@@ -83,9 +84,13 @@ def _class(member: Member, needs: Needs, shared: template.Template, *, traced: b
     _guards(body, chart, names)
     if shared.bases:
         invoking.print_invocations(body, member, content)
-    answered = None if traced or shared.bases else plain.answered(chart, names, body.finish())
+    own = body.finish()
+    answered = None if traced or shared.bases else plain.answered(chart, names, own)
     if answered is not None:
         plain.print_dispatch(body)
+    features = features_of(chart, needs, own, trace=traced)
+    if not shared.bases:
+        features.print_stand_ins(body)
     sending.print_senders(body, chart, names, needs, answered)
     _conditions(body, needs)
     _tables(body, names, shared)
@@ -95,9 +100,9 @@ def _class(member: Member, needs: Needs, shared: template.Template, *, traced: b
         return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{body.finish()}"
     own = body.finish()
     text = f"{head.finish()}\n{template.without(shared.body, own)}\n{own}"
-    text = trimmed(text if traced else untraced(text))
+    text = without_suites(text if traced else without_trace(text), features.unneeded)
     table = "" if answered is None else f"\n\n\n{plain.print_table(chart, names, answered)}"
-    return f"class {names.machine}:\n{text}{table}"
+    return f"class {names.machine}:\n{trimmed(text)}{table}"
 
 
 def _header(chart: Chart, arithmetic: str) -> str:
@@ -186,6 +191,9 @@ def _class_head(
         constants |= invoking.constants(chart, needs)
     for name, value in constants.items():
         _constant(out, f"{name}: {shared.constants[name]} = ", value)
+    out.line(f"_BITS: {shared.constants['_BITS']} = {{")
+    out.line("    name: 1 << place for place, name in enumerate(STATES)")
+    out.line("}")
     with out.method(
         "__init__",
         "Make a machine; `operations` has the host's methods, or this has.",

@@ -29,12 +29,13 @@ class Names:
     operations: dict[str, str]
 
 
-def names_of(chart: Chart, hidden: Collection[str] = ()) -> Names:
+def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = None) -> Names:
     """Return the names for a chart. A clash is resolved by underscores at the end.
 
     ``hidden``: what operations cannot be called, because a machine around it is called so.
+    ``prefix`` names the machine instead of the chart.
     """
-    machine = identifier(chart.name)
+    machine = identifier(prefix or chart.name)
     events = distinct([identifier(event.name) for event in chart.events])
     methods = [f"{verb}_{event}" for event in events for verb in ("post", "dispatch", "send")]
     taken = template().names | set(methods)
@@ -77,6 +78,6 @@ def distinct(names: Iterable[str], taken: Collection[str] = ()) -> tuple[str, ..
     return tuple(found)
 
 
-def file_name(chart: Chart) -> str:
+def file_name(chart: Chart, prefix: str | None = None) -> str:
     """Return the name of the module: ``feeder.py``."""
-    return f"{snake(chart.name)}.py"
+    return f"{snake(prefix or chart.name)}.py"

@@ -13,7 +13,7 @@ from fsmkit.model.document import Trigger
 
 CALLING = r"self\.(?:_call_|_emit_|_log\(|log\(|reply)"
 """The host is called, and could call the machine; or a reply is to be reset."""
-FOLLOWED = (
+FOLLOWED = re.compile(
     r"self\.(?:_raise_|_enqueue_internal|_error_execution|_clamp|_finish|_stop|_test|_holds_)"
 )
 """An internal event, the end or a fault may follow."""
@@ -21,7 +21,7 @@ READING = r"self\.(?:_field\(|_event_name)"
 """It is asked which event is at hand."""
 TABLE = "_TAKEN"
 """The constant of a module that holds the methods of the events without fields."""
-BUSY = re.compile(f"{CALLING}|{FOLLOWED}|{READING}")
+BUSY = re.compile(f"{CALLING}|{READING}")
 
 
 def answered(chart: Chart, names: Names, text: str) -> set[int] | None:
@@ -29,7 +29,7 @@ def answered(chart: Chart, names: Names, text: str) -> set[int] | None:
 
     None where taking an event is not all of a step.
     """
-    if BUSY.search(text) or any(t.trigger is Trigger.EVENTLESS for t in chart.transitions):
+    if is_followed(chart, text) or BUSY.search(text):
         return None
     if chart.root.defer or any(
         t.source == 0 and t.trigger is Trigger.EVENT for t in chart.transitions
@@ -37,6 +37,12 @@ def answered(chart: Chart, names: Names, text: str) -> set[int] | None:
         return None  # these are asked even while the machine does not run
     methods = set(re.findall(r"^    def _on_(\w+)\(", text, re.MULTILINE))
     return {index for index, name in enumerate(names.events) if name in methods}
+
+
+def is_followed(chart: Chart, text: str) -> bool:
+    """Whether more than an event's own transitions can be taken in a step, or a fault end it."""
+    is_eventless = any(t.trigger is Trigger.EVENTLESS for t in chart.transitions)
+    return is_eventless or FOLLOWED.search(text) is not None
 
 
 def print_dispatch(out: Lines) -> None:
@@ -48,11 +54,11 @@ def print_dispatch(out: Lines) -> None:
         with out.suite("if take is not None and not payload and now is None:"):
             out.line("return take(self)")
         out.line("index, _ = self._named(event, payload)")
+        out.line("self._claim()")
         with out.suite("if now is not None and self._running:"):
             out.line("self._now = now & CLOCK")
         out.line("self._fields[: len(payload)] = payload")
-        out.line("on = self._ON[index]")
-        out.line("return on is not None and on(self)")
+        out.line("return self._process(index)")
 
 
 def print_table(chart: Chart, names: Names, taken: Collection[int]) -> str:

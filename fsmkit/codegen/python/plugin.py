@@ -26,17 +26,19 @@ class PythonTarget:
     ) -> Generated | None:
         """Return the module, or None after saying what Python cannot express.
 
-        Options: ``trace``, if it is ``on``, gives the machine a `trace`.
+        Options: ``trace``, if it is ``on``, gives the machine a `trace`; ``prefix`` names module
+        and class instead of the chart.
         """
         if not check(chart, findings):
             return None
-        text = module_text(chart, traced=options.get("trace") == "on")
+        prefix = options.get("prefix")
+        text = module_text(chart, traced=options.get("trace") == "on", prefix=prefix)
         figures = {
             "states": len(chart.states) - 1,
             "transitions": len(chart.transitions),
             "lines": text.count("\n"),
         }
-        return Generated({file_name(chart): text}, figures)
+        return Generated({file_name(chart, prefix): text}, figures)
 
     def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
         """Run the generated machine by a script and return its trace."""

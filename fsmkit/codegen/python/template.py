@@ -97,10 +97,11 @@ def arithmetic(used_by: str) -> str:
     """Return the classes, and of the functions those that a text calls, directly or not."""
     text = (FOLDER / "arithmetic.py").read_text(encoding="utf-8")
     pieces = dict(_pieces(text))
-    wanted = ["ContentError", "RangeFault"]
+    wanted: list[str] = []
     todo = [used_by]
     while todo:
-        mentioned = set(re.findall(r"(?<![.\w])(\w+)\(", todo.pop()))
+        mentioned = set(re.findall(r"(?<![.\w])(\w+)\(|(?:except|raise) (\w+)", todo.pop()))
+        mentioned = {name for pair in mentioned for name in pair if name}
         for name, piece in pieces.items():
             if name in mentioned and name not in wanted:
                 wanted.append(name)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 
-TRACE = re.compile(r"if .*self\.trace is not None:")
 TRACED_ONLY = ("_cause", "trace")
 """Variables that nothing but the trace needs."""
 RESET = re.compile(rf"self\.(?:{'|'.join(TRACED_ONLY)})(?:: .*)? = None")
@@ -13,11 +13,24 @@ DECLARED = re.compile(rf'"?(?:{"|".join(TRACED_ONLY)})"?(?:,|: .*)')
 OPENING = re.compile(r"(?:@|def |_?[A-Z_]+: ClassVar|dispatch_\w+ = )")
 OFFERED = ("NAME", "STATES", "EVENTS")
 """Constants that a host may use."""
+ASSIGNED = re.compile(r" +((?:self\._[a-z]\w* [-+|&^]?= )+)")
+CALL = re.compile(r"\w\(")
+TARGET = re.compile(r"self\.(_[a-z]\w*)")
 SECTION = re.compile(r"# --- .* -+")
 
 
-def untraced(text: str) -> str:
-    """Return the text of a class without all that is done only while a trace is wanted."""
+def without_trace(text: str) -> str:
+    """Return the text of a class without the variables that nothing but its trace needs."""
+    kept = [
+        line
+        for line in text.splitlines()
+        if not RESET.fullmatch(line.strip()) and not DECLARED.fullmatch(line.strip())
+    ]
+    return "\n".join(kept) + "\n"
+
+
+def without_suites(text: str, openings: re.Pattern[str]) -> str:
+    """Return the text of a class without the suites that some lines open."""
     kept: list[str] = []
     outside: int | None = None
     """How deep the suite is indented that is being left out."""
@@ -29,9 +42,9 @@ def untraced(text: str) -> str:
         if outside is not None:
             _close(kept, outside)
             outside = None
-        if TRACE.fullmatch(stripped):
+        if openings.fullmatch(stripped):
             outside = depth
-        elif not RESET.fullmatch(stripped) and not DECLARED.fullmatch(stripped):
+        else:
             kept.append(line)
     if outside is not None:
         _close(kept, outside)
@@ -69,9 +82,55 @@ def trimmed(text: str) -> str:
                 wanted.add(word)
                 todo.append(by_name[word])
     kept = [unit for unit in units[1:] if unit.name in wanted]
+    _forget(kept)
     used = set(re.findall(r"\._\w+", "\n".join(line for unit in kept for line in unit.lines)))
     lines = [line for unit in kept for line in unit.lines]
     return "\n".join(_without_sections([*_declared(head, used), *lines]))
+
+
+def _forget(units: list[Unit]) -> None:
+    """Leave out the assignments to private variables that nothing reads."""
+    body = "\n".join(line for unit in units for line in unit.lines)
+    lines = [*filter(ASSIGNED.match, body.splitlines())]
+    targets = Counter(name for line in lines for name in TARGET.findall(_targets(line)))
+    every = Counter(re.findall(r"self\.(_[a-z]\w*)", body))
+    unread = {name for name, count in targets.items() if count == every[name]}
+    for unit in units:
+        unit.lines = [kept for line in unit.lines if (kept := _without(line, unread)) is not None]
+        if "\n".join(unit.lines).count("width") == 1:
+            unit.lines = [line for line in unit.lines if line.strip() != "width = self.WIDTH"]
+        unit.lines = _without_empty(unit.lines)
+
+
+def _without_empty(lines: list[str]) -> list[str]:
+    """Return lines without conditions that nothing stands under any more."""
+    kept: list[str] = []
+    for line in [*lines, ""]:
+        depth = len(line) - len(line.lstrip())
+        while kept and kept[-1].endswith(":") and kept[-1].lstrip().startswith("if "):
+            if len(kept[-1]) - len(kept[-1].lstrip()) < depth:
+                break
+            kept.pop()
+        kept.append(line)
+    return kept[:-1]
+
+
+def _targets(line: str) -> str:
+    found = ASSIGNED.match(line)
+    return found[1] if found else ""
+
+
+def _without(line: str, unread: set[str]) -> str | None:
+    """Return an assignment without targets that nothing reads, None if no other is left."""
+    found = ASSIGNED.match(line)
+    if found is None or CALL.search(line[found.end() :]):
+        return line
+    targets = re.findall(r"self\.\w+ [-+|&^]?= ", found[1])
+    kept = [t for t in targets if TARGET.findall(t)[0] not in unread]
+    if not kept:
+        return None
+    indent = line[: len(line) - len(line.lstrip())]
+    return f"{indent}{''.join(kept)}{line[found.end() :]}"
 
 
 def _is_offered(name: str) -> bool:

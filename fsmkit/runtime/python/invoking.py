@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from fsmkit.runtime.python.machine import Machine
-from fsmkit.runtime.python.trace import CLOCK, FAR
+from fsmkit.runtime.python.trace import CLOCK, FAR, NOTHING
 
 
 class Invoking(Machine):
@@ -131,30 +131,15 @@ class Invoking(Machine):
 
     def _take_queued(self) -> bool:
         """Take an event as a machine alone does; without any, let the invoked ones go on."""
-        width = self.WIDTH
-        for i in range(self._deferred_count):
-            event = self._deferred_event[i]
-            if not self._active & self.DEFERRING[event]:
-                for k in range(width):
-                    self._fields[k] = self._deferred_fields[i * width + k]
-                self._deferred_count -= 1
-                for j in range(i, self._deferred_count):
-                    self._deferred_event[j] = self._deferred_event[j + 1]
-                for k in range(i * width, self._deferred_count * width):
-                    self._deferred_fields[k] = self._deferred_fields[k + width]
-                super()._open(event)
-                break
+        event = self._recall()
+        if event != NOTHING:
+            super()._open(event)
         else:
-            if not self._queue_count:
+            event = self._take_external()
+            if event == NOTHING:
                 is_done = self._settle_invoked()
                 self._close()
                 return is_done
-            at = self._queue_head
-            event = self._queue_event[at]
-            for k in range(width):
-                self._fields[k] = self._queue_fields[at * width + k]
-            self._queue_head = (at + 1) % self.QUEUE
-            self._queue_count -= 1
             self._open(event)
         self._react(event, may_defer=True)
         self._settle()

@@ -122,7 +122,7 @@ class Machine(Stepping):
             while self._running:
                 if allowance > 0 and self._take_queued():
                     allowance -= 1
-                elif self._timer_count and (now - self._timer_due[0]) & CLOCK < FAR:
+                elif self._is_due(now):
                     self._fire()
                     allowance = self.MICROSTEPS
                 else:
@@ -132,15 +132,20 @@ class Machine(Stepping):
             self._busy = False
         return self._running
 
+    def _is_due(self, now: int) -> bool:
+        """Whether a timer is due at a time."""
+        return self._timer_count > 0 and (now - self._timer_due[0]) & CLOCK < FAR
+
     def next_deadline(self) -> int | None:
         """Return when the first timer is due, in ticks; None where none is armed."""
         return self._timer_due[0] if self._timer_count else None
 
     def is_in(self, state: str) -> bool:
         """Whether the state of that name is active."""
-        if state not in self.STATES:
+        bit = self._BITS.get(state)
+        if bit is None:
             raise ValueError(f"{self.NAME} has no state {state!r}")
-        return bool(self._active >> self.STATES.index(state) & 1)
+        return self._active & bit != 0
 
     @property
     def running(self) -> bool:

@@ -48,6 +48,34 @@ class Queues(Traced):
             self._internal_fields[at * self.WIDTH] = ""  # all that an error may carry is an id
         return at * self.WIDTH
 
+    def _recall(self) -> int:
+        """Take the oldest event that no active state defers any more, with its payload."""
+        width = self.WIDTH
+        for i in range(self._deferred_count):
+            event = self._deferred_event[i]
+            if not self._active & self.DEFERRING[event]:
+                for k in range(width):
+                    self._fields[k] = self._deferred_fields[i * width + k]
+                self._deferred_count -= 1
+                for j in range(i, self._deferred_count):
+                    self._deferred_event[j] = self._deferred_event[j + 1]
+                for k in range(i * width, self._deferred_count * width):
+                    self._deferred_fields[k] = self._deferred_fields[k + width]
+                return event
+        return NOTHING
+
+    def _take_external(self) -> int:
+        """Take the oldest event of the queue, with its payload."""
+        if not self._queue_count:
+            return NOTHING
+        at = self._queue_head
+        self._queue_head = (at + 1) % self.QUEUE
+        self._queue_count -= 1
+        width = self.WIDTH
+        for k in range(width):
+            self._fields[k] = self._queue_fields[at * width + k]
+        return self._queue_event[at]
+
     def _take_internal(self) -> int:
         """Take the oldest internal event, with its payload."""
         at = self._internal_head

@@ -35,27 +35,11 @@ class Stepping(Timers):
 
     def _take_queued(self) -> bool:
         """Take the oldest recalled event, else the oldest of the queue, if there is one."""
-        width = self.WIDTH
-        for i in range(self._deferred_count):
-            event = self._deferred_event[i]
-            if not self._active & self.DEFERRING[event]:
-                for k in range(width):
-                    self._fields[k] = self._deferred_fields[i * width + k]
-                self._deferred_count -= 1
-                for j in range(i, self._deferred_count):
-                    self._deferred_event[j] = self._deferred_event[j + 1]
-                for k in range(i * width, self._deferred_count * width):
-                    self._deferred_fields[k] = self._deferred_fields[k + width]
-                break
-        else:
-            if not self._queue_count:
-                return False
-            at = self._queue_head
-            event = self._queue_event[at]
-            for k in range(width):
-                self._fields[k] = self._queue_fields[at * width + k]
-            self._queue_head = (at + 1) % self.QUEUE
-            self._queue_count -= 1
+        event = self._recall()
+        if event == NOTHING:
+            event = self._take_external()
+        if event == NOTHING:
+            return False
         self._open(event)
         self._react(event, may_defer=True)
         self._settle()

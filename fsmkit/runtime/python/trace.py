@@ -83,6 +83,7 @@ class Traced:
     PERIODS: ClassVar[tuple[int, ...]]
     OUTER: ClassVar[tuple[int, ...]]
     CLASHES: ClassVar[tuple[int, ...]]
+    _BITS: ClassVar[dict[str, int]]
     _POSTABLE: ClassVar[dict[str, tuple[int, int]]]
     _ON: ClassVar[tuple[Callable[[Any], bool] | None, ...]]
     _LEAVE: ClassVar[tuple[Callable[[Any], None] | None, ...]]

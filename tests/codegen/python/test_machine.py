@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from fsmkit.codegen.python import harness
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.harness import load_machine
 from fsmkit.codegen.python.plugin import PLUGIN
@@ -339,3 +340,61 @@ def test_generated_modules_pass_strict_typing(chart: Chart, tmp_path: Path) -> N
         ["--strict", "--config-file=", f"--cache-dir={tmp_path}", str(tmp_path)]
     )
     assert status == 0, out
+
+
+def test_a_prefix_names_module_and_class(chart: Chart) -> None:
+    made = PLUGIN.generate(chart, Findings(), {"prefix": "left_press"})
+    assert made is not None
+    ((name, text),) = made.files.items()
+    assert name == "left_press.py"
+    assert "class Left_press:" in text
+    assert "class Left_pressHost(Protocol):" in text
+    assert 'NAME: ClassVar[str] = "Press"' in text
+
+
+def test_there_is_no_trace_unless_asked_for(chart: Chart, press: Any) -> None:
+    assert "trace" not in module_text(chart)
+    with pytest.raises(AttributeError):
+        press.trace = print
+    machine = load_machine(chart, traced=True)(Host())
+    told: list[str] = []
+    machine.trace = told.append
+    machine.start(0)
+    assert told == ["@0 > start", "+ idle", "= idle"]
+
+
+def test_what_is_not_needed_is_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "plain.yaml"
+    path.write_text("chart: Plain\nevents: {in: [go]}\nstates: {a: {on: {go: b}}, b: {}}\n")
+    text = module_text(load(path))
+    assert "self._active = C_b" in text
+    for name in ("_microstep", "_offer", "_test", "_GUARDS", "_PORTS", "_chosen", "shown"):
+        assert name not in text
+
+
+def test_a_machine_that_does_something_else_without_a_trace_is_told(
+    chart: Chart, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "other.yaml"
+    path.write_text(PRESS.replace("count += 1\n", "count += 2\n"))
+    other = load(path)
+
+    def text(given: Chart, *, traced: bool) -> str:
+        return module_text(given if traced else other, traced=traced)
+
+    script = ["start 0", "dispatch tick 2"]
+    assert not any("without a trace" in line for line in harness.run(chart, script))
+    monkeypatch.setattr(harness, "module_text", text)
+    assert "without a trace after `dispatch tick 2`" in harness.run(chart, script)[-1]
+
+
+def test_a_state_named_as_its_chart_is_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "same.yaml"
+    path.write_text(
+        "chart: same\nevents: {in: [go]}\nstates: {other: {on: {go: same}}, same: {}}\n"
+    )
+    machine = load_machine(load(path))()
+    machine.start(0)
+    assert not machine.is_in("same")
+    assert machine.dispatch("go")
+    assert machine.is_in("same")

@@ -1,0 +1,138 @@
+"""What a million steps of a generated Python machine leave in memory, and make the collector track.
+
+``python -m benchmarks.allocations`` prints it for the charts of the yardstick.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+import tempfile
+import tracemalloc
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import astuple, dataclass
+from pathlib import Path
+
+from benchmarks.yardstick.folder import CHARTS, UnavailableError, find_folder
+from benchmarks.yardstick.python_machines import by_fsmkit
+from benchmarks.yardstick.streams import load_model, make_stream
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Allocations:
+    """What is different after some steps, none of them the first of its kind."""
+
+    blocks: int
+    """More blocks of the allocator in use (`sys.getallocatedblocks`)."""
+    tracked: int
+    """More objects made than freed that the collector tracks (`gc.get_count`)."""
+    collections: int
+    """Collections begun, where an object that is tracked begins one, however short it lives."""
+    bytes_kept: int
+    """More bytes in use (`tracemalloc`)."""
+    bytes_most: int
+    """The most that were in use at once, above the start (`tracemalloc`)."""
+
+
+Step = Callable[[], object]
+
+
+def measured(steps: Sequence[Step]) -> Allocations:
+    """Run steps a few times, the first time to warm up; return what the others do to memory.
+
+    What measuring itself takes, seen without any steps, does not count.
+    """
+    kept, most = _bytes(steps)
+    blocks, tracked = _objects(steps)
+    own_blocks, own_tracked = _objects(())
+    return Allocations(blocks - own_blocks, tracked - own_tracked, _collections(steps), kept, most)
+
+
+def _run(steps: Iterator[Step]) -> None:
+    """Run steps; the iterator is made before, for it is tracked itself."""
+    for step in steps:
+        step()
+
+
+def _bytes(steps: Sequence[Step]) -> tuple[int, int]:
+    """Return how many bytes more are in use after steps, and were at most."""
+    tracemalloc.start()
+    try:
+        _run(iter(steps))  # so that every value that is replaced is one that is known of
+        gc.collect()
+        ready = iter(steps)
+        before, _ = tracemalloc.get_traced_memory()
+        tracemalloc.reset_peak()
+        _run(ready)
+        after, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    return after - before, most - before
+
+
+def _objects(steps: Sequence[Step]) -> tuple[int, int]:
+    """Return how many blocks more are in use, and objects tracked, while none is collected."""
+    ready = iter(steps)
+    gc.collect()
+    gc.disable()
+    try:
+        blocks, (tracked, *_) = sys.getallocatedblocks(), gc.get_count()
+        _run(ready)
+        return sys.getallocatedblocks() - blocks, gc.get_count()[0] - tracked
+    finally:
+        gc.enable()
+
+
+def _collections(steps: Sequence[Step]) -> int:
+    """Return how many collections begin if one does as soon as two objects more are tracked.
+
+    One is kept ready, so that a single one made by a step is seen, however short it lives.
+    """
+    begun = [0]
+
+    def note(phase: str, _: object) -> None:
+        begun[0] += phase == "start"
+
+    thresholds = gc.get_threshold()
+    kept: list[object] = []
+    ready = iter(steps)
+    gc.collect()
+    gc.callbacks.append(note)
+    try:
+        while gc.get_count()[0] < 1:
+            kept.append([])
+        gc.set_threshold(1)
+        begun[0] = 0
+        _run(ready)
+        return begun[0]
+    finally:
+        gc.set_threshold(*thresholds)
+        gc.callbacks.remove(note)
+
+
+def main() -> int:
+    """Print a line for each chart."""
+    try:
+        folder = find_folder(None, os.environ, ROOT)
+    except UnavailableError as error:
+        print(error, file=sys.stderr)
+        return 2
+    print("chart     events  blocks  tracked  collections  bytes kept  bytes at most")
+    model = load_model(folder)
+    with tempfile.TemporaryDirectory() as made:
+        work = Path(made)
+        for letter in CHARTS:
+            stream = make_stream(model, folder, letter, work)
+            run = by_fsmkit(folder, stream, work, "fsmkit").start()
+            calls = run.prepare(stream.events)
+            found = measured(calls)
+            columns = zip(astuple(found), (8, 9, 13, 12, 15), strict=True)
+            print(f"{letter:5}{len(calls):11,}", *(f"{n:{w - 1}}" for n, w in columns))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
