@@ -16,6 +16,7 @@ from fsmkit.model.document import (
     DocArgument,
     DocAssign,
     DocBranch,
+    DocCapacity,
     DocData,
     DocEvent,
     DocField,
@@ -38,6 +39,8 @@ SAID, GIVEN, HEARD = "said", "given", "heard"
 MOST_SAID = 12
 """Two charts that answer each other for ever would let `run` take very long."""
 NUMBER = "0..99"
+MICROSTEPS = "12"
+"""A chart that ends at once and is invoked again takes this many rounds of as many microsteps."""
 UP, DOWN = ("up", "up.more"), ("down", "down.more")
 """Events to the invoker, and to the invoked; the first of each has a payload."""
 
@@ -96,7 +99,10 @@ def _talking(document: Document, name: str, depth: int) -> Document:
         events=(*document.events, *events),
         data=(*data, *more, *document.data),
         inputs=inputs,
-        capacities=tuple(c for c in document.capacities if c.name.value != "tick"),
+        capacities=(
+            *(c for c in document.capacities if c.name.value not in ("tick", "microsteps")),
+            DocCapacity(text("microsteps"), text(MICROSTEPS)),
+        ),
     )
 
 

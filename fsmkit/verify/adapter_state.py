@@ -95,7 +95,8 @@ class StateWriter(ValueWriter):
         with out.block("static void settle(void *state)\n{"):
             out.line(f"{t} *m = state;")
             for name in ("now", "budget", "unhandled", "rejected", "failed", "busy"):
-                out.line(f"m->{name} = 0;")
+                if name in members:
+                    out.line(f"m->{name} = 0;")
             if "reply" in members:
                 out.line("memset(&m->reply, 0, sizeof m->reply);")
             if "asked" in members:
@@ -104,7 +105,7 @@ class StateWriter(ValueWriter):
                 for declared in self.chart.inputs:
                     place = f"m->{self.names.variables[declared.name]}"
                     self.assign(place, declared.type, declared.init.value)
-            with out.block("if (!m->running) {"):
+            with out.block(f"if (!{self.running}) {{"):
                 for name in ("queue", "deferred", "delayed", "timers"):
                     if name in members:
                         out.line(f"memset(m->{name}, 0, sizeof m->{name});")
@@ -171,9 +172,9 @@ class StateWriter(ValueWriter):
         with out.block("static fsm_view view(const void *state)\n{"):
             out.line(f"const {t} *m = state;")
             out.line("fsm_view v = {0};")
-            out.line("v.running = m->running;")
+            out.line(f"v.running = {self.running};")
             out.line(f"v.faulted = {t}_fault(m) != FSM_NO_FAULT;")
-            with out.block("if (!m->running) {"):
+            with out.block(f"if (!{self.running}) {{"):
                 out.line(f"v.at_rest = {t}_finished(m);")
                 out.line("return v;")
             out.line("v.waiting = m->queue_count + recalled(m);")
@@ -192,7 +193,7 @@ class StateWriter(ValueWriter):
         out.line()
         with out.block("static void configuration(const void *state, unsigned char *shown)\n{"):
             out.line(f"const {t} *m = state;")
-            out.line("shown[0] = m->running;")
+            out.line(f"shown[0] = {self.running};")
             out.line(f"for (uint32_t s = 1u; s < {self.upper}_STATES; s++)")
             out.line(f"    if ({t}_in(m, ({t}_state)s))")
             out.line("        shown[s / 8u + 1u] |= (unsigned char)(1u << s % 8u);")

@@ -80,6 +80,11 @@ class ValueWriter:
         return f"{self.type}_in(m, {self.names.states[state]})"
 
     @property
+    def running(self) -> str:
+        """The test whether this machine runs."""
+        return f"{self.type}_in(m, {self.names.states[0]})"
+
+    @property
     def _deferred_count(self) -> str:
         return " + m->deferred_count" if "deferred_count" in self.built.members else ""
 

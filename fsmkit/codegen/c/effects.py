@@ -17,6 +17,7 @@ from fsmkit.expressions import (
     Element,
     Expr,
     FloatType,
+    InState,
     IntType,
     Invalid,
     Literal,
@@ -28,6 +29,7 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.statements import (
     Assign,
+    Block,
     CallOperation,
     Cancel,
     Fail,
@@ -108,6 +110,28 @@ def reads_input(expr: Expr) -> bool:
     if isinstance(expr, Variable):
         return expr.storage is Storage.INPUT
     return any(map(reads_input, parts(expr)))
+
+
+def observes(block: Block) -> bool:
+    """Whether it can be told in the midst of a block which states are active.
+
+    By ``In()``, and by the host, which content may call.
+    """
+    return not all(
+        isinstance(statement, Assign)
+        and not _asks(statement.location)
+        and not _asks(statement.value)
+        for statement in block
+    )
+
+
+def _asks(expr: Expr) -> bool:
+    return (
+        isinstance(expr, InState)
+        or has_effect(expr)
+        or can_fail(expr)
+        or any(map(_asks, parts(expr)))
+    )
 
 
 def fails(statement: Statement) -> bool:

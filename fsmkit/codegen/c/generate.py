@@ -9,6 +9,7 @@ import fsmkit
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
 from fsmkit.codegen.c.layout import Member, Needs, members, timers_needed
 from fsmkit.codegen.c.names import Names, name_everything
+from fsmkit.codegen.c.pruning import touched
 from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.types import computed
 from fsmkit.expressions import Expr, FloatType, IntType
@@ -47,6 +48,7 @@ def _generate(names: Names) -> Machine:
     inside = [_generate(inner) for inner in names.invoked]
     chart = names.chart
     source = SourcePrinter(names)
+    text = source.text()
     payload, alignment = payload_storage(names)
     width = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4, "uint64_t": 8}[event_type(names)]
     needs = Needs(
@@ -55,13 +57,14 @@ def _generate(names: Names) -> Machine:
         reply=reply_type(chart),
         event_size=payload + width,
         event_alignment=max(alignment, width),
+        touched=touched([text]),
         inside=tuple((machine.figures["struct_bytes"], machine.alignment) for machine in inside),
     )
     layout = members(names, needs, declaration)
     figures = _figures(names, layout, needs)
     texts = {
         f"{names.prefix}.h": header(names, layout, figures),
-        f"{names.prefix}.c": source.text(),
+        f"{names.prefix}.c": text,
     }
     for machine in inside:
         texts |= machine.files

@@ -115,7 +115,8 @@ def _machine(out: Emitter, names: Names) -> None:
     path = "".join(f"{slot}: " for slot in names.path)
     out.line(f'#include "{p}.h"')
     out.line(f"static void {p}_show_event(const {p}_event *e);")
-    hooks = HOOKS.replace("@", p).replace("$PATH", quoted(path))
+    now = "m->now" if names.does["now"] else f"{p}_now"
+    hooks = HOOKS.replace("@", p).replace("$PATH", quoted(path)).replace("$NOW", now)
     out.lines(hooks.strip("\n").split("\n"))
     out.line(f'#include "{p}.c"')
     out.line()
@@ -287,7 +288,6 @@ def _play(out: Emitter, names: Names) -> None:
     out.line(f"static {p} {p}_machine;")
     out.line(f"void {p}_play(void)")
     with out.block("{"):
-        out.line("uint32_t now = 0;")
         out.line(f"{p}_init(&{p}_machine);")
         with out.block("while (next_line()) {"):
             out.line("const char *verb = read_text();")

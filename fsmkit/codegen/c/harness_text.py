@@ -15,6 +15,7 @@ HOOKS = r"""
 #undef FSM_HOOK_VALUE_F
 #undef FSM_HOOK_VALUE_S
 #undef FSM_HOOK_LINE
+static uint32_t @_now;
 static void @_hook_begin(@ *m, int cause, unsigned index);
 static void @_hook_end(@ *m);
 static void @_hook_event(int what, const @_event *e);
@@ -42,18 +43,17 @@ static void @_begun(void)
 }
 static void @_hook_begin(@ *m, int cause, unsigned index)
 {
+    (void)m;
     if (cause != FSM_EVENTLESS)
         @_begun();
     if (cause == FSM_START)
-        printf("\100%u > start\n", (unsigned)m->now);
+        printf("\100%u > start\n", (unsigned)$NOW);
     else if (cause == FSM_EVENT) {
-        printf("\100%u > event ", (unsigned)m->now);
-        @_show_event(&m->event);
-        printf("\n");
+        printf("\100%u > event ", (unsigned)$NOW);
     } else if (cause == FSM_TIMEOUT)
-        printf("\100%u > timeout %u\n", (unsigned)m->now, index);
+        printf("\100%u > timeout %u\n", (unsigned)$NOW, index);
     else
-        sprintf(pending, "\100%u > eventless\n", (unsigned)m->now);
+        sprintf(pending, "\100%u > eventless\n", (unsigned)$NOW);
 }
 static void @_hook_end(@ *m)
 {
@@ -74,6 +74,11 @@ static int @_delayed_line;
 static void @_hook_event(int what, const @_event *e)
 {
     static const char *const verbs[] = {"raise", "send", "delay", "out", "unhandled"};
+    if (what == FSM_TAKEN) { /* goes on with the line of its macrostep */
+        @_show_event(e);
+        printf("\n");
+        return;
+    }
     @_begun();
     printf("%s ", verbs[what]);
     if (what == FSM_UNHANDLED)
@@ -115,17 +120,17 @@ static void @_hook_symbol(long symbol)
 
 VERBS = """
 if (strcmp(verb, "start") == 0) {
-    now = (uint32_t)read_integer();
-    @_start(&@_machine, now);
+    @_now = (uint32_t)read_integer();
+    @_start(&@_machine, @_now);
 } else if (strcmp(verb, "run") == 0) {
-    now = (uint32_t)read_integer();
-    @_run(&@_machine, now);
+    @_now = (uint32_t)read_integer();
+    @_run(&@_machine, @_now);
 } else if (strcmp(verb, "post") == 0) {
     @_event e = @_read_event();
     if (!@_post(&@_machine, &e))
         printf("full queue\\n");
 } else if (strcmp(verb, "dispatch") == 0) {
     @_event e = @_read_event();
-    (void)@_dispatch(&@_machine, &e, now);
+    (void)@_dispatch(&@_machine, &e, @_now);
 }
 """

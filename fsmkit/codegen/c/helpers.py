@@ -290,18 +290,34 @@ def fill(names: Names, text: str, **parts: str) -> list[str]:
     for key, value in parts.items():
         text = text.replace(f"${key}", value)
     text = text.replace("@", names.prefix).replace("%", names.upper)
-    return [line for line in text.strip("\n").split("\n") if line.strip() != "~"]
+    lines = (_suited(names, line) for line in text.strip("\n").split("\n"))
+    return [line for line in lines if line.strip() != "~"]
+
+
+def _suited(names: Names, line: str) -> str:
+    """Return a line without the marks that it begins with, ``~`` where one does not hold."""
+    while line.startswith("["):
+        mark, _, line = line[1:].partition("]")
+        if names.does[mark.removeprefix("!")] is mark.startswith("!"):
+            return "~"
+    return line
+
+
+def called(used: set[str]) -> set[str]:
+    """Return the helpers that are called, directly or by others."""
+    found: set[str] = set()
+    waiting = [name for name in used if name in HELPERS]
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += NEEDS.get(name, ())
+    return found
 
 
 def helpers(out: Emitter, names: Names, used: set[str], event_type: str) -> None:
     """Print the helper functions that are called, directly or by others."""
-    needed: set[str] = set()
-    waiting = [name for name in used if name in HELPERS]
-    while waiting:
-        name = waiting.pop()
-        if name not in needed:
-            needed.add(name)
-            waiting += NEEDS.get(name, ())
+    needed = called(used)
     for name in ORDER:
         if name in needed:
             out.lines(fill(names, HELPERS[name], EVENT=event_type))

@@ -5,10 +5,27 @@ from __future__ import annotations
 from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.header import parameters
+from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.names import Names, posted_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, Field, RecordType
+
+END = """
+bool @_finished(const @ *m)
+{
+[ends]    return m->finished;
+[!ends]    (void)m;
+[!ends]    return false;
+}
+
+fsm_fault @_fault(const @ *m)
+{
+[stops]    return (fsm_fault)m->fault;
+[!stops]    (void)m;
+[!stops]    return FSM_NO_FAULT;
+}
+"""
 
 
 class InterfacePrinter:
@@ -62,13 +79,16 @@ class InterfacePrinter:
                 out.line("for (uint8_t i = 0u; i < m->timer_count; i++)")
                 with out.indented():
                     out.line("m->timers[i].deadline -= now;")
-            out.line("m->now -= now;")
+            if names.does["now"]:
+                out.line("m->now -= now;")
+            elif not has_timers:
+                out.lines(["(void)m;", "(void)now;"])
             for inside, slot in zip(names.invoked, names.slots, strict=True):
                 out.line(f"if (m->{slot}.running)")
                 out.line(f"    {inside.prefix}_rebase(&m->{slot}, now);")
         out.line()
-        out.line(f"bool {p}_finished(const {p} *m)\n{{\n    return m->finished;\n}}\n")
-        out.line(f"fsm_fault {p}_fault(const {p} *m)\n{{\n    return (fsm_fault)m->fault;\n}}\n")
+        out.lines(fill(names, END))
+        out.line()
         self._in_state(out)
 
     def _first_of_all(self, out: Emitter) -> None:

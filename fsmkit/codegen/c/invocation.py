@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.helpers import fill
-from fsmkit.codegen.c.moves import ungrouped
-from fsmkit.codegen.c.names import TO_INVOKE, Names, comment
+from fsmkit.codegen.c.leaving import ungrouped
+from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.codegen.c.transfer import Place, copy, put_default
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Passage

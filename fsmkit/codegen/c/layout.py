@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fsmkit.codegen.c.names import TO_INVOKE, Names
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.codegen.c.types import storage
 from fsmkit.model.document import Trigger
 
@@ -19,6 +20,11 @@ class Member:
     alignment: int
     note: str = ""
 
+    @property
+    def name(self) -> str:
+        """The name that is declared."""
+        return self.text.partition("[")[0].split()[-1]
+
 
 @dataclass(frozen=True, slots=True)
 class Needs:
@@ -29,6 +35,8 @@ class Needs:
     reply: str
     event_size: int
     event_alignment: int
+    touched: frozenset[str]
+    """The members that the functions read or write."""
     inside: tuple[tuple[int, int], ...] = ()
     """Size and alignment of the machine in each slot."""
 
@@ -61,6 +69,7 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
             stored = storage(variable.type, names.records)
             text = declare(variable.type, names.variables[variable.name], names)
             found.append(Member(text, stored.size, stored.alignment, kind))
+    own = len(found)
     event = f"{names.prefix}_event"
     size, alignment = needs.event_size, needs.event_alignment
     found += [
@@ -119,6 +128,7 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
         Member("bool finished", 1, 1),
         Member("bool busy", 1, 1),
     ]
+    found = found[:own] + [member for member in found[own:] if member.name in needs.touched]
     ordered = sorted(found, key=lambda member: -member.alignment)
     total = sum(member.size for member in ordered)
     largest = ordered[0].alignment

@@ -1,46 +1,22 @@
-"""Leaving, recording and entering states in C: what the Plan says, spelt out."""
+"""Entering states in C, and what transitions do: what the Plan says, spelt out."""
 
 from __future__ import annotations
 
-from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import can_fail
 from fsmkit.codegen.c.expressions import Printer
+from fsmkit.codegen.c.leaving import LeavePrinter, ungrouped
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.transfer import Place, copy, put_default
 from fsmkit.emit import Emitter
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Region, Restore, Within
+from fsmkit.model.document import Kind
+from fsmkit.plan import Branch, Content, Enter, Move, Op, Region, Restore, Within
 from fsmkit.plan.entries import entry_by_default
 
 
-class MovePrinter:
+class MovePrinter(LeavePrinter):
     """Prints the functions that change the configuration."""
 
-    def __init__(self, names: Names, content: ContentPrinter) -> None:
-        """Print with these names."""
-        self.names = names
-        self.plan: Plan = names.plan
-        self.chart = names.chart
-        self.content = content
-        self.prefix = names.prefix
-
     # --- what one state does --------------------------------------------------------------
-
-    def leave_state(self, out: Emitter, state: int) -> None:
-        """Print the hook, the timers and the exit handlers of a state."""
-        names = self.names
-        out.line(f"FSM_HOOK_EXIT(m, {names.states[state]});")
-        for transition in self._timed(state):
-            out.line(f"fsm_timers_disarm(m->timers, &m->timer_count, {transition}u);")
-        what = f"exit of {self.chart.states[state].id}"
-        for block in self.chart.states[state].on_exit:
-            self.content.block(out, block, (), what)
-        if self.chart.states[state].invokes:
-            member, bit = names.to_invoke(state)
-            out.line(f"{member} = (uint8_t)({member} & {255 - bit}u);")
-        for invocation in self.chart.invocations:
-            if invocation.state == state:
-                out.line(f"{self.prefix}_end_{invocation.index}(m);")
 
     def enter_state(self, out: Emitter, state: int) -> None:
         """Print the number, the timers and the entry handlers of a state."""
@@ -60,13 +36,6 @@ class MovePrinter:
             self.content.block(out, block, (), what)
         if self.chart.states[state].kind is Kind.FINAL:
             self._final(out, state)
-
-    def _timed(self, state: int) -> list[int]:
-        return [
-            t
-            for t in self.chart.states[state].transitions
-            if self.chart.transitions[t].trigger in (Trigger.AFTER, Trigger.EVERY)
-        ]
 
     def _final(self, out: Emitter, state: int) -> None:
         """SCXML 3.7: the end of the machine, or the done events of the parents."""
@@ -151,98 +120,6 @@ class MovePrinter:
 
     # --- functions ------------------------------------------------------------------------
 
-    def leave_region(self, out: Emitter, region: Region) -> None:
-        """Print the function that leaves what is active in a region, innermost first."""
-        names, plan = self.names, self.plan
-        variable = f"m->{names.regions[region.index]}"
-        number = self._ctype(region)
-        name = self._leave_name(region)
-        out.line(f"static void {name}({self.prefix} *m, {number} until, bool keep)")
-        with out.block("{"):
-            out.line(f"{number} at = {variable};")
-            with out.block("while (at > until) {"):
-                with out.block("switch (at) {"):
-                    for state in region.states:
-                        out.line(f"case {plan.number[state]}u: {self.names.note(state)}")
-                        with out.indented():
-                            for inner in reversed(self._inner(state)):
-                                out.line(f"{self._leave_name(inner)}(m, 0u, keep);")
-                            self.leave_state(out, state)
-                            parent = self.chart.states[state].parent
-                            assert parent is not None  # noqa: S101
-                            same = plan.region_of[parent] == region.index
-                            out.line(f"at = {plan.number[parent] if same else 0}u;")
-                            out.line("break;")
-                    out.line("default:")
-                    with out.indented():
-                        out.line("at = 0u;")
-                        out.line("break;")
-                out.line("if (!keep)")
-                with out.indented():
-                    out.line(f"{variable} = at;")
-        out.line()
-
-    def _inner(self, state: int) -> list[Region]:
-        return self.plan.inner[state]
-
-    def _leave_name(self, region: Region) -> str:
-        return f"{self.prefix}_leave_{region.index}"
-
-    def _ctype(self, region: Region) -> str:
-        return "uint8_t" if len(region.states) < 256 else "uint16_t"
-
-    def leave_below(self, domain: int) -> str:
-        """Return the call that leaves all states strictly below a domain."""
-        region = self.plan.regions[self.plan.region_of[domain]]
-        return f"{self._leave_name(region)}(m, {self.plan.number[domain]}u, false);"
-
-    def record(self, out: Emitter) -> None:
-        """Print the function that records the histories of the states about to be left."""
-        histories = [state for state in self.chart.states if state.is_history]
-        if not histories:
-            return
-        out.line(f"static void {self.prefix}_record({self.prefix} *m, uint16_t domain)")
-        with out.block("{"):
-            for history in histories:
-                parent = history.parent
-                assert parent is not None  # noqa: S101
-                above = [a for a in self.chart.ancestors(parent) if self._can_be_domain(a)]
-                tests = " || ".join(f"domain == {a + 1}u" for a in above)
-                active = self.names.in_state("m", parent)
-                if not above:
-                    continue
-                with out.block(
-                    f"if (({tests}) && {_grouped(active)}) {{ {self.names.note(history.index)}"
-                ):
-                    self._record_one(out, history.index, parent)
-        out.line()
-
-    def _can_be_domain(self, state: int) -> bool:
-        return state == 0 or self.chart.states[state].kind is Kind.COMPOUND
-
-    def _record_one(self, out: Emitter, history: int, parent: int) -> None:
-        names, plan = self.names, self.plan
-        is_deep = self.chart.states[history].kind is Kind.DEEP_HISTORY
-        for region in plan.recorded_regions[history]:
-            kept = f"m->{names.histories[history, region]}"
-            variable = f"m->{names.regions[region]}"
-            if is_deep:
-                out.line(f"{kept} = {variable};")
-            elif self.chart.states[parent].kind is Kind.PARALLEL:
-                out.line(f"{kept} = 1u;")
-            else:
-                children = [
-                    c
-                    for c in self.chart.states[parent].children
-                    if not self.chart.states[c].is_history
-                ]
-                text = f"{plan.number[children[0]]}u"
-                for child in children[1:]:
-                    text = f"{variable} >= {plan.number[child]}u ? {plan.number[child]}u : {text}"
-                    text = f"({text})" if child != children[-1] else text
-                ctype = self._ctype(plan.regions[region])
-                out.line(f"{kept} = ({ctype})({text});")
-
     # --- entering -------------------------------------------------------------------------
 
     def ops(self, out: Emitter, ops: tuple[Op, ...]) -> None:
@@ -250,7 +127,7 @@ class MovePrinter:
         for op in ops:
             match op:
                 case Enter(state, defaults):
-                    out.line(f"{self.prefix}_enter_{state}(m);")
+                    out.line(f"{self.names.function('enter', state)}(m);")
                     for transition in defaults:
                         self.take_content(out, transition)
                 case Content(transition):
@@ -313,24 +190,17 @@ class MovePrinter:
                     path.append(ancestor)
                 with self._case(out, leaf):
                     for state in reversed(path):
-                        out.line(f"{self.prefix}_enter_{state}(m);")
+                        out.line(f"{self.names.function('enter', state)}(m);")
                     for inner in self._inner(leaf):
                         self._restore_region(out, history, inner, inner.top, include_top=True)
             self._default_case(out)
-
-    def _case(self, out: Emitter, state: int):  # type: ignore[no-untyped-def]
-        return _Case(out, f"case {self.plan.number[state]}u: {self.names.note(state)}")
-
-    def _default_case(self, out: Emitter) -> None:
-        with _Case(out, "default:"):
-            pass
 
     # --- moves ----------------------------------------------------------------------------
 
     def variants(self, out: Emitter, move: Move, entering: bool) -> None:
         """Print what a transition enters, or whence it leaves, by its variants."""
         for variant in move.variants[:-1]:
-            tests = " && ".join(self._within(condition) for condition in variant.conditions)
+            tests = " && ".join(self.within(condition) for condition in variant.conditions)
             with out.block(f"if ({tests}) {{"):
                 if entering:
                     self.ops(out, variant.entry)
@@ -344,38 +214,16 @@ class MovePrinter:
         else:
             out.line(f"return {_domain(last.domain)}u;")
 
-    def _within(self, condition: Within) -> str:
+    def within(self, condition: Within) -> str:
+        """Return the test of a condition on what a history recorded."""
         variable = f"m->{self.names.histories[condition.history, condition.region]}"
         if condition.first == condition.last:
             return f"{variable} == {condition.first}u"
         return f"{variable} >= {condition.first}u && {variable} <= {condition.last}u"
 
 
-class _Case:
-    """One case of a switch, ending in ``break``."""
-
-    def __init__(self, out: Emitter, label: str) -> None:
-        self._out = out
-        self._label = label
-
-    def __enter__(self) -> None:
-        self._out.open(self._label)
-
-    def __exit__(self, *_: object) -> None:
-        self._out.close("    break;")
-
-
 def _domain(domain: int | None) -> int:
     return 0 if domain is None else domain + 1
-
-
-def _grouped(text: str) -> str:
-    return text if text.startswith("(") else f"({text})"
-
-
-def ungrouped(text: str) -> str:
-    """Return a condition to stand in parentheses."""
-    return text[1:-1] if text.startswith("(") and text.endswith(")") else text
 
 
 def _stored(names: Names, part: object) -> str:

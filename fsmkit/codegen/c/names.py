@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import PurePath
 
+from fsmkit.codegen.c.reserved import (
+    FAMILIES,
+    FUNCTIONS,
+    INVOKING,
+    KEYWORDS,
+    LOCALS,
+    MEMBERS,
+    NUMBERED,
+    TO_INVOKE,
+)
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.expressions import EnumType, RecordType
 from fsmkit.model.chart import Chart, Operation
@@ -15,61 +24,6 @@ from fsmkit.model.document import Direction, Trigger
 from fsmkit.model.statements import Destination, Send
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
-
-
-def _words(text: str) -> frozenset[str]:
-    return frozenset(text.split())
-
-
-KEYWORDS = _words(
-    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const "
-    "constexpr continue decltype default delete do double else enum explicit export extern false "
-    "float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr "
-    "operator or or_eq private protected public register restrict return short signed sizeof "
-    "static struct switch template this throw true try typedef typeid typename typeof union "
-    "unsigned using virtual void volatile wchar_t while xor xor_eq m linux unix"
-)
-"""Of C and C++ both, since the header is read by either; ``m`` is the machine everywhere."""
-
-LOCALS = KEYWORDS | _words(
-    "e i result NULL int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t"
-)
-"""And what a parameter cannot be called: what the functions that take it name themselves."""
-
-MEMBERS = _words(
-    "now timers queue deferred internal delayed event fault failed budget timer_count queue_count "
-    "deferred_count internal_count delayed_count running finished busy "
-    "reply asked unhandled rejected spare_"
-)
-"""Members of the struct that no variable may be called."""
-
-FUNCTIONS = _words(
-    "init start post run dispatch next_deadline in finished fault active rebase state event symbol "
-    "state_name event_name event_text delayed step_event step_timer step_eventless count stop "
-    "take_out has_room raise error end_block send holds guard_holds clamp clamp_u clamp_f "
-    "truncate_f fault_i fault_u fault_f arm delay undelay cancel add selection conflict "
-    "remove_conflicts microstep take take_eventless react settle begin macrostep unhandled leave "
-    "act enter record domain emit is_deferred select_event select_eventless event_symbol "
-    "no_event last_below source_of"
-)
-"""What follows the prefix in the names of functions and types that every machine has."""
-
-FAMILIES = re.compile(
-    r"(enter|leave|on|always|guard|block|select_event|select_eventless)_\d+|(call|post|send)_.*"
-)
-"""And of those that are made by number or by name."""
-
-TO_INVOKE = "to_invoke_"
-"""The member with a bit for each state that invokes something."""
-
-INVOKING = _words(
-    "start_given abandon return to_invoker invoke run_invoked go_on external complete tell_end "
-    "step_timer_within"
-)
-"""What follows the prefix in machines that invoke others or are invoked, too."""
-
-NUMBERED = re.compile(r"(absorb|give|end|holder_of|to_invoked)_\d+")
-"""The same by number."""
 
 
 @dataclass
@@ -102,6 +56,8 @@ class Names:
     """Helpers that the printed expressions call."""
     marks: dict[str, int] = field(default_factory=dict)
     """Numbers of the ids of delayed sends, from 1."""
+    state_names: tuple[str, ...] = ()
+    """In lower case, for functions."""
     path: tuple[str, ...] = ()
     """The ids of the slots in which the machine lies, outermost first."""
     outermost: str = ""
@@ -110,6 +66,8 @@ class Names:
     """By invocation: the member that holds the machine."""
     invoked: tuple[Names, ...] = ()
     """By invocation: the names of the machine."""
+    does: dict[str, bool] = field(default_factory=dict)
+    """What the machine does at all; known when all content is printed (see `StepPrinter`)."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
     """Numbers of the sets of slots that events are sent to."""
 
@@ -133,6 +91,16 @@ class Names:
     def defers(self) -> bool:
         """Whether some state keeps events for later."""
         return any(state.defer for state in self.chart.states)
+
+    @property
+    def running(self) -> str:
+        """The test whether the machine runs; known when all content is printed."""
+        return "m->running" if self.does["running"] else f"m->{self.regions[0]} != 0u"
+
+    @property
+    def stopped(self) -> str:
+        """The test whether it does not."""
+        return "!m->running" if self.does["running"] else f"m->{self.regions[0]} == 0u"
 
     @property
     def is_invoked(self) -> bool:
@@ -179,13 +147,21 @@ class Names:
 
     def note(self, state: int) -> str:
         """Return a comment that tells which state is meant."""
-        return f"/* {comment(self.chart.states[state].id)} */"
+        return self.remark(self.chart.states[state].id)
+
+    def remark(self, text: str) -> str:
+        """Return a comment."""
+        return f"/* {comment(text)} */"
+
+    def function(self, verb: str, state: int) -> str:
+        """Return the name of the function of a state: ``enter``, ``exit`` or ``at``."""
+        return f"{self.prefix}_{verb}_{self.state_names[state]}"
 
     def in_state(self, machine: str, state: int) -> str:
         """Return the test whether a state is active."""
         plan = self.plan
         if state == 0:
-            return f"{machine}->running"
+            return f"{machine}->running" if not self.does else self.running
         variable = f"{machine}->{self.regions[plan.region_of[state]]}"
         first, last = plan.number[state], plan.last_number[state]
         if first == last:
@@ -232,8 +208,11 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     payloads = tuple(
         f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
     )
+    by_state = Namer()
+    state_names = tuple(by_state.name(snake(s.id) if s.index else "root") for s in chart.states)
+    verbs = {f"{verb}_{name}" for verb in ("enter", "exit", "at") for name in state_names}
     own = Namer()
-    free = partial(_free, is_invoking=is_invoking)
+    free = partial(_free, taken=verbs | {f"on_{e}" for e in event_names}, is_invoking=is_invoking)
     operations = {o.name: own.name(free(snake(o.name), "_operation")) for o in chart.operations}
     enumerations = {
         t.name: f"{lower}_{own.name(free(snake(t.name), '_kind'))}"
@@ -273,6 +252,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             for region in plan.recorded_regions[s.index]
         },
         fields=_fields(chart),
+        state_names=state_names,
         outermost=lower,
     )
     if holder is not None:
@@ -318,7 +298,8 @@ def _slots(chart: Chart, members: Namer) -> tuple[str, ...]:
     def is_free(name: str) -> bool:
         if name in FUNCTIONS | INVOKING or FAMILIES.fullmatch(name) or NUMBERED.fullmatch(name):
             return False
-        if name.startswith(("state_", "event_", "to_")):  # so begin constants
+        # so begin constants, and functions of states and events
+        if name.startswith(("state_", "event_", "to_", "enter_", "exit_", "at_", "on_")):
             return False
         return not any(f"{o}_".startswith(f"{name}_") or name.startswith(f"{o}_") for o in others)
 
@@ -329,9 +310,9 @@ def _slots(chart: Chart, members: Namer) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _free(name: str, suffix: str, *, is_invoking: bool) -> str:
+def _free(name: str, suffix: str, *, taken: set[str], is_invoking: bool) -> str:
     """Return a name that no function of the machine has."""
-    is_taken = name in FUNCTIONS or FAMILIES.fullmatch(name)
+    is_taken = name in FUNCTIONS or name in taken or FAMILIES.fullmatch(name)
     if is_invoking:
         is_taken = is_taken or name in INVOKING or NUMBERED.fullmatch(name)
     return f"{name}{suffix}" if is_taken else name

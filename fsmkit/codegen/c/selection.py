@@ -22,8 +22,10 @@ from fsmkit.plan import Plan, Region
 class SelectionPrinter:
     """Prints the functions that select."""
 
-    def __init__(self, names: Names, content: ContentPrinter) -> None:
-        """Print with these names."""
+    def __init__(self, names: Names, content: ContentPrinter, functions: Emitter) -> None:
+        """Print with these names; guards that need a function have it in ``functions``."""
+        self.functions = functions
+        self._guards: dict[int, str] = {}
         self.names = names
         self.plan: Plan = names.plan
         self.chart = names.chart
@@ -49,8 +51,13 @@ class SelectionPrinter:
 
     # --- guards ---------------------------------------------------------------------------
 
-    def guard(self, out: Emitter, transition: Transition) -> str:
-        """Return the condition of a guard; what needs a function goes to ``out``."""
+    def guard(self, transition: Transition) -> str:
+        """Return the condition of a guard; what needs a function goes to ``functions``."""
+        if transition.index not in self._guards:
+            self._guards[transition.index] = self._guard(self.functions, transition)
+        return self._guards[transition.index]
+
+    def _guard(self, out: Emitter, transition: Transition) -> str:
         guard = transition.guard
         assert guard is not None  # noqa: S101
         printer = Printer(self.names, transition.events)
@@ -116,9 +123,11 @@ class SelectionPrinter:
             defers = state.defer if trigger is Trigger.EVENT else ()
             if state.is_history or state.index not in needed:
                 continue
-            name = f"{self.prefix}_{'on' if trigger is Trigger.EVENT else 'always'}_{state.index}"
-            own = _askable(own)
-            guards = {t.index: self.guard(out, t) for t in own if t.guard is not None}
+            name = (
+                f"{self.prefix}_{'state' if trigger is Trigger.EVENT else 'always'}_{state.index}"
+            )
+            own = askable(own)
+            guards = {t.index: self.guard(t) for t in own if t.guard is not None}
             parameters = f"{self.prefix} *m"
             if trigger is Trigger.EVENT:
                 parameters += ", uint16_t event"
@@ -241,7 +250,8 @@ class SelectionPrinter:
                     found.add(self.plan.region_of[region.owner])
         return frozenset(found)
 
-    def _leaves(self, region: Region) -> list[int]:
+    def leaves(self, region: Region) -> list[int]:
+        """Return the states that can be the deepest active ones of a region."""
         kinds = (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE, Kind.PARALLEL)
         return [s for s in region.states if self.chart.states[s].kind in kinds]
 
@@ -249,7 +259,7 @@ class SelectionPrinter:
         self, out: Emitter, region: Region, calls: dict[int, str], *, is_event: bool
     ) -> None:
         by_call: dict[str, list[int]] = {}
-        for leaf in self._leaves(region):
+        for leaf in self.leaves(region):
             by_call.setdefault(calls[leaf], []).append(leaf)
         by_call.pop("", None)
         if not by_call:
@@ -274,7 +284,7 @@ class SelectionPrinter:
         more = ", event" if is_event else ""
         printed = False
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
-            for leaf in self._leaves(region):
+            for leaf in self.leaves(region):
                 lines = []
                 if self.chart.states[leaf].kind is Kind.PARALLEL:
                     lines = [
@@ -301,7 +311,7 @@ class SelectionPrinter:
             out.line("(void)event;")
 
 
-def _askable(own: list[Transition]) -> list[Transition]:
+def askable(own: list[Transition]) -> list[Transition]:
     """Return the transitions of a state without those that one before them always hides."""
     kept: list[Transition] = []
     closed: set[int | None] = set()

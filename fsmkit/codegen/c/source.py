@@ -8,15 +8,13 @@ from fsmkit.codegen.c.header import NOTICE, event_type, parameters
 from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
 from fsmkit.codegen.c.invocation import InvocationPrinter
-from fsmkit.codegen.c.loop import (
-    ADD,
-    CONFLICTS,
-    SELECTION,
-)
 from fsmkit.codegen.c.moves import MovePrinter
 from fsmkit.codegen.c.names import Names, comment, file_name, sent_events
+from fsmkit.codegen.c.pruning import pruned
+from fsmkit.codegen.c.reactions import ReactionPrinter
 from fsmkit.codegen.c.selection import SelectionPrinter
 from fsmkit.codegen.c.steps import StepPrinter
+from fsmkit.codegen.c.taking import ADD, CONFLICTS, SELECTION
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import RecordType
@@ -37,9 +35,13 @@ class SourcePrinter:
         self.blocks = Emitter()
         content = ContentPrinter(names, self.blocks)
         self.content = content
-        self.selection = SelectionPrinter(names, content)
+        self.guards = Emitter()
+        self.selection = SelectionPrinter(names, content, self.guards)
         self.moves = MovePrinter(names, content)
         self.invocation = InvocationPrinter(names, content)
+        self.reactions = ReactionPrinter(names, content, self.moves, self.selection)
+        self.answers = Emitter()
+        """Functions that answer events, which the loop calls."""
         self.states = Emitter()
         self.selectors = Emitter()
         self.steps = Emitter()
@@ -65,11 +67,11 @@ class SourcePrinter:
         self._calls(out)
         out.lines(self.blocks.finish().rstrip("\n").split("\n"))
         out.line()
-        for part in (self.states, self.selectors, self.steps):
+        for part in (self.states, self.guards, self.selectors, self.steps):
             out.lines(part.finish().rstrip("\n").split("\n"))
             out.line()
         InterfacePrinter(names).print(out)
-        return out.finish()
+        return pruned(out.finish())
 
     # --- parts ----------------------------------------------------------------------------
 
@@ -139,17 +141,28 @@ class SourcePrinter:
     def _print_states(self) -> None:
         out, moves, names = self.states, self.moves, self.names
         p = names.prefix
-        for region in reversed(names.plan.regions):
-            moves.leave_region(out, region)
         reached = entered(names.plan)
         for state in self.chart.states[1:]:
-            if not state.is_history and state.index in reached:
-                out.line(
-                    f"static void {p}_enter_{state.index}({p} *m) {self.names.note(state.index)}"
-                )
-                with out.block("{"):
-                    moves.enter_state(out, state.index)
-                out.line()
+            if not state.is_history:
+                for verb, body in (("exit", moves.leave_state), ("enter", moves.enter_state)):
+                    if verb == "enter" and state.index not in reached:
+                        continue
+                    name = names.function(verb, state.index)
+                    out.line(f"static void {name}({p} *m) {names.note(state.index)}")
+                    with out.block("{"):
+                        body(out, state.index)
+                        if verb == "exit":
+                            out.line("(void)m; /* for the hook alone */")
+                    out.line()
+        for region in reversed(names.plan.regions):
+            moves.leave_region(out, region)
+            if region.index:
+                moves.leave_all_function(out, region)
+
+    def _print_general(self) -> None:
+        """Print leaving, acting and entering for transitions that may preempt each other."""
+        out, moves, names = self.states, self.moves, self.names
+        p = names.prefix
         moves.record(out)
         self._domains(out)
         taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
@@ -228,6 +241,21 @@ class SourcePrinter:
 
     def _print_selection(self) -> None:
         out, names = self.selectors, self.names
+        reactions = self.reactions
+        reactions.print_eventless(self.answers)
+        if reactions.shapes.is_general:
+            self._print_general()
+            self._select(out)
+        self._defer_test(out)
+        if names.defers:
+            return
+        if names.plan.is_single:
+            reactions.print_by_state(self.answers)
+        else:
+            reactions.print_by_event(self.answers)
+
+    def _select(self, out: Emitter) -> None:
+        names = self.names
         out.line(f"#define {names.upper}_DEFER 0xFFFFu")
         out.line(f"#define {names.upper}_REGIONS {len(names.plan.regions)}")
         out.line()
@@ -240,7 +268,6 @@ class SourcePrinter:
         for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
             calls = self.selection.finders(out, trigger)
             self.selection.over_regions(out, trigger, calls)
-        self._defer_test(out)
 
     def _defer_test(self, out: Emitter) -> None:
         names = self.names
@@ -260,7 +287,7 @@ class SourcePrinter:
 
     def _print_start(self) -> None:
         out, names, chart = self.steps, self.names, self.chart
-        if not names.plan.is_single:
+        if not names.plan.is_single and self.reactions.shapes.is_general:
             self._tables(out)
             has_histories = any(s.is_history for s in chart.states)
             record = ""
@@ -272,8 +299,14 @@ class SourcePrinter:
             out.lines(fill(names, CONFLICTS, RECORD_ALL=record or "~"))
             out.line()
         StepPrinter(
-            names, self.content, self.selection, self.moves, self.selectors, self.invocation
-        ).print(out)
+            names,
+            self.content,
+            self.selection,
+            self.moves,
+            self.reactions,
+            self.answers,
+            self.invocation,
+        ).print(out, [self.blocks, self.states, self.guards, self.selectors, self.answers])
 
     def _tables(self, out: Emitter) -> None:
         chart, p = self.chart, self.names.prefix

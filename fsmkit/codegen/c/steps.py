@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from fsmkit.codegen.c.cases import default
+from collections.abc import Sequence
+
 from fsmkit.codegen.c.content import ContentPrinter, quoted
 from fsmkit.codegen.c.effects import reads_input
-from fsmkit.codegen.c.helpers import fill
-from fsmkit.codegen.c.invocation import COMMUNICATION, InvocationPrinter
+from fsmkit.codegen.c.helpers import called, fill
+from fsmkit.codegen.c.invocation import InvocationPrinter
 from fsmkit.codegen.c.loop import (
     ABANDON,
     DUE,
@@ -15,19 +16,31 @@ from fsmkit.codegen.c.loop import (
     HOST,
     INVOKE,
     LOOP_END,
-    LOOP_MANY,
-    LOOP_SINGLE,
     POST,
+    REACT,
     RUN_INVOKED,
     TELL_END,
     UNHANDLED,
 )
 from fsmkit.codegen.c.moves import MovePrinter
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reactions import ReactionPrinter
 from fsmkit.codegen.c.selection import SelectionPrinter
+from fsmkit.codegen.c.shapes import Shape
+from fsmkit.codegen.c.taking import (
+    EVENTLESS_MANY,
+    EVENTLESS_SINGLE,
+    MAY_GO_ON,
+    REACT_MANY,
+    REACT_SINGLE,
+    RESPOND_ANY,
+    TAKE_MANY,
+    TAKE_SINGLE,
+)
+from fsmkit.codegen.c.timeouts import TimeoutPrinter
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType
-from fsmkit.model.document import Trigger
+from fsmkit.model.document import Kind, Trigger
 
 
 class StepPrinter:
@@ -42,29 +55,36 @@ class StepPrinter:
         content: ContentPrinter,
         selection: SelectionPrinter,
         moves: MovePrinter,
-        guards: Emitter,
+        reactions: ReactionPrinter,
+        answers: Emitter,
         invocation: InvocationPrinter,
     ) -> None:
-        """Print with these; guards of timeouts go to ``guards``, which comes before."""
+        """Print with these; ``answers``: the functions that answer events."""
         self.names = names
         self.chart = names.chart
         self.content = content
         self.selection = selection
         self.moves = moves
-        self.guards = guards
+        self.reactions = reactions
+        self.answers = answers
         self.invocation = invocation
+        self.timeouts = TimeoutPrinter(names, selection, reactions, invocation)
 
-    def print(self, out: Emitter) -> None:
-        """Print the loop, the timers and the start."""
+    def print(self, out: Emitter, texts: Sequence[Emitter]) -> None:
+        """Print the loop, the timers and the start, after the ``texts`` printed so far."""
         # its content may be the only one that sends later, which the loop must know
+        content, timeouts = Emitter(), Emitter()
+        self._initial(content)
+        self.timeouts.answers(timeouts)
+        self.names.does = self._does([*texts, content, timeouts])
         start = Emitter()
-        self._start_function(start)
+        self._start_function(start, content)
         self.invocation.print_steps(out)
         if self.names.is_invoked and self.chart.done is not None:
             self.moves.tell_end(out, self.chart.done)
         self._loop(out)
         self.invocation.print_timers(out)
-        self._fire(out)
+        self.timeouts.print(out, timeouts)
         out.lines(start.finish().rstrip("\n").split("\n"))
 
     def _loop(self, out: Emitter) -> None:
@@ -74,47 +94,15 @@ class StepPrinter:
         strict = "    (void)e; /* for the hook alone */"
         if not chart.lenient:
             errors = [e for e in chart.events if e.name.startswith("error.") and not e.directions]
-            strict = "\n".join(
-                f"    if (e->event == {names.events[e.index]})\n"
-                f"        @_stop(m, FSM_FAULT_UNHANDLED_ERROR, {quoted(e.name)});"
-                for e in errors
-            )
+            if names.does["raises"]:
+                strict = "\n".join(
+                    f"    if (e->event == {names.events[e.index]})\n"
+                    f"        @_stop(m, FSM_FAULT_UNHANDLED_ERROR, {quoted(e.name)});"
+                    for e in errors
+                )
         out.lines(fill(names, UNHANDLED, STRICT=strict))
         out.line()
-        single = names.plan.is_single
-        flag = (
-            "taken == " + names.upper + "_DEFER" if single else "found.count == 0u && found.defers"
-        )
-        if self.names.defers:
-            deferring = (
-                f"    bool is_deferred = {flag};\n"
-                + ("    if (is_deferred)\n        taken = 0u;\n" if single else "")
-                + "    if (is_deferred && may_defer) {\n"
-                "        m->deferred[m->deferred_count] = *e;\n"
-                "        m->deferred_count++;\n"
-                + ("        @_take(m, 0u);\n" if single else "        @_take(m, &found);\n")
-                + "        return false;\n    }"
-            )
-        else:
-            deferring = "    (void)may_defer;"
-        has_histories = any(s.is_history for s in chart.states)
-        remembered = len(self.selection.remembered)
-        forget = (
-            f"for (uint8_t i = 0u; i < {remembered}u; i++)\n        m->asked[i] = 0u;"
-            if remembered
-            else "~"
-        )
-        text = LOOP_SINGLE if single else LOOP_MANY
-        lines = fill(
-            names,
-            text,
-            DOMAIN="uint16_t domain = @_domain(m, taken);",
-            RECORD="@_record(m, domain);" if has_histories else "~",
-            DEFERRING=deferring,
-            FORGET=forget,
-        )
-        out.lines(lines)
-        out.line()
+        self._taking(out)
         clear = []
         if self.names.defers:
             clear.append(
@@ -168,166 +156,114 @@ class StepPrinter:
                 BEFORE="    if (is_external)\n        @_external(m, e);" if has_external else "~",
                 EXTERNAL=", true" if has_external else "",
                 IDLE="@_go_on(m)" if names.slots else "false",
-                CLEAR="\n".join(clear) or "~",
+                CLEAR="\n".join(clear if names.does["ends"] else ()) or "~",
                 RECALL=recall,
                 DEFERRED_PLUS=" + m->deferred_count" if self.names.defers else "",
                 TRY_EVENTLESS="    (void)@_step_eventless(m);" if samples else "~",
                 TIMER_DUE=due,
+                RUNNING=names.running,
+                STOPPED=names.stopped,
+                ACTED="acted" if names.does["loops"] else "false",
+                MAY_DEFER=", bool may_defer" if names.defers else "",
+                DEFER=", may_defer" if names.defers else "",
+                ALWAYS=", true" if names.defers else "",
+                NEVER=", false" if names.defers else "",
             )
         )
         out.line()
 
-    def _fire(self, out: Emitter) -> None:
-        names, chart = self.names, self.chart
-        p = names.prefix
-        out.line(f"bool {p}_step_timer({p} *m)")
-        with out.block("{"):
-            if not names.has_deadlines:
-                out.line("(void)m;")
-                out.line("return false;")
-            else:
-                self._first_deadline(out)
-            if names.has_timers or names.delays:
-                out.line("fsm_timer timer = m->timers[0];")
-                out.line("fsm_timers_remove(m->timers, &m->timer_count, 0u);")
-                out.line("m->now = timer.deadline;")
-                if self.names.delays:
-                    self._deliver(out)
-                self._timeouts(out)
-                out.line("return true;")
-        out.line()
-        del chart
-
-    def _first_deadline(self, out: Emitter) -> None:
-        """Print that nothing is due, or not here but in a machine in a slot."""
-        names = self.names
-        if not names.slots:
-            out.line("if (!m->running || m->timer_count == 0u)")
-            with out.indented():
-                out.line("return false;")
-            return
-        out.line("uint32_t deadline = 0u;")
-        out.line(f"if (!m->running || !{names.prefix}_next_deadline(m, &deadline))")
-        with out.indented():
-            out.line("return false;")
-        within = [f"{names.prefix}_step_timer_within(m, deadline);", "return true;"]
-        if names.has_timers or names.delays:
-            with out.block("if (m->timer_count == 0u || m->timers[0].deadline != deadline) {"):
-                out.lines(within)
-        else:
-            out.lines(within)
-
-    def _passing(self) -> str:
-        """Return the branches for events that go to the invoker or to an invoked machine."""
-        names = self.names
-        go_on = "        (void)@_go_on(m);\n" if names.slots else ""
-        text = ""
-        if "to_invoker" in names.used:
-            text += "    } else if (due.route == %_TO_INVOKER) {\n"
-            text += f"        @_to_invoker(m, &due.e);\n{go_on}"
-        for slots, number in names.reached.items():
-            tests = [f"m->{names.slots[slot]}.running" for slot in slots]
-            running = f" && ({' || '.join(tests)})" if len(tests) > 1 else f" && {tests[0]}"
-            if slots:
-                text += f"    }} else if (due.route == %_TO_INVOKED_{number}{running}) {{\n"
-                text += f"        @_to_invoked_{number}(m, &due.e, due.peer);\n{go_on}"
-        if names.reached:
-            error = names.events[self.chart.event_index[COMMUNICATION]]
-            within = ", false" if self.invocation.has_external else ""
-            text += "    } else if (due.route >= %_TO_INVOKED_0) {\n"
-            text += f"        @_event error = @_no_event;\n        error.event = {error};\n"
-            text += f"        (void)@_macrostep(m, &error, false{within});\n"
-        return text.rstrip("\n") or "~"
-
-    def _deliver(self, out: Emitter) -> None:
-        self.names.used.add("emit")
-        within = ", false" if self.invocation.has_external else ""
-        out.lines(
-            fill(
-                self.names,
-                """
-if (timer.what == FSM_TIMER_SEND) {
-    const @_delayed due = @_undelay(m, 0u);
-    if (due.route == %_TO_INTERNAL) {
-        (void)@_macrostep(m, &due.e, false$WITHIN);
-    } else if (due.route == %_TO_PORT) {
-        @_emit(m, &due.e, due.peer);
-$PASSING
-    } else if (@_has_room(m)) {
-        m->queue[m->queue_count] = due.e;
-        m->queue_count++;
-    } else {
-        @_count(&m->rejected);
-        FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
-    }
-    return true;
-}
-""",
-                WITHIN=within,
-                PASSING=self._passing(),
-            )
+    def _taking(self, out: Emitter) -> None:
+        """Print how transitions are taken that are not straight code, and who answers an event."""
+        names, reactions = self.names, self.reactions
+        single = names.plan.is_single
+        has_histories = any(s.is_history for s in self.chart.states)
+        remembered = len(self.selection.remembered)
+        forget = (
+            f"for (uint8_t i = 0u; i < {remembered}u; i++)\n        m->asked[i] = 0u;"
+            if remembered
+            else "~"
         )
+        texts = [MAY_GO_ON] if names.does["eventless"] else []
+        if reactions.shapes.is_general:
+            texts.append(TAKE_SINGLE if single else TAKE_MANY)
+        if reactions.shapes.eventless is Shape.ANY:
+            texts.append(EVENTLESS_SINGLE if single else EVENTLESS_MANY)
+        if names.defers:
+            texts.append(REACT_SINGLE if single else REACT_MANY)
+        elif reactions.shapes.is_general:
+            texts.append(RESPOND_ANY)
+        for text in texts:
+            record = "@_record(m, domain);" if has_histories else "~"
+            out.lines(fill(names, text, RECORD=record, FORGET=forget))
+            out.line()
+        if not names.defers:
+            out.lines(self.answers.finish().rstrip("\n").split("\n"))
+            out.line()
+            out.lines(fill(names, REACT))
+            out.line()
 
-    def _timeouts(self, out: Emitter) -> None:
+    def _does(self, texts: Sequence[Emitter]) -> dict[str, bool]:
+        """Return what the machine does at all: what it does not, it need not be ready for."""
         names, chart = self.names, self.chart
-        p = names.prefix
-        timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
-        out.line(f"{p}_begin(m);")
-        out.line("FSM_HOOK_BEGIN(m, FSM_TIMEOUT, timer.what);")
-        if not timed:
-            out.line(f"(void){p}_settle(m);")
-            out.line("FSM_HOOK_END(m);")
-            return
-        out.line("uint16_t taken = 0u;")
-        with out.block("switch (timer.what) {"):
-            for t in timed:
-                out.line(f"case {t.index}u: /* {self.selection.comment(t)} */")
-                with out.indented():
-                    if t.trigger is Trigger.EVERY:
-                        names.used.add("arm")
-                        out.line(f"{p}_arm(m, {t.index}u, {t.delay}u);")
-                    if t.guard is None:
-                        out.line(f"taken = {t.index + 1}u;")
-                    else:
-                        out.line(f"if ({self.selection.guard(self.guards, t)})")
-                        with out.indented():
-                            out.line(f"taken = {t.index + 1}u;")
-                    out.line("break;")
-            with default(out):
-                pass
-        if self.selection.remembered:
-            count = len(self.selection.remembered)
-            out.line(f"for (uint8_t i = 0u; i < {count}u; i++)")
-            with out.indented():
-                out.line("m->asked[i] = 0u;")
-        if names.plan.is_single:
-            out.line(f"{p}_take(m, taken);")
-        else:
-            out.line(f"{p}_selection found = {{{{0}}, 0, false}};")
-            out.line(f"{p}_add(&found, taken);")
-            out.line(f"{p}_take(m, &found);")
-        out.line(f"(void){p}_settle(m);")
-        out.line("FSM_HOOK_END(m);")
+        text = "\n".join(each.finish() for each in texts)
+        is_family = bool(names.slots or names.invoking or names.is_invoked)
+        raises = is_family or "raise" in called(names.used)
+        eventless = any(t.trigger is Trigger.EVENTLESS for t in chart.transitions)
+        loops = raises or eventless
+        ends = is_family or any(s.parent == 0 and s.kind is Kind.FINAL for s in chart.states)
+        guarded = (
+            is_family
+            or any(name.startswith("call ") for name in names.used)
+            or "emit" in names.used
+            or names.delays
+        )
+        event = is_family or "m->event." in text
+        return {
+            "raises": raises,
+            "eventless": eventless,
+            "loops": loops,
+            "stops": loops,
+            "ends": ends,
+            "settles": loops or ends,
+            "guarded": guarded,
+            "begins": loops or guarded,
+            "rests": loops or guarded or event,
+            "event": event,
+            "external": self.invocation.has_external,
+            "now": is_family or names.has_deadlines or "m->now" in text,
+            "running": loops or ends or "m->running" in text,
+        }
 
-    def _start_function(self, out: Emitter) -> None:
-        names, chart = self.names, self.chart
+    def _initial(self, out: Emitter) -> None:
+        """Print the script and what is entered first."""
+        chart = self.chart
+        self.content.block(out, chart.script, (), "script")
+        assert chart.root.initial is not None  # noqa: S101
+        initial = chart.transitions[chart.root.initial]
+        self.content.block(out, initial.content, (), "initial transition")
+        self.moves.ops(out, self.names.plan.start)
+
+    def _start_function(self, out: Emitter, content: Emitter) -> None:
+        names = self.names
         p = names.prefix
         start = "start_given" if names.is_invoked else "start"
         out.line(f"void {p}_{start}({p} *m, uint32_t now)")
         with out.block("{"):
             if not names.is_invoked:
                 self._begin_anew(out)
-            out.line("m->now = now;")
-            out.line("m->running = true;")
-            out.line(f"{p}_begin(m);")
+            out.line("m->now = now;" if names.does["now"] else "(void)now;")
+            if names.does["running"]:
+                out.line("m->running = true;")
+            if names.does["begins"]:
+                out.line(f"{p}_begin(m);")
             out.line("FSM_HOOK_BEGIN(m, FSM_START, 0);")
-            self.content.block(out, chart.script, (), "script")
-            assert chart.root.initial is not None  # noqa: S101
-            initial = chart.transitions[chart.root.initial]
-            self.content.block(out, initial.content, (), "initial transition")
-            out.line("m->budget--;")
-            self.moves.ops(out, names.plan.start)
-            out.line(f"(void){p}_settle(m);")
+            if names.does["loops"]:
+                out.line("m->budget--;")
+            out.lines(content.finish().rstrip("\n").split("\n"))
+            if names.does["settles"]:
+                out.line(f"(void){p}_settle(m);")
+            if names.does["rests"]:
+                out.line(f"{p}_rest(m);")
             out.line("FSM_HOOK_END(m);")
         out.line()
         if names.is_invoked:

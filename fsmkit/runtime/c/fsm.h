@@ -75,7 +75,8 @@ typedef enum {
     FSM_FAULT,     /* the machine stops: why */
     FSM_CANCELLED, /* a delayed send, by its id */
     FSM_LOG,       /* label; values follow, then FSM_HOOK_LINE */
-    FSM_REPLY      /* the value follows, then FSM_HOOK_LINE */
+    FSM_REPLY,     /* the value follows, then FSM_HOOK_LINE */
+    FSM_TAKEN      /* out of its queue: a macrostep for it has just begun */
 } fsm_note;
 
 typedef enum {

@@ -1,0 +1,364 @@
+"""Straight code for what an event does, where that is known when compiling.
+
+Where the transitions on an event all begin in one region, at most one of them is taken: for each
+state that can be the deepest active one there, the guards follow each other, and after each what it
+leaves, does and enters. Where they begin in several regions that cannot disturb each other, each
+region is asked first, then all are left, act and are entered in document order (Appendix D,
+microstep). Only what is left, transitions that may preempt each other, is selected by `selection`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from fsmkit.codegen.c.content import ContentPrinter
+from fsmkit.codegen.c.effects import can_fail, has_effect, observes
+from fsmkit.codegen.c.leaving import ungrouped
+from fsmkit.codegen.c.moves import MovePrinter
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.selection import SelectionPrinter, askable
+from fsmkit.codegen.c.shapes import Shape, Shapes
+from fsmkit.emit import Emitter
+from fsmkit.model.chart import Transition
+from fsmkit.model.document import Trigger
+from fsmkit.plan import Enter, Plan, Region, Variant
+
+Lines = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one transition does, from one configuration of its region."""
+
+    record: Lines = ()
+    leave: Lines = ()
+    act: Lines = ()
+    enter: Lines = ()
+
+    @property
+    def lines(self) -> Lines:
+        """Everything, in order."""
+        return (*self.record, *self.leave, *self.act, *self.enter)
+
+
+class ReactionPrinter:
+    """Prints a function for each event, or, in a chart of one region, for each state."""
+
+    def __init__(
+        self,
+        names: Names,
+        content: ContentPrinter,
+        moves: MovePrinter,
+        selection: SelectionPrinter,
+    ) -> None:
+        """Print with these."""
+        self.names = names
+        self.chart = names.chart
+        self.plan: Plan = names.plan
+        self.prefix = names.prefix
+        self._content = content
+        self._moves = moves
+        self._selection = selection
+        self._acts: dict[int, Lines] = {}
+        self.shapes = Shapes(self.plan)
+        self.by_event = self.shapes.by_event
+
+    # --- what a transition does -----------------------------------------------------------
+
+    def candidates(self, leaf: int, belongs: Callable[[Transition], bool]) -> list[Transition]:
+        """Return the transitions that are asked while a state is the deepest of its region."""
+        found: list[Transition] = []
+        region = self.plan.region_of[leaf]
+        for state in self.plan.chains[leaf]:
+            if self.plan.region_of[state] != region:
+                break
+            all_ = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
+            for transition in askable([t for t in all_ if belongs(t)]):
+                found.append(transition)
+                if transition.guard is None:
+                    return found
+        return found
+
+    def guard(self, transition: Transition) -> str:
+        """Return the condition of a guard, without the parentheses around it."""
+        return ungrouped(self._selection.guard(transition))
+
+    def step(self, transition: Transition, leaf: int | None) -> Step:
+        """Return what a transition does; ``leaf``: the deepest active state, if that is known."""
+        move = self.plan.moves[transition.index]
+        if move.is_static:
+            return self._variant(transition, move.variants[0], leaf)
+        out = Emitter()
+        word = "if"
+        for variant in move.variants[:-1]:
+            tests = " && ".join(map(self._moves.within, variant.conditions))
+            with out.block(f"{word} ({tests}) {{"):
+                out.lines(self._variant(transition, variant, leaf).lines)
+            word = "else if"
+        with out.block("else {"):
+            out.lines(self._variant(transition, move.variants[-1], leaf).lines)
+        return Step(enter=_lines(out))
+
+    def _variant(self, transition: Transition, variant: Variant, leaf: int | None) -> Step:
+        act = self._act(transition)
+        if variant.domain is None:
+            return Step(act=act)
+        record, leave = Emitter(), Emitter()
+        self._moves.record_below(record, variant.domain)
+        path = None if leaf is None else self._path(leaf, variant.domain)
+        if path is None:
+            leave.line(self._moves.leave_below(variant.domain))
+        else:
+            for state in path:
+                self._leave(leave, state, is_deepest=state == leaf)
+            first = variant.entry[0] if variant.entry else None
+            is_seen = observes(transition.content) or not isinstance(first, Enter)
+            if is_seen:
+                leave.line(self._moves.set_active(variant.domain))
+        enter = Emitter()
+        self._moves.ops(enter, variant.entry)
+        return Step(_lines(record), _lines(leave), act, _lines(enter))
+
+    def _path(self, leaf: int, domain: int) -> list[int] | None:
+        """Return what is left of a region, innermost first; None if more than that is left."""
+        if self.plan.region_of[leaf] != self.plan.region_of[domain]:
+            return None
+        found = []
+        for state in (leaf, *self.chart.ancestors(leaf)):
+            if state == domain:
+                break
+            found.append(state)
+        return found
+
+    def _leave(self, out: Emitter, state: int, *, is_deepest: bool) -> None:
+        """Print that one state is left, of which nothing below in its region is active."""
+        for inner in reversed(self.plan.inner[state]):
+            out.line(self._moves.leave_all(inner))
+        if not is_deepest and self._moves.is_seen(state):
+            out.line(self._moves.set_active(state))
+        out.line(f"{self.names.function('exit', state)}(m);")
+
+    def _act(self, transition: Transition) -> Lines:
+        if transition.index not in self._acts:
+            out = Emitter()
+            what = self._selection.comment(transition)
+            out.line(f"FSM_HOOK_TAKE(m, {transition.index}u);")
+            self._content.block(out, transition.content, transition.events, what)
+            self._acts[transition.index] = _lines(out)
+        return self._acts[transition.index]
+
+    # --- one at most ----------------------------------------------------------------------
+
+    def _answer(
+        self, candidates: Sequence[Transition], leaf: int, before: Sequence[str] = ()
+    ) -> Lines:
+        """Return the code that takes the first enabled transition and returns."""
+        out = Emitter()
+        may_stop = False
+        for transition in candidates:
+            guard = transition.guard
+            may_stop = may_stop or (guard is not None and (can_fail(guard) or has_effect(guard)))
+            out.line(f"/* {self._selection.comment(transition)} */")
+            if guard is not None:
+                out.open(f"if ({self.guard(transition)}) {{")
+            out.lines(before)
+            if may_stop and not before:
+                out.lines(["if (m->fault != FSM_NO_FAULT)", "    return true;"])
+            out.lines(self.step(transition, leaf).lines)
+            out.line("return true;")
+            if guard is not None:
+                out.close()
+        return _lines(out)
+
+    def _leaves(self, region: Region) -> list[int]:
+        return self._selection.leaves(region)
+
+    def print_eventless(self, out: Emitter) -> None:
+        """Print the function that takes eventless transitions, where that is simple."""
+        transitions = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
+        if self.shapes.eventless is not Shape.ONE:
+            return
+        (region,) = self.shapes.regions(transitions)
+        before = (f"if (!{self.prefix}_may_go_on(m))", "    return true;")
+        out.line(f"static bool {self.prefix}_take_eventless({self.prefix} *m)")
+        self._over_leaves(
+            out,
+            self.plan.regions[region],
+            lambda leaf: self._answer(
+                self.candidates(leaf, lambda t: t.trigger is Trigger.EVENTLESS), leaf, before
+            ),
+        )
+
+    def _over_leaves(self, out: Emitter, region: Region, answer: Callable[[int], Lines]) -> None:
+        """Print the body of a function: a switch over the deepest active states of a region."""
+        answers: dict[Lines, list[int]] = {}
+        for leaf in self._leaves(region):
+            answers.setdefault(answer(leaf), []).append(leaf)
+        answers.pop((), None)
+        region_number = f"m->{self.names.regions[region.index]}"
+        with out.block("{"), out.block(f"switch ({region_number}) {{"):
+            for lines, leaves in answers.items():
+                for leaf in leaves:
+                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                with out.indented():
+                    out.lines(lines)
+                    if lines[-1] != "return true;":
+                        out.line("return false;")
+            out.lines(["default:", "    return false;"])
+        out.line()
+
+    # --- by state: a chart of one region --------------------------------------------------
+
+    def print_by_state(self, out: Emitter) -> None:
+        """Print what each state does with each event, inherited transitions with its own."""
+        p = self.prefix
+        calls: dict[str, list[int]] = {}
+        for leaf in self._leaves(self.plan.regions[0]):
+            answers: dict[Lines, list[int]] = {}
+            for event in self.by_event:
+                found = self.candidates(leaf, lambda t, e=event: e in t.events)  # type: ignore[misc]
+                if found:
+                    answers.setdefault(self._answer(found, leaf), []).append(event)
+            if not answers:
+                continue
+            name = self.names.function("at", leaf)
+            calls.setdefault(name, []).append(leaf)
+            out.line(f"static bool {name}({p} *m, const {p}_event *e) {self._where(leaf)}")
+            with out.block("{"):
+                self._over_events(out, answers)
+            out.line()
+        out.line(f"static bool {p}_respond({p} *m, const {p}_event *e)")
+        with out.block("{"):
+            if not calls:
+                out.lines(["(void)m;", "(void)e;", "return false;"])
+            else:
+                with out.block(f"switch (m->{self.names.regions[0]}) {{"):
+                    for call, leaves in calls.items():
+                        for leaf in leaves:
+                            out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                        out.line(f"    return {call}(m, e);")
+                    out.lines(["default:", "    return false;"])
+        out.line()
+
+    def _where(self, state: int) -> str:
+        place = self.names.place(self.chart.states[state].span)
+        above = [self.chart.states[a].id for a in self.chart.ancestors(state)[:-1]]
+        return self.names.remark(" in ".join((f"{place}  {self.chart.states[state].id}", *above)))
+
+    def _over_events(self, out: Emitter, answers: dict[Lines, list[int]]) -> None:
+        with out.block("switch (e->event) {"):
+            for lines, events in answers.items():
+                for event in events:
+                    out.line(f"case {self.names.events[event]}:")
+                with out.indented():
+                    out.lines(lines)
+                    if lines[-1] != "return true;":
+                        out.line("return false;")
+            out.lines(["default:", "    return false;"])
+
+    # --- by event: a chart of several regions ---------------------------------------------
+
+    def print_by_event(self, out: Emitter) -> None:
+        """Print what happens on each event, in all regions that answer it."""
+        p = self.prefix
+        calls: dict[int, str] = {}
+        for event, transitions in self.by_event.items():
+            shape = self.shapes.shape(event)
+            if shape is Shape.ANY:
+                continue
+            name = f"{p}_on_{self.names.event_names[event]}"
+            calls[event] = f"{name}(m)"
+            out.line(f"static bool {name}({p} *m)")
+            if shape is Shape.APART:
+                self._apart(out, transitions, event)
+                continue
+            (region,) = self.shapes.regions(transitions)
+
+            def answer(leaf: int, event: int = event) -> Lines:
+                return self._answer(self.candidates(leaf, lambda t: event in t.events), leaf)
+
+            self._over_leaves(out, self.plan.regions[region], answer)
+        out.line(f"static bool {p}_respond({p} *m, const {p}_event *e)")
+        with out.block("{"):
+            if calls:
+                with out.block("switch (e->event) {"):
+                    for event, call in calls.items():
+                        out.line(f"case {self.names.events[event]}:")
+                        out.line(f"    return {call};")
+                    out.lines(["default:", "    break;"])
+            else:
+                out.line("(void)e;")
+            if Shape.ANY in map(self.shapes.shape, self.by_event):
+                out.line(f"return {p}_respond_any(m, e);")
+            else:
+                out.lines(["(void)m;", "return false;"])
+        out.line()
+
+    def _apart(self, out: Emitter, transitions: Sequence[Transition], event: int) -> None:
+        """Print the body of a function for regions that are left and entered on their own."""
+        regions = [self.plan.regions[r] for r in self.shapes.regions(transitions)]
+        steps: list[list[Step]] = []
+        with out.block("{"):
+            for place, region in enumerate(regions):
+                steps.append(self._choose(out, region, f"way{place}", event))
+            ways = " | ".join(f"way{place}" for place in range(len(regions)))
+            out.lines([f"if (({ways}) == 0u)", "    return false;"])
+            parts: tuple[tuple[Callable[[Step], Lines], bool], ...] = (
+                (lambda step: step.record, False),
+                (lambda step: step.leave, True),
+                (lambda step: step.act, False),
+                (lambda step: step.enter, False),
+            )
+            for part, is_reversed in parts:
+                order = range(len(regions))
+                for place in reversed(order) if is_reversed else order:
+                    self._by_way(out, f"way{place}", [part(step) for step in steps[place]])
+            out.line("return true;")
+        out.line()
+
+    def _choose(self, out: Emitter, region: Region, way: str, event: int) -> list[Step]:
+        """Print which way a region goes, 0 for none; return the steps of the ways from 1 on."""
+        steps: list[Step] = []
+        out.line(f"uint8_t {way} = 0u;")
+        with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
+            for leaf in self._leaves(region):
+                found = self.candidates(leaf, lambda t: event in t.events)
+                if not found:
+                    continue
+                out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                with out.indented():
+                    word = "if"
+                    for transition in found:
+                        steps.append(self.step(transition, leaf))
+                        note = f"/* {self._selection.comment(transition)} */"
+                        if transition.guard is not None:
+                            out.line(f"{word} ({self.guard(transition)})")
+                        elif word != "if":
+                            out.line("else")
+                        inset = "    " if word != "if" or transition.guard is not None else ""
+                        out.line(f"{inset}{way} = {len(steps)}u; {note}")
+                        word = "else if"
+                    out.line("break;")
+            out.lines(["default:", "    break;"])
+        return steps
+
+    def _by_way(self, out: Emitter, way: str, parts: Sequence[Lines]) -> None:
+        """Print a switch over the ways of a region, if they do anything at this point."""
+        answers: dict[Lines, list[int]] = {}
+        for number, lines in enumerate(parts, 1):
+            if lines:
+                answers.setdefault(lines, []).append(number)
+        if not answers:
+            return
+        with out.block(f"switch ({way}) {{"):
+            for lines, numbers in answers.items():
+                out.lines(f"case {number}u:" for number in numbers)
+                with out.indented():
+                    out.lines((*lines, "break;"))
+            out.lines(["default:", "    break;"])
+
+
+def _lines(out: Emitter) -> Lines:
+    text = out.finish().rstrip("\n")
+    return tuple(text.split("\n")) if text else ()

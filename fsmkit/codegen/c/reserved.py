@@ -1,0 +1,61 @@
+"""Names that nothing of a chart may have in C."""
+
+from __future__ import annotations
+
+import re
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+KEYWORDS = _words(
+    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const "
+    "constexpr continue decltype default delete do double else enum explicit export extern false "
+    "float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr "
+    "operator or or_eq private protected public register restrict return short signed sizeof "
+    "static struct switch template this throw true try typedef typeid typename typeof union "
+    "unsigned using virtual void volatile wchar_t while xor xor_eq m linux unix"
+)
+"""Of C and C++ both, since the header is read by either; ``m`` is the machine everywhere."""
+
+LOCALS = KEYWORDS | _words(
+    "e i result NULL int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t"
+)
+"""And what a parameter cannot be called: what the functions that take it name themselves."""
+
+MEMBERS = _words(
+    "now timers queue deferred internal delayed event fault failed budget timer_count queue_count "
+    "deferred_count internal_count delayed_count running finished busy "
+    "reply asked unhandled rejected spare_"
+)
+"""Members of the struct that no variable may be called."""
+
+FUNCTIONS = _words(
+    "init start post run dispatch next_deadline in finished fault active rebase state event symbol "
+    "state_name event_name event_text delayed step_event step_timer step_eventless count stop "
+    "take_out has_room raise error end_block send holds guard_holds clamp clamp_u clamp_f "
+    "truncate_f fault_i fault_u fault_f arm delay undelay cancel add selection conflict "
+    "remove_conflicts microstep take take_eventless react settle begin macrostep unhandled leave "
+    "act enter record domain respond respond_any may_go_on rest emit is_deferred select_event "
+    "select_eventless event_symbol no_event last_below source_of"
+)
+"""What follows the prefix in the names of functions and types that every machine has."""
+
+FAMILIES = re.compile(
+    r"(leave|leave_all|state|always|guard|block|select_event|select_eventless)_\d+"
+    r"|(call|post|send)_.*"
+)
+"""And of those that are made by number or by name."""
+
+TO_INVOKE = "to_invoke_"
+"""The member with a bit for each state that invokes something."""
+
+INVOKING = _words(
+    "start_given abandon return to_invoker invoke run_invoked go_on external complete tell_end "
+    "step_timer_within"
+)
+"""What follows the prefix in machines that invoke others or are invoked, too."""
+
+NUMBERED = re.compile(r"(absorb|give|end|holder_of|to_invoked)_\d+")
+"""The same by number."""

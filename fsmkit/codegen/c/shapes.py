@@ -1,0 +1,84 @@
+"""How the transitions on an event can be taken, known from where they begin and what they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from enum import Enum, auto
+
+from fsmkit.codegen.c.effects import can_fail, has_effect
+from fsmkit.model.chart import Transition
+from fsmkit.model.document import Trigger
+from fsmkit.plan import Plan
+
+
+class Shape(Enum):
+    """How the transitions of an event can be taken."""
+
+    NONE = auto()
+    ONE = auto()
+    """At most one, all begin in one region."""
+    APART = auto()
+    """Several at once, each within a region of its own."""
+    ANY = auto()
+    """They may preempt each other."""
+
+
+class Shapes:
+    """The shapes of a chart."""
+
+    def __init__(self, plan: Plan) -> None:
+        """Find how each event is answered, and how eventless transitions are taken."""
+        self.chart = plan.chart
+        self.plan = plan
+        self.by_event = self._sorted(Trigger.EVENT)
+        """The transitions by event, in document order."""
+        eventless = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
+        shape = self._shape(eventless)
+        self.eventless = Shape.ANY if shape is Shape.APART else shape
+
+    def _sorted(self, trigger: Trigger) -> dict[int, list[Transition]]:
+        """Return the transitions by event, in document order."""
+        found: dict[int, list[Transition]] = {}
+        for transition in self.chart.transitions:
+            if transition.trigger is trigger:
+                for event in transition.events:
+                    found.setdefault(event, []).append(transition)
+        return found
+
+    def _shape(self, transitions: Sequence[Transition]) -> Shape:
+        if not transitions:
+            return Shape.NONE
+        if any(state.defer for state in self.chart.states):
+            return Shape.ANY
+        regions = self.regions(transitions)
+        if len(regions) == 1:
+            return Shape.ONE
+        if any(self._above(a, b) for a in regions for b in regions if a != b):
+            return Shape.ANY
+        return Shape.APART if all(map(self._stays_within, transitions)) else Shape.ANY
+
+    def shape(self, event: int) -> Shape:
+        """Return how an event is answered."""
+        return self._shape(self.by_event.get(event, ()))
+
+    def regions(self, transitions: Iterable[Transition]) -> list[int]:
+        """Return the regions in which transitions begin."""
+        return sorted({self.plan.region_of[t.source] for t in transitions})
+
+    def _above(self, outer: int, inner: int) -> bool:
+        top = self.plan.regions[inner].top
+        return any(self.plan.region_of[a] == outer for a in self.chart.ancestors(top))
+
+    def _stays_within(self, transition: Transition) -> bool:
+        move = self.plan.moves[transition.index]
+        domain = move.variants[0].domain
+        own = self.plan.region_of[transition.source]
+        guard = transition.guard
+        is_pure = guard is None or not (can_fail(guard) or has_effect(guard))
+        return move.is_static and is_pure and (domain is None or self.plan.region_of[domain] == own)
+
+    @property
+    def is_general(self) -> bool:
+        """Whether something is left for `selection`."""
+        shapes = [self.eventless, *map(self.shape, self.by_event)]
+        return Shape.ANY in shapes

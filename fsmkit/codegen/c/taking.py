@@ -1,0 +1,206 @@
+"""Transitions that may preempt each other, and how any are taken: C with the prefix filled in.
+
+``@`` stands for the prefix in lower case, ``%`` for that in upper case (see `fill`).
+"""
+
+SELECTION = """
+typedef struct {
+    uint16_t at[%_REGIONS];
+    uint8_t count;
+    bool defers;
+} @_selection;
+"""
+
+ADD = """
+static void @_add(@_selection *found, uint16_t taken)
+{
+    if (taken == %_DEFER)
+        found->defers = true;
+    if (taken == 0u || taken == %_DEFER)
+        return;
+    for (uint8_t i = 0u; i < found->count; i++)
+        if (found->at[i] == taken)
+            return;
+    found->at[found->count] = taken;
+    found->count++;
+}
+"""
+
+CONFLICTS = """
+/* Whether what one transition leaves and what the other leaves have states in common. */
+static bool @_conflict(uint16_t d1, uint16_t d2)
+{
+    if (d1 == 0u || d2 == 0u)
+        return false;
+    return (d1 <= d2 && d2 <= @_last_below[d1 - 1u]) || (d2 <= d1 && d1 <= @_last_below[d2 - 1u]);
+}
+
+/* Appendix D, removeConflictingTransitions. */
+static void @_remove_conflicts(const @ *m, @_selection *found)
+{
+    @_selection kept = {{0}, 0, false};
+    for (uint8_t i = 0u; i < found->count; i++) {
+        uint16_t t1 = found->at[i];
+        uint16_t d1 = @_domain(m, t1);
+        bool preempted = false;
+        @_selection rest = {{0}, 0, false};
+        for (uint8_t j = 0u; j < kept.count; j++) {
+            uint16_t t2 = kept.at[j];
+            bool wins = false;
+            if (!preempted && @_conflict(d1, @_domain(m, t2))) {
+                uint16_t s1 = @_source_of[t1 - 1u];
+                uint16_t s2 = @_source_of[t2 - 1u];
+                wins = s1 > s2 && s1 < @_last_below[s2];
+                preempted = !wins;
+            }
+            if (!wins) {
+                rest.at[rest.count] = t2;
+                rest.count++;
+            }
+        }
+        if (!preempted) {
+            kept = rest;
+            kept.at[kept.count] = t1;
+            kept.count++;
+        }
+    }
+    kept.defers = found->defers;
+    *found = kept;
+}
+
+/* Leave, act, enter (Appendix D, microstep), in the order of the domains: none is in another. */
+static void @_microstep(@ *m, const @_selection *found)
+{
+    uint16_t domains[%_REGIONS];
+    @_selection acting = *found;
+    for (uint8_t i = 0u; i < found->count; i++)
+        domains[i] = @_domain(m, found->at[i]);
+$RECORD_ALL
+    for (uint8_t i = found->count; i > 0u; i--)
+        @_leave(m, domains[i - 1u]);
+    for (uint8_t i = 1u; i < acting.count; i++)
+        for (uint8_t j = i; j > 0u && acting.at[j - 1u] > acting.at[j]; j--) {
+            uint16_t other = acting.at[j];
+            acting.at[j] = acting.at[j - 1u];
+            acting.at[j - 1u] = other;
+        }
+    for (uint8_t i = 0u; i < acting.count; i++)
+        @_act(m, acting.at[i]);
+    for (uint8_t i = 0u; i < found->count; i++)
+        @_enter(m, found->at[i]);
+}
+"""
+
+TAKE_SINGLE = """
+static void @_take(@ *m, uint16_t taken)
+{
+    if (taken == 0u || m->fault != FSM_NO_FAULT)
+        return;
+    uint16_t domain = @_domain(m, taken);
+    $RECORD
+    @_leave(m, domain);
+    @_act(m, taken);
+    @_enter(m, taken);
+}
+"""
+
+TAKE_MANY = """
+static void @_take(@ *m, const @_selection *found)
+{
+    if (found->count != 0u && m->fault == FSM_NO_FAULT)
+        @_microstep(m, found);
+}
+"""
+
+RESPOND_ANY = """
+/* What is left of the events: transitions that may preempt each other. */
+static bool @_respond_any(@ *m, const @_event *e)
+{
+    @_selection found = {{0}, 0, false};
+    @_select_event_0(m, (uint16_t)e->event, &found);
+    $FORGET
+    @_remove_conflicts(m, &found);
+    @_take(m, &found);
+    return found.count != 0u;
+}
+"""
+
+REACT_SINGLE = """
+static bool @_react(@ *m, const @_event *e, bool may_defer)
+{
+[event]    m->event = *e;
+    uint16_t taken = @_select_event(m, (uint16_t)e->event);
+    bool is_deferred = taken == %_DEFER;
+    if (is_deferred)
+        taken = 0u;
+    if (is_deferred && may_defer) {
+        m->deferred[m->deferred_count] = *e;
+        m->deferred_count++;
+        return false;
+    }
+    if (taken == 0u)
+        @_unhandled(m, e);
+    @_take(m, taken);
+    return taken != 0u;
+}
+"""
+
+REACT_MANY = """
+static bool @_react(@ *m, const @_event *e, bool may_defer)
+{
+    @_selection found = {{0}, 0, false};
+[event]    m->event = *e;
+    @_select_event_0(m, (uint16_t)e->event, &found);
+    $FORGET
+    @_remove_conflicts(m, &found);
+    if (found.count == 0u && found.defers && may_defer) {
+        m->deferred[m->deferred_count] = *e;
+        m->deferred_count++;
+        return false;
+    }
+    if (found.count == 0u)
+        @_unhandled(m, e);
+    @_take(m, &found);
+    return found.count != 0u;
+}
+"""
+
+MAY_GO_ON = """
+/* Whether there may be another microstep: not one too many, and not after a fault. */
+static bool @_may_go_on(@ *m)
+{
+    if (m->budget == 0u) {
+        @_stop(m, FSM_FAULT_MICROSTEPS, "microsteps");
+        return false;
+    }
+    m->budget--;
+    return m->fault == FSM_NO_FAULT;
+}
+"""
+
+EVENTLESS_SINGLE = """
+static bool @_take_eventless(@ *m)
+{
+    uint16_t taken = @_select_eventless(m);
+    if (taken == 0u)
+        return false;
+    if (@_may_go_on(m))
+        @_take(m, taken);
+    return true;
+}
+"""
+
+EVENTLESS_MANY = """
+static bool @_take_eventless(@ *m)
+{
+    @_selection found = {{0}, 0, false};
+    @_select_eventless_0(m, &found);
+    $FORGET
+    @_remove_conflicts(m, &found);
+    if (found.count == 0u)
+        return false;
+    if (@_may_go_on(m))
+        @_take(m, &found);
+    return true;
+}
+"""
