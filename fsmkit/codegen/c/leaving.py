@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import observes
 from fsmkit.codegen.c.names import Names
@@ -147,13 +149,20 @@ class LeavePrinter:
                     self._record_one(out, history.index, parent)
         out.line()
 
-    def record_below(self, out: Emitter, domain: int) -> None:
-        """Print that the histories of what is active below a domain are recorded."""
+    def record_below(self, out: Emitter, domain: int, path: Sequence[int] | None) -> None:
+        """Print that the histories of what is active below a domain are recorded.
+
+        ``path``: what is active there of the region of the domain, if that is known.
+        """
         for history in self.chart.states:
             parent = history.parent
             if not history.is_history or parent is None:
                 continue
-            if self.chart.is_descendant(parent, domain):
+            if not self.chart.is_descendant(parent, domain):
+                continue
+            if path is not None and parent in path:
+                self._record_one(out, history.index, parent)
+            elif path is None or self.plan.region_of[parent] != self.plan.region_of[domain]:
                 active = self.names.in_state("m", parent)
                 with out.block(f"if ({ungrouped(active)}) {{ {self.names.note(history.index)}"):
                     self._record_one(out, history.index, parent)

@@ -64,10 +64,11 @@ def _definitions(text: str) -> Iterator[_Definition]:
     for line in text.split("\n"):
         lines.append(line)
         if not is_open and (not line or line.startswith((" *", "/*", "#"))):
-            if line.startswith("#") and not line.startswith("#define"):
+            is_own = line.startswith("#define") and not line.startswith("#define FSM_")
+            if line.startswith("#") and not is_own:
                 yield _Definition("\n".join(lines), None)
                 lines = []
-            elif line.startswith("#define"):
+            elif is_own:
                 yield _Definition("\n".join(lines), line.split()[1].partition("(")[0])
                 lines = []
             continue

@@ -25,6 +25,8 @@ from fsmkit.model.document import Trigger
 from fsmkit.plan import Enter, Plan, Region, Variant
 
 Lines = tuple[str, ...]
+SHORT = 3
+"""Lines that a transition which several states inherit does in each of them, not in a function."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,7 @@ class ReactionPrinter:
         self._moves = moves
         self._selection = selection
         self._acts: dict[int, Lines] = {}
+        self._functions: set[str] = set()
         self.shapes = Shapes(self.plan)
         self.by_event = self.shapes.by_event
 
@@ -105,8 +108,8 @@ class ReactionPrinter:
         if variant.domain is None:
             return Step(act=act)
         record, leave = Emitter(), Emitter()
-        self._moves.record_below(record, variant.domain)
         path = None if leaf is None else self._path(leaf, variant.domain)
+        self._moves.record_below(record, variant.domain, path)
         if path is None:
             leave.line(self._moves.leave_below(variant.domain))
         else:
@@ -118,7 +121,24 @@ class ReactionPrinter:
                 leave.line(self._moves.set_active(variant.domain))
         enter = Emitter()
         self._moves.ops(enter, variant.entry)
-        return Step(_lines(record), _lines(leave), act, _lines(enter))
+        rest = _lines(enter)
+        if self.chart.states[transition.source].children and len(act) + len(rest) > SHORT:
+            act, rest = (), self._shared(transition, variant, (*act, *rest))
+        return Step(_lines(record), _lines(leave), act, rest)
+
+    def _shared(self, transition: Transition, variant: Variant, lines: Lines) -> Lines:
+        """Return the call of what a transition does, whatever it leaves, in a function."""
+        number = self.plan.moves[transition.index].variants.index(variant)
+        name = f"{self.prefix}_take_{transition.index}" + (f"_{number}" if number else "")
+        if name not in self._functions:
+            self._functions.add(name)
+            out = self._selection.functions
+            out.line(f"/* {self._selection.comment(transition)} */")
+            out.line(f"static void {name}({self.prefix} *m)")
+            with out.block("{"):
+                out.lines(lines)
+            out.line()
+        return (f"{name}(m);",)
 
     def _path(self, leaf: int, domain: int) -> list[int] | None:
         """Return what is left of a region, innermost first; None if more than that is left."""
@@ -224,20 +244,20 @@ class ReactionPrinter:
                 continue
             name = self.names.function("at", leaf)
             calls.setdefault(name, []).append(leaf)
-            out.line(f"static bool {name}({p} *m, const {p}_event *e) {self._where(leaf)}")
+            out.line(f"static bool {name}({p} *m, const {p}_event *cause) {self._where(leaf)}")
             with out.block("{"):
                 self._over_events(out, answers)
             out.line()
-        out.line(f"static bool {p}_respond({p} *m, const {p}_event *e)")
+        out.line(f"static bool {p}_respond({p} *m, const {p}_event *cause)")
         with out.block("{"):
             if not calls:
-                out.lines(["(void)m;", "(void)e;", "return false;"])
+                out.lines(["(void)m;", "(void)cause;", "return false;"])
             else:
                 with out.block(f"switch (m->{self.names.regions[0]}) {{"):
                     for call, leaves in calls.items():
                         for leaf in leaves:
                             out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
-                        out.line(f"    return {call}(m, e);")
+                        out.line(f"    return {call}(m, cause);")
                     out.lines(["default:", "    return false;"])
         out.line()
 
@@ -247,7 +267,7 @@ class ReactionPrinter:
         return self.names.remark(" in ".join((f"{place}  {self.chart.states[state].id}", *above)))
 
     def _over_events(self, out: Emitter, answers: dict[Lines, list[int]]) -> None:
-        with out.block("switch (e->event) {"):
+        with out.block("switch (cause->event) {"):
             for lines, events in answers.items():
                 for event in events:
                     out.line(f"case {self.names.events[event]}:")
@@ -279,18 +299,18 @@ class ReactionPrinter:
                 return self._answer(self.candidates(leaf, lambda t: event in t.events), leaf)
 
             self._over_leaves(out, self.plan.regions[region], answer)
-        out.line(f"static bool {p}_respond({p} *m, const {p}_event *e)")
+        out.line(f"static bool {p}_respond({p} *m, const {p}_event *cause)")
         with out.block("{"):
             if calls:
-                with out.block("switch (e->event) {"):
+                with out.block("switch (cause->event) {"):
                     for event, call in calls.items():
                         out.line(f"case {self.names.events[event]}:")
                         out.line(f"    return {call};")
                     out.lines(["default:", "    break;"])
             else:
-                out.line("(void)e;")
+                out.line("(void)cause;")
             if Shape.ANY in map(self.shapes.shape, self.by_event):
-                out.line(f"return {p}_respond_any(m, e);")
+                out.line(f"return {p}_respond_any(m, cause);")
             else:
                 out.lines(["(void)m;", "return false;"])
         out.line()

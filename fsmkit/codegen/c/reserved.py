@@ -44,7 +44,7 @@ FUNCTIONS = _words(
 
 FAMILIES = re.compile(
     r"(leave|leave_all|state|always|guard|block|select_event|select_eventless)_\d+"
-    r"|(call|post|send)_.*"
+    r"|take_\d+(_\d+)?|(call|post|send)_.*"
 )
 """And of those that are made by number or by name."""
 

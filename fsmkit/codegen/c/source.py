@@ -63,6 +63,9 @@ class SourcePrinter:
         out.line(f"/* {names.prefix}.c: {what}. {NOTICE} */")
         out.line(f'#include "{names.prefix}.h"')
         out.line()
+        left = "(m)->budget" if names.does["loops"] else f"{names.upper}_MICROSTEPS - 1u"
+        out.lines(["#undef FSM_MICROSTEPS_LEFT", f"#define FSM_MICROSTEPS_LEFT(m) ({left})"])
+        out.line()
         self._prologue(out)
         self._calls(out)
         out.lines(self.blocks.finish().rstrip("\n").split("\n"))

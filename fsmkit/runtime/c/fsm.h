@@ -22,7 +22,8 @@ extern "C" {
 #include FSM_HOOKS
 #endif
 
-/* Hooks: called in the order of execution; compiled out unless defined. `m` is the machine. */
+/* Hooks: called in the order of execution; compiled out unless defined. `m` is the machine. A hook
+ * must not call the machine; FSM_MICROSTEPS_LEFT(m) tells how many microsteps it may still take. */
 #ifndef FSM_HOOK_BEGIN /* a macrostep begins; cause: an event, a timeout of transition `index` ... */
 #define FSM_HOOK_BEGIN(m, cause, index) ((void)0)
 #endif

@@ -6,9 +6,9 @@
 
 #define FSM_HOOK_EXIT(m, state) fsm_note_line("-", (uint32_t)(state))
 #define FSM_HOOK_TAKE(m, transition)                                                               \
-    (fsm_note_budget((m)->budget), fsm_note_taken((uint32_t)(transition)))
+    (fsm_note_budget(FSM_MICROSTEPS_LEFT(m)), fsm_note_taken((uint32_t)(transition)))
 #define FSM_HOOK_ENTER(m, state)                                                                   \
-    (fsm_note_budget((m)->budget), fsm_note_entered((uint32_t)(state)))
+    (fsm_note_budget(FSM_MICROSTEPS_LEFT(m)), fsm_note_entered((uint32_t)(state)))
 #define FSM_HOOK_EVENT(m, what, e)                                                                 \
     ((what) == FSM_UNHANDLED ? fsm_note_unhandled((uint32_t)(e)->event - 1u) : (void)0)
 #define FSM_HOOK_TEXT(m, what, text, number)                                                       \
