@@ -9,7 +9,7 @@ from typing import assert_never
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.expressions import can_fail
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.names import Names
+from fsmkit.codegen.python.names import Names, quoted
 from fsmkit.codegen.python.relations import (
     describe,
     domain_of,
@@ -365,7 +365,7 @@ class Mover:
 
     def _tell(self, line: str) -> None:
         with self._out.suite("if self.trace is not None:"):
-            self._out.line(f'self._tell("{line}")')
+            self._out.line(f"self._tell({quoted(line)})")
 
 
 def _table(numbers: dict[int, int]) -> str:

@@ -11,6 +11,8 @@ from fsmkit.emit import snake
 from fsmkit.emit.identifiers import legal
 from fsmkit.model.chart import Chart
 
+ESCAPES = {'"': '\\"', "\\": "\\\\"}
+
 
 @dataclass(frozen=True, slots=True)
 class Names:
@@ -81,3 +83,13 @@ def distinct(names: Iterable[str], taken: Collection[str] = ()) -> tuple[str, ..
 def file_name(chart: Chart, prefix: str | None = None) -> str:
     """Return the name of the module: ``feeder.py``."""
     return f"{snake(prefix or chart.name)}.py"
+
+
+def quoted(text: str) -> str:
+    """Return a literal of a string, on one line whatever is in it."""
+    return f'"{inside(text)}"'
+
+
+def inside(text: str) -> str:
+    """Return what stands between the double quotes of a literal of a string."""
+    return "".join(ESCAPES.get(c, c if c.isprintable() else repr(c)[1:-1]) for c in text)

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from fsmkit.codegen.python.content import Needs, shown
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.names import Names
+from fsmkit.codegen.python.names import Names, inside
 from fsmkit.expressions import (
     ArrayType,
     BoolType,
@@ -163,12 +163,14 @@ def _store(out: Lines, queue: str, fields: tuple[Field, ...]) -> None:
 
 
 def _told(event: str, fields: tuple[Field, ...]) -> str:
-    return " ".join([event, *[shown(f.name, f.type) for f in fields]])
+    """Return what stands in an f-string that tells of an event or a call."""
+    name = inside(event).replace("{", "{{").replace("}", "}}")
+    return " ".join([name, *[shown(f.name, f.type) for f in fields]])
 
 
 def _tell(out: Lines, text: str) -> None:
     with out.suite("if self.trace is not None:"):
-        prefix = "f" if "{" in text else ""
+        prefix = "f" if "{" in text or "}" in text else ""
         out.line(f'self._tell({prefix}"{text}")')
 
 
