@@ -16,7 +16,7 @@ from fsmkit.codegen.python.lines import Lines, docstring
 from fsmkit.codegen.python.movement import Mover, is_short
 from fsmkit.codegen.python.names import Names, quoted
 from fsmkit.codegen.python.regions import independent
-from fsmkit.codegen.python.relations import LONG, configuration, describe
+from fsmkit.codegen.python.relations import configuration, describe
 from fsmkit.codegen.python.selection import (
     Groups,
     Offers,
@@ -134,11 +134,11 @@ class Straight:
         with self.out.method(f"_on_{name}", doc, result="bool"):
             self.out.line("active = self._active")
             tests = self._tests(groups)
-            asked = {states[0] for states, _ in groups}
-            for test, ((state,), steps) in zip(tests, groups, strict=True):
-                with self.out.suite(f"if {test}:"):
+            for number, ((state,), steps) in enumerate(groups):
+                with self.out.suite(f"if {tests[number]}:"):
                     is_sure = self._steps(steps)
-                    if not is_sure and asked.isdisjoint(self.chart.ancestors(state)):
+                    later = (states[0] for states, _ in groups[number + 1 :])
+                    if not is_sure and not any(self.chart.is_descendant(state, o) for o in later):
                         self.out.line("return False")
             self.out.line("return False")
 
@@ -257,8 +257,7 @@ class Straight:
         if observes(transition.content) and known != place:
             known = self._store(place)
         self.content.block(self.out, transition.content, payload)
-        is_short = len(variant.entry) <= LONG
-        if is_short and all(isinstance(op, Enter | Content) for op in variant.entry):
+        if all(isinstance(op, Enter | Content) for op in variant.entry):
             for op in variant.entry:
                 if isinstance(op, Content):
                     self.mover.default(op.transition)
@@ -287,10 +286,8 @@ class Straight:
         path = [source]
         while path[-1] != domain:
             path.append(chart.states[path[-1]].parent or 0)
-        is_plain = (
-            chart.states[source].is_leaf
-            and len(path) <= LONG
-            and not any(chart.states[s].kind is Kind.PARALLEL for s in path[1:])
+        is_plain = chart.states[source].is_leaf and not any(
+            chart.states[s].kind is Kind.PARALLEL for s in path[1:]
         )
         if not is_plain:
             return self._leave_all(source, domain)
