@@ -43,7 +43,7 @@ bench: $(VENV)/ready
 
 # Seconds and calls of functions, stage by stage, for charts of 1,000 and 10,000 states.
 bench-scaling: $(VENV)/ready
-	$(BIN)/python benchmarks/scaling.py
+	$(BIN)/python benchmarks/scaling.py --calls
 
 # Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
 FUZZ_SECONDS ?= 60

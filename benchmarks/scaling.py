@@ -19,6 +19,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 
+from fsmkit.cli import COLLECT_AFTER
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings, Source
@@ -223,6 +224,7 @@ def main() -> None:
     parser.add_argument("--calls", action="store_true", help="count the calls of functions too")
     parser.add_argument("--profile", choices=STAGES, metavar="STAGE")
     options = parser.parse_args()
+    gc.set_threshold(COLLECT_AFTER)
     kinds = options.kind or list(KINDS)
     if options.profile:
         for kind in kinds:
