@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from fsmkit.codegen.python.expressions import can_fail, has_effect, parts_of
+from fsmkit.codegen.python.relations import LONG
 from fsmkit.codegen.python.selection import Groups, is_needing_memo
 from fsmkit.expressions import EventField, EventName, InState, Variable
 from fsmkit.model.chart import State, Transition
@@ -61,6 +62,8 @@ def _is_inside(plan: Plan, transition: Transition) -> bool:
         move.is_static
         and domain is not None
         and chart.states[transition.source].is_leaf
+        and len(move.variants[0].entry) <= LONG
+        and len(plan.chart.ancestors(transition.source)) <= LONG
         and plan.region_of[domain] == plan.region_of[transition.source]
         and all(isinstance(op, Enter) for op in move.variants[0].entry)
     )

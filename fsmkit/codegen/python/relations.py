@@ -10,6 +10,9 @@ from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Trigger
 from fsmkit.plan import Plan
 
+LONG = 16
+"""Of more states than these, what a transition leaves or enters is found when it is taken."""
+
 
 def is_dynamic(plan: Plan, transition: Transition) -> bool:
     """Whether the domain of a transition depends on what a history holds."""

@@ -15,8 +15,9 @@ from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines, docstring
 from fsmkit.codegen.python.movement import Mover, is_short
 from fsmkit.codegen.python.names import Names, quoted
+from fsmkit.codegen.python.places import UNKNOWN, Place
 from fsmkit.codegen.python.regions import independent
-from fsmkit.codegen.python.relations import configuration, describe
+from fsmkit.codegen.python.relations import LONG, configuration, describe
 from fsmkit.codegen.python.selection import (
     Groups,
     Offers,
@@ -32,35 +33,10 @@ from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Content, Enter, Plan
 
+FEW = 8
+"""Atomic states are asked one after the other if they are no more, else found in a table."""
 MANY = 60
 """States of several regions are compared with each other only if they are fewer."""
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """The configuration in the midst of a step, as far as it is known when compiling.
-
-    If ``base`` is known, it is that; else what was active, but for the states in ``changed``.
-    """
-
-    base: int | None
-    changed: int = 0
-
-    def without(self, state: int) -> Place:
-        """Return the configuration after an active state was left."""
-        if self.base is not None:
-            return Place(self.base & ~(1 << state))
-        return Place(None, self.changed ^ 1 << state)
-
-    def with_(self, state: int) -> Place:
-        """Return the configuration after a state was entered."""
-        if self.base is not None:
-            return Place(self.base | 1 << state)
-        return Place(None, self.changed ^ 1 << state)
-
-
-UNKNOWN = Place(None, -1)
-"""None that is ever meant."""
 
 
 @dataclass
@@ -131,16 +107,45 @@ class Straight:
                 self.out.line("return chosen != 0")
             return
         self.may_fault = False
+        leaves = [group for group in groups if self.chart.states[group[0][0]].is_leaf]
+        is_deferring = any(step is None for _, steps in leaves for step in steps)
+        is_split = self.is_single and len(leaves) > FEW and not is_deferring
         with self.out.method(f"_on_{name}", doc, result="bool"):
-            self.out.line("active = self._active")
-            tests = self._tests(groups)
-            for number, ((state,), steps) in enumerate(groups):
-                with self.out.suite(f"if {tests[number]}:"):
-                    is_sure = self._steps(steps)
-                    later = (states[0] for states, _ in groups[number + 1 :])
-                    if not is_sure and not any(self.chart.is_descendant(state, o) for o in later):
-                        self.out.line("return False")
+            if is_split:
+                self.out.line(f"step = self._FROM_{name}.get(self._active)")
+                with self.out.suite("if step is not None and step(self):"):
+                    self.out.line("return True")
+                groups = [group for group in groups if group not in leaves]
+            if groups:
+                self.out.line("active = self._active")
+            self._asked(groups)
             self.out.line("return False")
+        if is_split:
+            self._split(event, leaves)
+
+    def _asked(self, groups: Groups) -> None:
+        """Print states that are asked in turn."""
+        asked = {states[0] for states, _ in groups}
+        for test, ((state,), steps) in zip(self._tests(groups), groups, strict=True):
+            with self.out.suite(f"if {test}:"):
+                is_sure = self._steps(steps)
+                if not is_sure and asked.isdisjoint(self.chart.ancestors(state)):
+                    self.out.line("return False")
+
+    def _split(self, event: int, leaves: Groups) -> None:
+        """Print a method for each atomic state that an event is offered to, and their table."""
+        name, told = self.names.events[event], self.chart.events[event].name
+        entries = []
+        for (state,), steps in leaves:
+            method = f"_in_{state}_{self.names.bare[state]}_on_{name}"
+            doc = f"Take what `{told}` enables in {self.chart.states[state].id}."
+            with self.out.method(method, doc, result="bool"):
+                if not self._steps(steps):
+                    self.out.line("return False")
+            entries.append(f"{configuration(self.names, state)}: {method},")
+        self.out.line()
+        with self.out.block(f"_FROM_{name}: ClassVar[dict[int, Callable[[Any], bool]]] = {{"):
+            self.out.lines(entries)
 
     def _regions(self, regions: list[Groups]) -> None:
         """Print regions that are independent of each other, one after the other."""
@@ -257,7 +262,8 @@ class Straight:
         if observes(transition.content) and known != place:
             known = self._store(place)
         self.content.block(self.out, transition.content, payload)
-        if all(isinstance(op, Enter | Content) for op in variant.entry):
+        is_listed = len(variant.entry) <= LONG
+        if is_listed and all(isinstance(op, Enter | Content) for op in variant.entry):
             for op in variant.entry:
                 if isinstance(op, Content):
                     self.mover.default(op.transition)
@@ -286,8 +292,10 @@ class Straight:
         path = [source]
         while path[-1] != domain:
             path.append(chart.states[path[-1]].parent or 0)
-        is_plain = chart.states[source].is_leaf and not any(
-            chart.states[s].kind is Kind.PARALLEL for s in path[1:]
+        is_plain = (
+            chart.states[source].is_leaf
+            and len(path) <= LONG
+            and not any(chart.states[s].kind is Kind.PARALLEL for s in path[1:])
         )
         if not is_plain:
             return self._leave_all(source, domain)

@@ -10,7 +10,7 @@ TRACED_ONLY = ("_cause", "trace")
 """Variables that nothing but the trace needs."""
 RESET = re.compile(rf"self\.(?:{'|'.join(TRACED_ONLY)})(?:: .*)? = None")
 DECLARED = re.compile(rf'"?(?:{"|".join(TRACED_ONLY)})"?(?:,|: .*)')
-OPENING = re.compile(r"(?:@|def |_?[A-Z_]+: ClassVar|dispatch_\w+ = )")
+OPENING = re.compile(r"(?:@|def |_?[A-Z]\w*: ClassVar|dispatch_\w+ = )")
 OFFERED = ("NAME", "STATES", "EVENTS")
 """Constants that a host may use."""
 ASSIGNED = re.compile(r" +((?:self\._[a-z]\w* [-+|&^]?= )+)")

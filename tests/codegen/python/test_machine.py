@@ -18,6 +18,7 @@ from fsmkit.codegen.python.plugin import PLUGIN
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
 from fsmkit.model.chart import Chart
+from fsmkit.runtime.script import run_script
 from fsmkit.testing.differential import random_case
 
 PRESS = """\
@@ -398,3 +399,29 @@ def test_a_state_named_as_its_chart_is_asked_for(tmp_path: Path) -> None:
     assert not machine.is_in("same")
     assert machine.dispatch("go")
     assert machine.is_in("same")
+
+
+def test_many_states_are_found_in_a_table(tmp_path: Path) -> None:
+    """Each of them answers, and what it refuses its parent answers."""
+    states = "\n".join(
+        f"      s{n}: {{on: {{go: {{if: n % 2 == {n % 2}, target: s{(n + 1) % 20}, do: n += 1}}}}}}"
+        for n in range(20)
+    )
+    path = tmp_path / "many.yaml"
+    path.write_text(
+        "chart: Many\ndata: {n: int32 = 0, refused: int32 = 0}\nevents: {in: [go, skip]}\n"
+        f"states:\n  all:\n    on: {{go: {{do: refused += 1}}, skip: {{do: n += 1}}}}\n"
+        f"    states:\n{states}\n"
+    )
+    chart = load(path)
+    assert "_FROM_go: ClassVar" in module_text(chart)
+    machine = load_machine(chart)()
+    machine.start(0)
+    for _ in range(25):
+        assert machine.dispatch_go()
+    assert machine.active() == ("s5",)
+    machine.dispatch_skip()
+    assert machine.dispatch_go()
+    assert (machine.n, machine.refused) == (26, 1)
+    script = ["start 0", *["dispatch go", "dispatch skip", "dispatch go"] * 9, "dump"]
+    assert harness.run(chart, script) == list(run_script(chart, script))
