@@ -189,8 +189,10 @@ class _Uses:
     def _use(self, statement: DocStatement, scope: Scope) -> None:
         match statement:
             case DocAssign(location, value, operator=operator):
-                text = _joined(location, operator, value) if operator else value
-                self._assign(location.value.strip(), type_of(text, scope))
+                name = location.value.strip()
+                if self._is_sought(name):
+                    text = _joined(location, operator, value) if operator else value
+                    self._assign(name, type_of(text, scope))
             case DocRaise(event, arguments):
                 self._send(event.value, arguments, scope)
             case DocSend(event=event, arguments=arguments, name_list=listed):
@@ -208,10 +210,11 @@ class _Uses:
             case _:
                 pass
 
+    def _is_sought(self, name: str) -> bool:
+        return any(name in known for known in (self.names.untyped, self.names.inferred, self.types))
+
     def _assign(self, name: str, type_: Type | None) -> None:
-        if type_ is None or not any(
-            name in known for known in (self.names.untyped, self.names.inferred, self.types)
-        ):
+        if type_ is None or not self._is_sought(name):
             return
         known = self.types.get(name)
         if known is None and name in self.names.scope.variables:

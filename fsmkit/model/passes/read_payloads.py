@@ -37,6 +37,8 @@ from fsmkit.model.passes.walk_content import Place, statements
 
 TypeOf = Callable[[Text, Scope], Type | None]
 JOINING = ("&&", "||")
+EVENT = "_event"
+"""What every read of an event has in its text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,8 @@ class Read:
 def reads(place: Place, scope: Scope, type_of: TypeOf) -> Iterator[Read]:
     """Yield what one handler reads of the payload. ``type_of`` types what stands beside it."""
     for text, expected in _texts(place.transition, statements(place.block), scope, type_of):
+        if EVENT not in text.value:
+            continue
         try:
             node = parse(text.value)
         except SyntaxFault:
@@ -64,13 +68,13 @@ def _texts(
     scope: Scope,
     type_of: TypeOf,
 ) -> Iterator[tuple[Text, Type | None]]:
-    """Yield each expression of a handler, with the type its place wants."""
+    """Yield each expression of a handler, with the type its place wants if it may read."""
     if transition is not None and transition.guard is not None:
         yield transition.guard, BOOL
     for statement in content:
         match statement:
             case DocAssign(location, value):
-                yield value, type_of(location, scope)
+                yield value, type_of(location, scope) if EVENT in value.value else None
             case DocIf(branches):
                 yield from ((b.condition, BOOL) for b in branches if b.condition is not None)
             case DocRaise(arguments=arguments) | DocSend(arguments=arguments):
