@@ -42,9 +42,16 @@ Examples:
 )
 @click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
 @click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
+@click.option("--without", help="C: leave out parts, with commas: queue, counters.")
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
-    file: Path, name: str, folder: Path, prefix: str | None, trace: bool, as_json_document: bool
+    file: Path,
+    name: str,
+    folder: Path,
+    prefix: str | None,
+    trace: bool,
+    without: str | None,
+    as_json_document: bool,
 ) -> int:
     """Write the machine of a chart, or all machines of a system.
 
@@ -61,6 +68,8 @@ def command(
     options = {} if prefix is None else {"prefix": prefix}
     if trace:
         options["trace"] = "on"
+    if without is not None:
+        options["without"] = without
     generated = []
     for chart in charts:
         made = target.generate(chart, findings, options)

@@ -114,8 +114,8 @@ def _use_board(path: Path, machine: Machine) -> None:
     text = '#include "board_player.h"\n' + path.read_text(encoding="utf-8")
     for before, after in (
         (f"static {p} {p}_machine;\n", MEMORY.format(p=p, upper=upper)),
-        (f"{p}_start(&{p}_machine, now)", f"{p}_start(&{p}_machine, board_start(now))"),
-        (f"{p}_run(&{p}_machine, now)", f"{p}_run(&{p}_machine, board_wait(now))"),
+        (f"{p}_start(&{p}_machine, {p}_now)", f"{p}_start(&{p}_machine, board_start({p}_now))"),
+        (f"{p}_run(&{p}_machine, {p}_now)", f"{p}_run(&{p}_machine, board_wait({p}_now))"),
         (f"{p}_post(&{p}_machine, &e)", f"{p}_post_by_interrupt(&e)"),
     ):
         assert text.count(before) == 1, before

@@ -109,7 +109,19 @@ NO_VALUE = """\
 </scxml>
 """
 
+QUIET = """\
+chart: Quiet
+events: {in: [go]}
+states:
+  a: {on: {go: end}}
+  end: {final: true}
+"""
 CASES = {
+    "a chart that raises nothing comes to its end": (
+        QUIET,
+        ("start 0", "post go", "run 1", "post go"),
+        ["@1 > event go", "- a", "t 1", "+ end", "- end", "= end finished", "full queue"],
+    ),
     "a start value of no meaning leaves the script as it is": (
         NO_VALUE,
         ("start 0", "dump"),

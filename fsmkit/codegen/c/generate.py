@@ -9,6 +9,7 @@ import fsmkit
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
 from fsmkit.codegen.c.layout import Member, Needs, members, timers_needed
 from fsmkit.codegen.c.names import Names, name_everything
+from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.pruning import touched
 from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.types import computed
@@ -32,12 +33,14 @@ class Machine:
     """Of the struct, in bytes."""
 
 
-def generate_machine(chart: Chart, prefix: str | None = None) -> Machine:
+def generate_machine(
+    chart: Chart, prefix: str | None = None, options: Options | None = None
+) -> Machine:
     """Return the C of a chart: header, source, and the library they need.
 
     A chart that it invokes gives a header and a source of its own, for each slot.
     """
-    machine = _generate(name_everything(lower(chart), prefix))
+    machine = _generate(name_everything(lower(chart), prefix, options))
     for name in ("fsm.h", "fsm.c"):
         machine.files[name] = (LIBRARY / name).read_text(encoding="utf-8")
     return machine
@@ -74,7 +77,7 @@ def _generate(names: Names) -> Machine:
 def _figures(names: Names, layout: list[Member], needs: Needs) -> dict[str, int]:
     capacities = names.chart.capacities
     figures = {
-        "queue": capacities.queue,
+        "queue": capacities.queue if names.does["queued"] else 0,
         "internal": capacities.internal,
         "microsteps": capacities.microsteps,
         "tick_us": capacities.tick,

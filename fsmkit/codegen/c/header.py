@@ -152,18 +152,27 @@ def _functions(out: Emitter, names: Names) -> None:
     /* Make a machine that has not been started; then start it. Times are ticks modulo 2^32. */
     void {p}_init({p} *m);
     void {p}_start({p} *m, uint32_t now);
-
-    /* Put an event in the queue; false if it is full or the machine does not run. */
-    bool {p}_post({p} *m, const {p}_event *e);
     """)
-    for event in posted_events(names.chart):
-        fields = names.chart.events[event].fields
-        out.line(f"bool {p}_post_{names.event_names[event]}({p} *m{parameters(fields, names)});")
+    out.line()
+    if names.does["queued"]:
+        out.text(f"""
+        /* Put an event in the queue; false if it is full or the machine does not run. */
+        bool {p}_post({p} *m, const {p}_event *e);
+        """)
+        for event in posted_events(names.chart):
+            taken = parameters(names.chart.events[event].fields, names)
+            out.line(f"bool {p}_post_{names.event_names[event]}({p} *m{taken});")
+        out.line()
+    if names.does["runs"]:
+        what = "posted events in order, then timers that are due"
+        if not names.does["queued"]:
+            what = "eventless transitions whose inputs have changed, timers that are due"
+        out.text(f"""
+        /* Do all that is to be done until now: {what}. */
+        void {p}_run({p} *m, uint32_t now);
+        """)
+        out.line()
     out.text(f"""
-
-    /* Do all that is to be done until now: posted events in order, then timers that are due. */
-    void {p}_run({p} *m, uint32_t now);
-
     /* Process one event at once, ahead of the queue; what it replied is in m->reply. */
     fsm_result {p}_dispatch({p} *m, const {p}_event *e, uint32_t now);
     """)
@@ -208,10 +217,11 @@ def _questions(out: Emitter, names: Names) -> None:
 
     /* {steps}; false if there was nothing to do.
      * {p}_step_timer fires the first timer at its deadline, whatever the time is. */
-    bool {p}_step_event({p} *m);
     bool {p}_step_timer({p} *m);
     """)
-    if not names.is_invoked:
+    if names.does["queued"]:
+        out.line(f"bool {p}_step_event({p} *m);")
+    if not names.is_invoked and names.does["polls"]:
         out.line(f"bool {p}_step_eventless({p} *m);")
     out.line()
     out.text(f"""

@@ -88,7 +88,7 @@ static void @_send(@ *m, const @_event *e)
         m->queue[m->queue_count] = *e;
         m->queue_count++;
     } else {
-        @_count(&m->rejected);
+[counted]        @_count(&m->rejected);
         FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
     }
 }
@@ -197,7 +197,7 @@ static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint1
     FSM_HOOK_EVENT(m, FSM_DELAYED, e);
     FSM_HOOK_TEXT(m, FSM_DELAYED, "", delay);
     if (m->delayed_count >= %_DELAYED) {
-        @_count(&m->rejected);
+[counted]        @_count(&m->rejected);
         FSM_HOOK_TEXT(m, FSM_FULL, "delayed", 0);
         return;
     }

@@ -56,7 +56,7 @@ class InterfacePrinter:
             for inside, slot in zip(names.invoked, names.slots, strict=True):
                 out.line(f"{inside.prefix}_init(&m->{slot});")
         out.line()
-        if not names.is_invoked:
+        if not names.is_invoked and names.does["queued"]:
             for event in posted_events(chart):
                 self._post(out, event)
         has_timers = self.names.has_timers or self.names.delays

@@ -4,20 +4,21 @@
 """
 
 REACT = """
-static bool @_react(@ *m, const @_event *e)
+static fsm_result @_react(@ *m, const @_event *e)
 {
 [event]    m->event = *e;
-    bool handled = @_respond(m, e);
-    if (!handled)
+    fsm_result result = @_respond(m, e);
+    if (result == FSM_IGNORED)
         @_unhandled(m, e);
-    return handled;
+    return result;
 }
 """
 
 UNHANDLED = """
 static void @_unhandled(@ *m, const @_event *e)
 {
-    @_count(&m->unhandled);
+[counted]    @_count(&m->unhandled);
+[!counted]    (void)m; /* for the hook alone */
     FSM_HOOK_EVENT(m, FSM_UNHANDLED, e);
 $STRICT
 }
@@ -48,7 +49,7 @@ LOOP_END = """
 $INVOKE
 [stops]    if (m->fault != FSM_NO_FAULT) {
 [stops]        m->running = false;
-[ends]        m->finished = false;
+[stops][ends]        m->finished = false;
 [raises]        while (m->internal_count > 0u)
 [raises]            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
 $FORGET
@@ -58,8 +59,8 @@ $FORGET
 [ends]        @_leave_0(m, 0u, true);
 [ends][raises]        while (m->internal_count > 0u)
 [ends][raises]            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
-[ends]        while (m->queue_count > 0u)
-[ends]            (void)@_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
+[ends][queued]        while (m->queue_count > 0u)
+[ends][queued]            (void)@_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
 $CLEAR
 [ends]    }
 [settles]    return $ACTED;
@@ -79,91 +80,92 @@ $CLEAR
 [loops]    m->budget = %_MICROSTEPS;
 [begins]}
 
-/* One macrostep for an event that is out of its queue; whether a transition was taken. */
-static bool @_macrostep(@ *m, const @_event *e$MAY_DEFER$IS_EXTERNAL)
+/* One macrostep for an event that is out of its queue. */
+static fsm_result @_macrostep(@ *m, const @_event *e$MAY_DEFER$IS_EXTERNAL)
 {
-    bool handled;
 [begins]    @_begin(m);
 [external]    m->event = *e;
     FSM_HOOK_BEGIN(m, FSM_EVENT, 0);
     FSM_HOOK_EVENT(m, FSM_TAKEN, e);
 $BEFORE
 [loops]    m->budget--;
-    handled = @_react(m, e$DEFER);
+    fsm_result result = @_react(m, e$DEFER);
 [settles]    (void)@_settle(m);
 [rests]    @_rest(m);
     FSM_HOOK_END(m);
-    return handled;
+    return result;
 }
 
-bool @_step_event(@ *m)
-{
-    if ($STOPPED)
-        return false;
+[queued]bool @_step_event(@ *m)
+[queued]{
+[queued]    if ($STOPPED)
+[queued]        return false;
 $RECALL
-    if (m->queue_count == 0u)
-        return $IDLE;
-    @_event e = @_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
-    (void)@_macrostep(m, &e$ALWAYS$EXTERNAL);
-    return true;
-}
+[queued]    if (m->queue_count == 0u)
+[queued]        return $IDLE;
+[queued]    @_event e = @_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
+[queued]    (void)@_macrostep(m, &e$ALWAYS$EXTERNAL);
+[queued]    return true;
+[queued]}
 """
 
 HOST = """
-bool @_step_eventless(@ *m)
-{
-[!loops]    (void)m;
-[!loops]    return false;
-[loops]    if ($STOPPED)
-[loops]        return false;
-[loops]    @_begin(m);
-[loops]    FSM_HOOK_BEGIN(m, FSM_EVENTLESS, 0);
-[loops]    bool acted = @_settle(m);
-[loops]    @_rest(m);
-[loops]    FSM_HOOK_END(m);
-[loops]    return acted;
-}
+[polls]bool @_step_eventless(@ *m)
+[polls]{
+[polls][!loops]    (void)m;
+[polls][!loops]    return false;
+[polls][loops]    if ($STOPPED)
+[polls][loops]        return false;
+[polls][loops]    @_begin(m);
+[polls][loops]    FSM_HOOK_BEGIN(m, FSM_EVENTLESS, 0);
+[polls][loops]    bool acted = @_settle(m);
+[polls][loops]    @_rest(m);
+[polls][loops]    FSM_HOOK_END(m);
+[polls][loops]    return acted;
+[polls]}
 
-void @_run(@ *m, uint32_t now)
-{
-    uint32_t allowance = (uint32_t)m->queue_count + %_MICROSTEPS$DEFERRED_PLUS;
-[now]    m->now = now;
-[!now]    (void)now;
+[runs]void @_run(@ *m, uint32_t now)
+[runs]{
+[runs][queued]    uint32_t allowance = (uint32_t)m->queue_count + %_MICROSTEPS$DEFERRED_PLUS;
+[runs][now]    m->now = now;
+[runs][!now]    (void)now;
 $TRY_EVENTLESS
-    while ($RUNNING) {
-        if (allowance > 0u && @_step_event(m)) {
-            allowance--;
-            continue;
-        }
+[runs]    while ($RUNNING) {
+[runs][queued]        if (allowance > 0u && @_step_event(m)) {
+[runs][queued]            allowance--;
+[runs][queued]            continue;
+[runs][queued]        }
 $TIMER_DUE
-        break;
-    }
-[now]    m->now = now;
-}
+[runs]        break;
+[runs]    }
+[runs][now]    m->now = now;
+[runs]}
 
 fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
 {
 [guarded]    if (m->busy)
 [guarded]        return FSM_BUSY;
+[!checked]#ifdef FSM_HOOKS /* which must not be told of it; otherwise it is found out below */
     if ($STOPPED)
         return FSM_STOPPED;
+[!checked]#endif
 [now]    m->now = now;
 [!now]    (void)now;
-    return @_macrostep(m, e$NEVER$EXTERNAL) ? FSM_HANDLED : FSM_IGNORED;
+    return @_macrostep(m, e$NEVER$EXTERNAL);
 }
 """
 
 POST = """
-bool @_post(@ *m, const @_event *e)
-{
-    if ($STOPPED || !@_has_room(m)) {
-        @_count(&m->rejected);
-        return false;
-    }
-    m->queue[m->queue_count] = *e;
-    m->queue_count++;
-    return true;
-}
+[queued]bool @_post(@ *m, const @_event *e)
+[queued]{
+[queued]    if ($STOPPED || !@_has_room(m)) {
+[queued][counted]        @_count(&m->rejected);
+[queued]        return false;
+[queued]    }
+[queued]    m->queue[m->queue_count] = *e;
+[queued]    m->queue_count++;
+[queued]    return true;
+[queued]}
 """
 
 INVOKE = """    return acted;
@@ -190,7 +192,7 @@ DUE_WITHIN = """
         uint32_t due = 0u;
         if (@_next_deadline(m, &due) && fsm_reached(now, due)) {
             (void)@_step_timer(m);
-            allowance = %_MICROSTEPS;
+[queued]            allowance = %_MICROSTEPS;
             continue;
         }"""
 
@@ -210,6 +212,6 @@ void @_abandon(@ *m, uint32_t now)
 DUE = """
         if (m->timer_count > 0u && fsm_reached(now, m->timers[0].deadline)) {
             (void)@_step_timer(m);
-            allowance = %_MICROSTEPS;
+[queued]            allowance = %_MICROSTEPS;
             continue;
         }"""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import PurePath
 
+from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reserved import (
     FAMILIES,
     FUNCTIONS,
@@ -66,6 +67,7 @@ class Names:
     """By invocation: the member that holds the machine."""
     invoked: tuple[Names, ...] = ()
     """By invocation: the names of the machine."""
+    options: Options = field(default_factory=Options)
     does: dict[str, bool] = field(default_factory=dict)
     """What the machine does at all; known when all content is printed (see `StepPrinter`)."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
@@ -183,12 +185,14 @@ def _place(span: object) -> str:
     return ":".join(rest.split(":")[:2])
 
 
-def name_everything(plan: Plan, prefix: str | None) -> Names:
+def name_everything(plan: Plan, prefix: str | None, options: Options | None = None) -> Names:
     """Return the names for a plan; ``prefix`` instead of one made of the chart's name."""
     lower = snake(prefix or plan.chart.name)
     if lower in KEYWORDS:
         lower += "_machine"
-    return _name(plan, lower, None)
+    names = _name(plan, lower, None)
+    names.options = options or Options()
+    return names
 
 
 def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.harness import run_many
 from fsmkit.codegen.c.limits import report_limits
+from fsmkit.codegen.c.options import read_options, report_missing
 from fsmkit.diagnostics import Findings
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated
@@ -21,11 +22,17 @@ class C:
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return the files; ``prefix`` among the options replaces the chart's name."""
+        """Return the files.
+
+        Options: ``prefix`` replaces the chart's name; ``without``: some of `PARTS`, with commas
+        between them.
+        """
+        chosen = read_options(options)
         report_limits(chart, findings)
+        report_missing(chart, chosen, findings)
         if findings.has_errors:
             return None
-        machine = generate_machine(chart, options.get("prefix"))
+        machine = generate_machine(chart, options.get("prefix"), chosen)
         return Generated(machine.files, machine.figures)
 
     def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:

@@ -25,6 +25,7 @@ from fsmkit.model.document import Trigger
 from fsmkit.plan import Enter, Plan, Region, Variant
 
 Lines = tuple[str, ...]
+HANDLED, IGNORED = "return FSM_HANDLED;", "return FSM_IGNORED;"
 SHORT = 3
 """Lines that a transition which several states inherit does in each of them, not in a function."""
 
@@ -173,7 +174,11 @@ class ReactionPrinter:
     def _answer(
         self, candidates: Sequence[Transition], leaf: int, before: Sequence[str] = ()
     ) -> Lines:
-        """Return the code that takes the first enabled transition and returns."""
+        """Return the code that takes the first enabled transition and returns.
+
+        ``before``: what asks whether any may be taken, which eventless ones begin with.
+        """
+        done = "return true;" if before else HANDLED
         out = Emitter()
         may_stop = False
         for transition in candidates:
@@ -184,9 +189,9 @@ class ReactionPrinter:
                 out.open(f"if ({self.guard(transition)}) {{")
             out.lines(before)
             if may_stop and not before:
-                out.lines(["if (m->fault != FSM_NO_FAULT)", "    return true;"])
+                out.lines(["if (m->fault != FSM_NO_FAULT)", f"    {done}"])
             out.lines(self.step(transition, leaf).lines)
-            out.line("return true;")
+            out.line(done)
             if guard is not None:
                 out.close()
         return _lines(out)
@@ -208,9 +213,12 @@ class ReactionPrinter:
             lambda leaf: self._answer(
                 self.candidates(leaf, lambda t: t.trigger is Trigger.EVENTLESS), leaf, before
             ),
+            "return false;",
         )
 
-    def _over_leaves(self, out: Emitter, region: Region, answer: Callable[[int], Lines]) -> None:
+    def _over_leaves(
+        self, out: Emitter, region: Region, answer: Callable[[int], Lines], otherwise: str
+    ) -> None:
         """Print the body of a function: a switch over the deepest active states of a region."""
         answers: dict[Lines, list[int]] = {}
         for leaf in self._leaves(region):
@@ -223,9 +231,9 @@ class ReactionPrinter:
                     out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
                 with out.indented():
                     out.lines(lines)
-                    if lines[-1] != "return true;":
-                        out.line("return false;")
-            out.lines(["default:", "    return false;"])
+                    if not lines[-1].startswith("return"):
+                        out.line(otherwise)
+            out.lines(["default:", f"    {otherwise}"])
         out.line()
 
     # --- by state: a chart of one region --------------------------------------------------
@@ -233,7 +241,7 @@ class ReactionPrinter:
     def print_by_state(self, out: Emitter) -> None:
         """Print what each state does with each event, inherited transitions with its own."""
         p = self.prefix
-        calls: dict[str, list[int]] = {}
+        calls: dict[int, str] = {}
         for leaf in self._leaves(self.plan.regions[0]):
             answers: dict[Lines, list[int]] = {}
             for event in self.by_event:
@@ -243,22 +251,25 @@ class ReactionPrinter:
             if not answers:
                 continue
             name = self.names.function("at", leaf)
-            calls.setdefault(name, []).append(leaf)
-            out.line(f"static bool {name}({p} *m, const {p}_event *cause) {self._where(leaf)}")
+            calls[leaf] = name
+            out.line(
+                f"static fsm_result {name}({p} *m, const {p}_event *cause) {self._where(leaf)}"
+            )
             with out.block("{"):
                 self._over_events(out, answers)
             out.line()
-        out.line(f"static bool {p}_respond({p} *m, const {p}_event *cause)")
+        out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
         with out.block("{"):
             if not calls:
-                out.lines(["(void)m;", "(void)cause;", "return false;"])
-            else:
-                with out.block(f"switch (m->{self.names.regions[0]}) {{"):
-                    for call, leaves in calls.items():
-                        for leaf in leaves:
-                            out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
-                        out.line(f"    return {call}(m, cause);")
-                    out.lines(["default:", "    return false;"])
+                out.line("(void)cause;")
+            with out.block(f"switch (m->{self.names.regions[0]}) {{"):
+                for leaf in self._leaves(self.plan.regions[0]):
+                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                    if leaf in calls:
+                        out.line(f"    return {calls[leaf]}(m, cause);")
+                    else:
+                        out.line(f"    {IGNORED}")
+                out.lines(["default:", "    return FSM_STOPPED;"])
         out.line()
 
     def _where(self, state: int) -> str:
@@ -273,9 +284,9 @@ class ReactionPrinter:
                     out.line(f"case {self.names.events[event]}:")
                 with out.indented():
                     out.lines(lines)
-                    if lines[-1] != "return true;":
-                        out.line("return false;")
-            out.lines(["default:", "    return false;"])
+                    if not lines[-1].startswith("return"):
+                        out.line(IGNORED)
+            out.lines(["default:", f"    {IGNORED}"])
 
     # --- by event: a chart of several regions ---------------------------------------------
 
@@ -289,7 +300,7 @@ class ReactionPrinter:
                 continue
             name = f"{p}_on_{self.names.event_names[event]}"
             calls[event] = f"{name}(m)"
-            out.line(f"static bool {name}({p} *m)")
+            out.line(f"static fsm_result {name}({p} *m)")
             if shape is Shape.APART:
                 self._apart(out, transitions, event)
                 continue
@@ -298,8 +309,8 @@ class ReactionPrinter:
             def answer(leaf: int, event: int = event) -> Lines:
                 return self._answer(self.candidates(leaf, lambda t: event in t.events), leaf)
 
-            self._over_leaves(out, self.plan.regions[region], answer)
-        out.line(f"static bool {p}_respond({p} *m, const {p}_event *cause)")
+            self._over_leaves(out, self.plan.regions[region], answer, IGNORED)
+        out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
         with out.block("{"):
             if calls:
                 with out.block("switch (cause->event) {"):
@@ -312,7 +323,7 @@ class ReactionPrinter:
             if Shape.ANY in map(self.shapes.shape, self.by_event):
                 out.line(f"return {p}_respond_any(m, cause);")
             else:
-                out.lines(["(void)m;", "return false;"])
+                out.lines(["(void)m;", IGNORED])
         out.line()
 
     def _apart(self, out: Emitter, transitions: Sequence[Transition], event: int) -> None:
@@ -323,7 +334,7 @@ class ReactionPrinter:
             for place, region in enumerate(regions):
                 steps.append(self._choose(out, region, f"way{place}", event))
             ways = " | ".join(f"way{place}" for place in range(len(regions)))
-            out.lines([f"if (({ways}) == 0u)", "    return false;"])
+            out.lines([f"if (({ways}) == 0u)", f"    {IGNORED}"])
             parts: tuple[tuple[Callable[[Step], Lines], bool], ...] = (
                 (lambda step: step.record, False),
                 (lambda step: step.leave, True),
@@ -334,7 +345,7 @@ class ReactionPrinter:
                 order = range(len(regions))
                 for place in reversed(order) if is_reversed else order:
                     self._by_way(out, f"way{place}", [part(step) for step in steps[place]])
-            out.line("return true;")
+            out.line(HANDLED)
         out.line()
 
     def _choose(self, out: Emitter, region: Region, way: str, event: int) -> list[Step]:

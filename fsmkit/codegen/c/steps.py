@@ -218,7 +218,20 @@ class StepPrinter:
             or names.delays
         )
         event = is_family or "m->event." in text
+        without = frozenset() if is_family else names.options.without
+        is_timed = is_family or names.has_deadlines
+        queued = "queue" not in without
+        polls = any(
+            t.trigger is Trigger.EVENTLESS and t.guard is not None and reads_input(t.guard)
+            for t in chart.transitions
+        )
+        running = loops or ends or "m->running" in text
         return {
+            "checked": running or names.defers or not names.plan.is_single,
+            "queued": queued,
+            "counted": "counters" not in without,
+            "polls": polls or queued,
+            "runs": polls or queued or is_timed,
             "raises": raises,
             "eventless": eventless,
             "loops": loops,
@@ -231,7 +244,7 @@ class StepPrinter:
             "event": event,
             "external": self.invocation.has_external,
             "now": is_family or names.has_deadlines or "m->now" in text,
-            "running": loops or ends or "m->running" in text,
+            "running": running,
         }
 
     def _initial(self, out: Emitter) -> None:

@@ -114,19 +114,19 @@ static void @_take(@ *m, const @_selection *found)
 
 RESPOND_ANY = """
 /* What is left of the events: transitions that may preempt each other. */
-static bool @_respond_any(@ *m, const @_event *e)
+static fsm_result @_respond_any(@ *m, const @_event *e)
 {
     @_selection found = {{0}, 0, false};
     @_select_event_0(m, (uint16_t)e->event, &found);
     $FORGET
     @_remove_conflicts(m, &found);
     @_take(m, &found);
-    return found.count != 0u;
+    return found.count != 0u ? FSM_HANDLED : FSM_IGNORED;
 }
 """
 
 REACT_SINGLE = """
-static bool @_react(@ *m, const @_event *e, bool may_defer)
+static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 {
 [event]    m->event = *e;
     uint16_t taken = @_select_event(m, (uint16_t)e->event);
@@ -136,17 +136,17 @@ static bool @_react(@ *m, const @_event *e, bool may_defer)
     if (is_deferred && may_defer) {
         m->deferred[m->deferred_count] = *e;
         m->deferred_count++;
-        return false;
+        return FSM_IGNORED;
     }
     if (taken == 0u)
         @_unhandled(m, e);
     @_take(m, taken);
-    return taken != 0u;
+    return taken != 0u ? FSM_HANDLED : FSM_IGNORED;
 }
 """
 
 REACT_MANY = """
-static bool @_react(@ *m, const @_event *e, bool may_defer)
+static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 {
     @_selection found = {{0}, 0, false};
 [event]    m->event = *e;
@@ -156,12 +156,12 @@ static bool @_react(@ *m, const @_event *e, bool may_defer)
     if (found.count == 0u && found.defers && may_defer) {
         m->deferred[m->deferred_count] = *e;
         m->deferred_count++;
-        return false;
+        return FSM_IGNORED;
     }
     if (found.count == 0u)
         @_unhandled(m, e);
     @_take(m, &found);
-    return found.count != 0u;
+    return found.count != 0u ? FSM_HANDLED : FSM_IGNORED;
 }
 """
 
