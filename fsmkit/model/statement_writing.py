@@ -24,7 +24,7 @@ from fsmkit.model.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.model.statement_tokens import STRING, Cursor, lexemes, without_comments
+from fsmkit.model.statement_tokens import JOINING, STRING, Cursor, Lexeme, lexemes, without_comments
 from fsmkit.model.statement_words import CLAUSES, LITERAL_DELAY, NEW_LINES
 
 PLAIN_NAME = re.compile(r"[^\W\d][\w.-]*(\.\*)?")
@@ -54,7 +54,13 @@ def _lines(block: Block, margin: str) -> Iterator[str]:
                 yield from _lines(body, margin + "  ")
                 yield margin + "}"
             case _:
-                yield margin + _line(statement)
+                yield margin + _ended(_line(statement))
+
+
+def _ended(line: str) -> str:
+    """Return a statement so that the next line does not go on with it."""
+    *_, last, _ = (Lexeme("", "", 0), *lexemes(without_comments(line)))
+    return f"{line};" if last.kind in ("sign", "word") and last.text in JOINING else line
 
 
 def _line(statement: DocStatement) -> str:

@@ -77,7 +77,7 @@ def statements(block: Block) -> str:
     lines = text.split("\n")
     is_simple = not any(isinstance(one, DocIf | DocForEach) for one in block)
     if is_simple and len(lines) == len(block) and len(text) + len(lines) <= JOINED:
-        return "; ".join(lines)
+        return "; ".join(line.removesuffix(";") for line in lines)
     return text if len(lines) == 1 else text + "\n"
 
 

@@ -189,7 +189,6 @@ def test_states_without_a_name_get_the_one_they_mean() -> None:
     ("notation", "statement"),
     [
         ("yaml", DocAssign(text("x = ++"), text("y == 1"), SPAN)),
-        ("yaml", DocAssign(text("x"), text("1 +"), SPAN)),
         ("yaml", DocAssign(text("x"), text("1; y = 2"), SPAN, "+")),
         ("scxml", DocAssign(text("x"), text("1; y = 2"), SPAN, "+")),
         ("yaml", DocCall(text("128 && 128"), SPAN)),
@@ -205,6 +204,14 @@ def test_what_reads_as_something_else_cannot_be_said(
     with pytest.raises(FsmkitError) as caught:
         plugin(FrontEnd, notation).write(document_of(state, datamodel="ecmascript"))
     assert [d.rule.name for d in caught.value.diagnostics] == ["not-expressible"]
+
+
+@pytest.mark.parametrize("follows", [1, 20])
+def test_a_value_that_ends_like_a_sign_does_not_take_the_next_line(follows: int) -> None:
+    block = (DocAssign(text("x"), text("<a/>"), SPAN), *[DocCall(text("b()"), SPAN)] * follows)
+    state = DocState(text("a"), Kind.ATOMIC, SPAN, entry=(block,))
+    document = document_of(state, datamodel="ecmascript")
+    assert read(write_document(document)) == document
 
 
 def test_a_name_of_two_words_is_no_attribute() -> None:
