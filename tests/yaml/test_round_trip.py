@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text, render
 from fsmkit.loading import read_document as read_file
 from fsmkit.model.document import (
+    Block,
     Direction,
     DocArgument,
     DocAssign,
@@ -208,7 +209,8 @@ def test_what_reads_as_something_else_cannot_be_said(
 
 @pytest.mark.parametrize("follows", [1, 20])
 def test_a_value_that_ends_like_a_sign_does_not_take_the_next_line(follows: int) -> None:
-    block = (DocAssign(text("x"), text("<a/>"), SPAN), *[DocCall(text("b()"), SPAN)] * follows)
+    more = (DocCall(text("b()"), SPAN),) * follows
+    block: Block = (DocAssign(text("x"), text("<a/>"), SPAN), *more)
     state = DocState(text("a"), Kind.ATOMIC, SPAN, entry=(block,))
     document = document_of(state, datamodel="ecmascript")
     assert read(write_document(document)) == document
