@@ -278,6 +278,7 @@ def _moves(out: Lines, plan: Plan, names: Names, content: ContentPrinter, *, is_
     straight.events()
     mover.states()
     mover.transitions(straight.apart)
+    trees.print()
 
 
 def _guards(out: Lines, chart: Chart, names: Names) -> None:

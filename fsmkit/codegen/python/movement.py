@@ -6,19 +6,18 @@ from collections.abc import Callable, Collection
 from functools import partial
 from typing import assert_never
 
+from fsmkit.codegen.python.clashes import print_clashes
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.expressions import can_fail
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names, quoted
 from fsmkit.codegen.python.relations import (
     describe,
-    domain_of,
     is_dynamic,
-    meeting,
     real_below,
     real_children,
 )
-from fsmkit.codegen.python.selection import bit, bits, decimal, has_regions, mask, payload_of
+from fsmkit.codegen.python.selection import bit, bits, has_regions, mask, payload_of
 from fsmkit.model.chart import State, Transition
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.model.statements import Assign, CallOperation, Cancel, Log, Raise, Send
@@ -39,6 +38,8 @@ class Mover:
         self._chart = plan.chart
         self._names = names
         self._content = content
+        self.is_entered_by_method: Callable[[int], bool] = lambda _: False
+        """Whether there is a method that enters what is to come inside of a state."""
 
     def states(self) -> None:
         """Print what `start` does, and what happens when states are left and entered."""
@@ -56,7 +57,7 @@ class Mover:
         if has_regions(self._chart) and any(
             is_dynamic(self._plan, t) for t in self._chart.transitions
         ):
-            self.clashes()
+            print_clashes(self._out, self._plan, self._names)
 
     def begin(self) -> None:
         """Print what `start` does."""
@@ -115,6 +116,18 @@ class Mover:
                     self.default(transition.index)
             if state.kind is Kind.FINAL:
                 self.final(state)
+
+    def come(self, state: State, defaults: tuple[int, ...]) -> None:
+        """Print what is done when a state is entered: there, or by a call if that is long."""
+        if is_short(state.on_entry):
+            self.entering(state)
+            for default in defaults:
+                self.default(default)
+            if state.kind is Kind.FINAL:
+                self.final(state)
+        else:
+            passed = bits(sum(1 << d for d in defaults)) if defaults else "0"
+            self._out.line(f"self._entered_{self._names.bare[state.index]}({passed})")
 
     def is_entered_silently(self, state: State) -> bool:
         """Whether nothing but the configuration changes when a state is entered.
@@ -315,13 +328,20 @@ class Mover:
         held = f"self._history_{self._names.bare[history]}"
         if self._chart.states[history].kind is Kind.DEEP_HISTORY:
             inside = real_below(self._chart, below)
-            self._out.line(f"coming = {held} & {mask(self._names, inside)}")
+            sure = self._sure(history, below)
+            always = f" | {mask(self._names, sure)}" if sure else ""
+            self._out.line(f"coming = {held} & {mask(self._names, inside)}{always}")
             # and what lies between and the atomic states that were active
             for state in inside:
-                if deeper := real_below(self._chart, state):
+                deeper = real_below(self._chart, state)
+                if deeper and state not in sure:
                     with self._out.suite(f"if {held} & {mask(self._names, deeper)}:"):
                         self._out.line(f"coming |= {self._names.states[state]}")
-            self._out.line("self._enter(coming, 0)")
+            if self.is_entered_by_method(below):
+                self._out.line(f"self._restore_{self._names.bare[below]}(coming)")
+                self._out.line("self._active |= coming")
+            else:
+                self._out.line("self._enter(coming, 0)")
             return
         word = "if"
         for child in real_children(self._chart, below):
@@ -329,47 +349,23 @@ class Mover:
                 self.enter(entry_by_default(self._chart, child))
             word = "elif"
 
-    def clashes(self) -> None:
-        """Print how conflicts are found where histories decide a domain."""
-        chart, out = self._chart, self._out
-        compound = [s.index for s in chart.states if s.index == 0 or s.kind is Kind.COMPOUND]
-        still = {t.index: d for t in self._static() if (d := domain_of(self._plan, t)) is not None}
-        own = dict.fromkeys(compound, 0)
-        for index, still_domain in still.items():
-            own[still_domain] |= 1 << index
-        related = meeting(chart, own)
-        near = meeting(chart, {state: 1 << state for state in compound})
-        moving = [t for t in chart.transitions if is_dynamic(self._plan, t)]
-        doc = "Return the transitions whose exit sets meet that of this one."
-        with out.method("_clashes", doc, "transition: int", "int"):
-            out.line(f"domain = {still!r}.get(transition, -1)")
-            for t in moving:
-                with out.suite(f"if transition == {t.index}:"):
-                    out.line(f"domain = self._domain_{self._names.transitions[t.index]}()")
-            with out.suite("if domain < 0:"):
-                out.line("return 0")
-            out.line(f"found: int = {_table(related)}[domain]")
-            out.line(f"near: int = {_table(near)}[domain]")
-            for t in moving:
-                domain = f"self._domain_{self._names.transitions[t.index]}()"
-                with out.suite(f"if self._chosen & {bit(t.index)} and near >> {domain} & 1:"):
-                    out.line(f"found |= {bit(t.index)}")
-            out.line("return found")
-
-    def _static(self) -> list[Transition]:
-        return [
-            t
-            for t in self._chart.transitions
-            if t.targets and t.trigger is not Trigger.INITIAL and not is_dynamic(self._plan, t)
-        ]
+    def _sure(self, history: int, below: int) -> set[int]:
+        """Return the composite regions that were active if anything was recorded."""
+        chart = self._chart
+        if chart.states[history].parent != below:
+            return set()
+        found, todo = set(), [below]
+        while todo:
+            state = todo.pop()
+            if chart.states[state].kind is Kind.PARALLEL:
+                regions = real_children(chart, state)
+                found |= {region for region in regions if real_below(chart, region)}
+                todo += regions
+        return found
 
     def _tell(self, line: str) -> None:
         with self._out.suite("if self.trace is not None:"):
             self._out.line(f"self._tell({quoted(line)})")
-
-
-def _table(numbers: dict[int, int]) -> str:
-    return f"{{{', '.join(f'{key}: {decimal(number)}' for key, number in numbers.items())}}}"
 
 
 def is_short(blocks: tuple[tuple[object, ...], ...]) -> bool:

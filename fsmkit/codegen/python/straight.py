@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines, docstring
-from fsmkit.codegen.python.movement import Mover, is_short
+from fsmkit.codegen.python.movement import Mover
 from fsmkit.codegen.python.names import Names, quoted
 from fsmkit.codegen.python.places import UNKNOWN, Place
 from fsmkit.codegen.python.regions import independent
@@ -29,7 +29,7 @@ from fsmkit.codegen.python.selection import (
     print_selection,
 )
 from fsmkit.codegen.python.trees import Trees, observes
-from fsmkit.model.chart import Chart, State, Transition
+from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Content, Enter, Plan
 
@@ -67,6 +67,7 @@ class Straight:
         kinds = (Trigger.EVENTLESS, Trigger.AFTER, Trigger.EVERY)
         self.apart |= {t.index for t in self.chart.transitions if t.trigger in kinds}
         self.is_single = not has_regions(self.chart)
+        self.mover.is_entered_by_method = self.trees.enter
 
     @property
     def chart(self) -> Chart:
@@ -84,7 +85,6 @@ class Straight:
                 if not self.is_single:
                     self.out.line("active = self._active")
                 self._take(transition)
-        self.trees.print()
 
     def _event(self, event: int) -> None:
         groups = self.offers.by_state(event)
@@ -318,7 +318,7 @@ class Straight:
             top = parent
         if top != domain and self.trees.can_leave(top):
             self.mover.gone(source, domain)
-            self.out.line(f"self._leave_all_{self.names.bare[top]}(gone)")
+            self.out.line(f"self._exit_{self.names.bare[top]}(gone)")
             self.trees.wanted.add(top)
             if done.base is None:
                 self.out.line("active = self._active ^ gone")
@@ -358,19 +358,8 @@ class Straight:
             known != place
         ):
             known = self._store(place)
-        self._come(state, op.defaults)
+        self.mover.come(state, op.defaults)
         return place, known
-
-    def _come(self, state: State, defaults: tuple[int, ...]) -> None:
-        if is_short(state.on_entry):
-            self.mover.entering(state)
-            for default in defaults:
-                self.mover.default(default)
-            if state.kind is Kind.FINAL:
-                self.mover.final(state)
-        else:
-            passed = bits(sum(1 << d for d in defaults)) if defaults else "0"
-            self.out.line(f"self._entered_{self.names.bare[state.index]}({passed})")
 
     def _store(self, place: Place) -> Place:
         if self.is_local:

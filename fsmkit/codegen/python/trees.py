@@ -29,6 +29,8 @@ class Trees:
     is_seen: bool
     """Whether somebody is told which states are left, also of those that do nothing then."""
     wanted: set[int] = field(default_factory=set)
+    entered: set[int] = field(default_factory=set)
+    """States for which there is a method that enters what is to come inside of them."""
     _possible: dict[int, bool] = field(default_factory=dict)
 
     def can_leave(self, state: int) -> bool:
@@ -43,18 +45,56 @@ class Trees:
             self._possible[state] = known
         return known
 
+    def enter(self, state: int) -> bool:
+        """Whether there will be a method that enters what is to come inside of a state."""
+        if not all(map(self._can_enter, real_children(self.chart, state))):
+            return False
+        self.entered.add(state)
+        return True
+
+    def _can_enter(self, state: int) -> bool:
+        """Whether nothing inside of a state looks at what is active while it is entered."""
+        found = self.chart.states[state]
+        children = real_children(self.chart, state)
+        is_blind = not observes(found.on_entry) and found.kind is not Kind.FINAL
+        return is_blind and len(children) <= MOST and all(map(self._can_enter, children))
+
     def print(self) -> None:
         """Print the methods that are wanted, and those that these call."""
-        done: set[int] = set()
-        while rest := sorted(self.wanted - done):
-            for state in rest:
-                done.add(state)
-                self._leave_all(state)
+        for wanted, print_one in ((self.wanted, self._leave_all), (self.entered, self._enter)):
+            done: set[int] = set()
+            while rest := sorted(wanted - done):
+                for state in rest:
+                    done.add(state)
+                    print_one(state)
+
+    def _enter(self, index: int) -> None:
+        state = self.chart.states[index]
+        doc = f"Enter what is to come inside of {state.id}, outermost first."
+        with self.out.method(f"_restore_{self.names.bare[index]}", doc, "coming: int"):
+            word = "if"
+            for child in real_children(self.chart, index):
+                if state.kind is Kind.PARALLEL:
+                    self._come(child)
+                    continue
+                with self.out.suite(f"{word} coming & {self.names.states[child]}:"):
+                    self._come(child)
+                word = "elif"
+
+    def _come(self, child: int) -> None:
+        state = self.chart.states[child]
+        if self.is_seen:
+            with self.out.suite("if self.trace is not None:"):
+                self.out.line(f'self._tell("+ {state.id}")')
+        self.mover.come(state, ())
+        if real_children(self.chart, child):
+            self.entered.add(child)
+            self.out.line(f"self._restore_{self.names.bare[child]}(coming)")
 
     def _leave_all(self, index: int) -> None:
         state = self.chart.states[index]
         doc = f"Leave all that is active of {state.id}, innermost first."
-        with self.out.method(f"_leave_all_{self.names.bare[index]}", doc, "gone: int"):
+        with self.out.method(f"_exit_{self.names.bare[index]}", doc, "gone: int"):
             word = "if"
             for child in reversed(real_children(self.chart, index)):
                 if not self._is_silent(child):
@@ -77,7 +117,7 @@ class Trees:
             self._itself(self.chart.states[child])
             return
         self.wanted.add(child)
-        self.out.line(f"self._leave_all_{self.names.bare[child]}(gone)")
+        self.out.line(f"self._exit_{self.names.bare[child]}(gone)")
 
     def _is_silent(self, state: int) -> bool:
         """Whether leaving a state and all inside does nothing that anybody sees."""

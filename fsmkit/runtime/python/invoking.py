@@ -173,14 +173,13 @@ class Invoking(Machine):
         while self._running and self._fault is None:
             self._tried = 0
             chosen = self._select_eventless()
-            if not chosen and not self._internal_count:
+            if self._fault is not None or not (chosen or self._internal_count):
                 break
             if self._budget <= 0:
                 self._stop("microsteps")
             elif chosen:
                 self._budget -= 1
-                if self._fault is None:
-                    self._microstep(chosen)
+                self._microstep(chosen)
             else:
                 self._react(self._take_internal(), may_defer=False)
 
