@@ -31,8 +31,8 @@ class Variant:
 
 VARIANTS = (
     Variant("fsmkit", {}, ("FSM_NO_NAMES",)),
-    Variant("fsmkit, speed", {"optimize": "speed"}, ("FSM_NO_NAMES",)),
-    Variant("fsmkit, size", {"optimize": "size"}, ("FSM_NO_NAMES",)),
+    Variant("fsmkit, no counters", {"without": "counters"}, ("FSM_NO_NAMES",)),
+    Variant("fsmkit, no queue", {"without": "queue,counters"}, ("FSM_NO_NAMES",)),
 )
 """The first is what is written without any option; a later one with equal text is left out."""
 
