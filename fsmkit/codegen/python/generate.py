@@ -121,6 +121,7 @@ def _enumerations(members: tuple[Member, ...]) -> Iterator[str]:
     """Print the enumerations that are declared, the outermost machine's under their own names."""
     known: list[EnumType] = []
     taken = [member.names.machine for member in members[:-1]]
+    taken += [name for member in members for name in relations.constants(member.names)]
     for type_ in (type_ for member in reversed(members) for type_ in member.chart.types):
         if isinstance(type_, EnumType) and type_ not in known:
             known.append(type_)

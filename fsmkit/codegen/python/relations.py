@@ -129,6 +129,11 @@ def configurations(chart: Chart, names: Names) -> list[str]:
     ]
 
 
+def constants(names: Names) -> list[str]:
+    """Return what the constants of states and configurations are called, or could be."""
+    return [*names.states, *(configuration(names, state) for state in range(len(names.states)))]
+
+
 def configuration(names: Names, state: int) -> str:
     """Return the constant of a state: ``C_idle`` for ``S_idle``."""
     return f"C{names.states[state][1:]}" if state else names.states[0]

@@ -425,3 +425,17 @@ def test_many_states_are_found_in_a_table(tmp_path: Path) -> None:
     assert (machine.n, machine.refused) == (26, 1)
     script = ["start 0", *["dispatch go", "dispatch skip", "dispatch go"] * 9, "dump"]
     assert harness.run(chart, script) == list(run_script(chart, script))
+
+
+def test_an_enumeration_named_as_a_constant_gets_an_underscore(tmp_path: Path) -> None:
+    path = tmp_path / "clash.yaml"
+    path.write_text(
+        "chart: Clash\ntypes: {C_on: [x, y], S_on: [z]}\ndata: {a: C_on = C_on.y}\n"
+        "events: {in: [go]}\nstates: {on: {on: {go: off}}, off: {}}\n"
+    )
+    machine = load_machine(load(path))()
+    machine.start(0)
+    assert machine.is_in("on")
+    assert machine.dispatch_go()
+    assert machine.active() == ("off",)
+    assert machine.a == 1
