@@ -109,6 +109,19 @@ NO_VALUE = """\
 </scxml>
 """
 
+ASKED_AGAIN = """\
+chart: AskedAgain
+data: {d: int32 = 0}
+events: {in: [go]}
+states:
+  work:
+    on: {error.execution: {do: d = 1}}
+    always: {if: 10 / d > 3, target: last}
+    regions:
+      one: {initial: a, states: {a: {}}}
+      two: {initial: b, states: {b: {}}}
+  last: {}
+"""
 QUIET = """\
 chart: Quiet
 events: {in: [go]}
@@ -117,6 +130,14 @@ states:
   end: {final: true}
 """
 CASES = {
+    "a guard that failed is asked again": (
+        ASKED_AGAIN,
+        ("start 0",),
+        [
+            *("error error.execution", "t 1", "- b", "- two", "- a", "- one", "- work"),
+            *("t 2", "+ last", "= last"),
+        ],
+    ),
     "a chart that raises nothing comes to its end": (
         QUIET,
         ("start 0", "post go", "run 1", "post go"),

@@ -18,7 +18,7 @@ from fsmkit.codegen.c.leaving import ungrouped
 from fsmkit.codegen.c.moves import MovePrinter
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.selection import SelectionPrinter, askable
-from fsmkit.codegen.c.shapes import Shape, Shapes
+from fsmkit.codegen.c.shapes import Shape
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import Trigger
@@ -65,7 +65,7 @@ class ReactionPrinter:
         self._selection = selection
         self._acts: dict[int, Lines] = {}
         self._functions: set[str] = set()
-        self.shapes = Shapes(self.plan)
+        self.shapes = selection.shapes
         self.by_event = self.shapes.by_event
 
     # --- what a transition does -----------------------------------------------------------
@@ -186,6 +186,7 @@ class ReactionPrinter:
             may_stop = may_stop or (guard is not None and (can_fail(guard) or has_effect(guard)))
             out.line(f"/* {self._selection.comment(transition)} */")
             if guard is not None:
+                out.lines(self._selection.forget(transition))
                 out.open(f"if ({self.guard(transition)}) {{")
             out.lines(before)
             if may_stop and not before:

@@ -13,6 +13,7 @@ from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import can_fail, has_effect
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.shapes import Shapes
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import Kind, Trigger
@@ -31,6 +32,7 @@ class SelectionPrinter:
         self.chart = names.chart
         self.content = content
         self.prefix = names.prefix
+        self.shapes = Shapes(self.plan)
         self.remembered = self._remembered()
         self._asked = {t: place for place, t in enumerate(self.remembered)}
         self._interesting: frozenset[int] = frozenset()
@@ -47,7 +49,13 @@ class SelectionPrinter:
             if t.guard is not None
             and t.source in covering
             and (can_fail(t.guard) or has_effect(t.guard))
+            and self.shapes.may_preempt(t)
         )
+
+    def forget(self, transition: Transition) -> tuple[str, ...]:
+        """Return what makes straight code evaluate a guard anew that selection remembers."""
+        place = self._asked.get(transition.index)
+        return () if place is None else (f"m->asked[{place}] = 0u;",)
 
     # --- guards ---------------------------------------------------------------------------
 

@@ -77,6 +77,12 @@ class Shapes:
         is_pure = guard is None or not (can_fail(guard) or has_effect(guard))
         return move.is_static and is_pure and (domain is None or self.plan.region_of[domain] == own)
 
+    def may_preempt(self, transition: Transition) -> bool:
+        """Whether a transition is among those that may preempt each other."""
+        if transition.trigger is Trigger.EVENTLESS:
+            return self.eventless is Shape.ANY
+        return any(self.shape(event) is Shape.ANY for event in transition.events)
+
     @property
     def is_general(self) -> bool:
         """Whether something is left for `selection`."""
