@@ -65,6 +65,12 @@ def command(
         raise click.UsageError("--prefix names one machine; a system has several")
     if prefix is not None and not re.fullmatch(r"[A-Za-z]\w*", prefix, re.ASCII):
         raise click.UsageError(f"--prefix `{prefix}` is no identifier")
+    for option, is_given, wanted in (
+        ("--trace", trace, "python"),
+        ("--without", without is not None, "c"),
+    ):
+        if is_given and name != wanted:
+            raise click.UsageError(f"{option} is for the target {wanted}")
     options = {} if prefix is None else {"prefix": prefix}
     if trace:
         options["trace"] = "on"

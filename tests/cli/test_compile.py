@@ -73,6 +73,14 @@ def test_prefix_that_is_no_identifier_is_a_matter_of_usage(lamp: Path) -> None:
     assert run(["compile", str(lamp), "--prefix", ""]) == 2
 
 
+def test_parts_are_left_out_of_c_alone(lamp: Path) -> None:
+    folder = lamp.parent / "made"
+    assert run(["compile", str(lamp), "--out", str(folder), "--without", "queue,counters"]) == 0
+    assert "lamp_post" not in (folder / "lamp.h").read_text(encoding="utf-8")
+    assert run(["compile", str(lamp), "--target", "python", "--without", "queue"]) == 2
+    assert run(["compile", str(lamp), "--trace"]) == 2
+
+
 def test_unknown_target_names_those_there_are(
     lamp: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
