@@ -122,6 +122,17 @@ states:
       two: {initial: b, states: {b: {}}}
   last: {}
 """
+FULL_AT_ONCE = """\
+chart: FullAtOnce
+capacity: {internal: 1}
+data: {d: int32 = 0}
+events: {internal: [x]}
+states:
+  a:
+    entry: raise x
+    always: {if: 10 / d > 3, target: b}
+  b: {}
+"""
 QUIET = """\
 chart: Quiet
 events: {in: [go]}
@@ -130,6 +141,11 @@ states:
   end: {final: true}
 """
 CASES = {
+    "a fault in a guard ends the step at once": (
+        FULL_AT_ONCE,
+        ("start 0",),
+        ["raise x", "error error.execution", "full internal", "fault internal", "= a"],
+    ),
     "a guard that failed is asked again": (
         ASKED_AGAIN,
         ("start 0",),

@@ -34,7 +34,7 @@ LOOP_END = """
 [eventless]            acted = true;
 [eventless]            continue;
 [eventless]        }
-[raises]        if (m->internal_count == 0u)
+[raises]        if (m->internal_count == 0u || m->fault != FSM_NO_FAULT)
 [raises]            break;
 [raises]        acted = true;
 [raises]        if (m->budget == 0u) {

@@ -167,7 +167,7 @@ def run_to_completion(g: Globals) -> None:
     """
     while g.running and g.fault is None:
         enabled = select_eventless_transitions(g)
-        if not enabled and not g.internal:
+        if g.fault is not None or not (enabled or g.internal):
             break
         if g.budget <= 0:
             g.stop("microsteps")
