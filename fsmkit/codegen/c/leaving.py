@@ -22,6 +22,7 @@ class LeavePrinter:
         self.chart = names.chart
         self.content = content
         self.prefix = names.prefix
+        self._histories = tuple(state for state in self.chart.states if state.is_history)
 
     def leave_state(self, out: Emitter, state: int) -> None:
         """Print the hook, the timers and the exit handlers of a state."""
@@ -154,10 +155,9 @@ class LeavePrinter:
 
         ``path``: what is active there of the region of the domain, if that is known.
         """
-        for history in self.chart.states:
+        for history in self._histories:
             parent = history.parent
-            if not history.is_history or parent is None:
-                continue
+            assert parent is not None  # noqa: S101
             if not self.chart.is_descendant(parent, domain):
                 continue
             if path is not None and parent in path:

@@ -30,6 +30,7 @@ class Shapes:
         """Find how each event is answered, and how eventless transitions are taken."""
         self.chart = plan.chart
         self.plan = plan
+        self._known: dict[int, Shape] = {}
         self.by_event = self._sorted(Trigger.EVENT)
         """The transitions by event, in document order."""
         eventless = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
@@ -53,21 +54,24 @@ class Shapes:
         regions = self.regions(transitions)
         if len(regions) == 1:
             return Shape.ONE
-        if any(self._above(a, b) for a in regions for b in regions if a != b):
+        if any(not self._above(region).isdisjoint(regions) for region in regions):
             return Shape.ANY
         return Shape.APART if all(map(self._stays_within, transitions)) else Shape.ANY
 
     def shape(self, event: int) -> Shape:
         """Return how an event is answered."""
-        return self._shape(self.by_event.get(event, ()))
+        if event not in self._known:
+            self._known[event] = self._shape(self.by_event.get(event, ()))
+        return self._known[event]
 
     def regions(self, transitions: Iterable[Transition]) -> list[int]:
         """Return the regions in which transitions begin."""
         return sorted({self.plan.region_of[t.source] for t in transitions})
 
-    def _above(self, outer: int, inner: int) -> bool:
-        top = self.plan.regions[inner].top
-        return any(self.plan.region_of[a] == outer for a in self.chart.ancestors(top))
+    def _above(self, region: int) -> frozenset[int]:
+        """Return the regions in which a region lies."""
+        top = self.plan.regions[region].top
+        return frozenset(self.plan.region_of[a] for a in self.chart.ancestors(top)) - {region}
 
     def _stays_within(self, transition: Transition) -> bool:
         move = self.plan.moves[transition.index]
