@@ -1,8 +1,9 @@
 """Scripts: what a host does with a machine, line by line, the same for every runtime.
 
 Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``input NAME VALUE``,
-``run NOW``, ``seed N``, ``dump``. Times are ticks modulo 2^32. Operations return pseudo-random
-values, the same in every harness.
+``run NOW``, ``seed N``, ``dump``, ``save``, ``restore NOW`` (a new machine takes the place of the
+one that was saved last). Times are ticks modulo 2^32. Operations return pseudo-random values, the
+same in every harness.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from fsmkit.expressions import (
     Value,
 )
 from fsmkit.model.chart import Chart
-from fsmkit.runtime import interpreter
+from fsmkit.runtime import interpreter, packing
 from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
 from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines
@@ -93,6 +94,7 @@ class Player:
         self.chart = chart
         self.host = SeededHost(chart, seed)
         self.snapshot = interpreter.initial(chart)
+        self._saved = b""
         self._now = 0
         """Not wrapped: the interpreter compares times as numbers."""
 
@@ -141,6 +143,12 @@ class Player:
                 self.host.state = self._number(words, line)
             case "dump":
                 return tuple(dump_lines(self.chart, self.snapshot))
+            case "save":
+                self._saved = packing.pack(self.chart, self.snapshot)
+                return (f"saved {self._saved.hex()}",)
+            case "restore":
+                self._now = self._number(words, line)
+                self.snapshot = packing.unpack(self.chart, self._saved, self._now)
             case _:
                 raise wrong_line(line, f"there is no script line `{verb}`", KNOWN)
         return ()
@@ -168,7 +176,7 @@ class Player:
         self.snapshot = replace(self.snapshot, inputs=inputs)
 
 
-KNOWN = "use `start`, `run`, `post`, `dispatch`, `input`, `seed` or `dump`"
+KNOWN = "use `start`, `run`, `post`, `dispatch`, `input`, `seed`, `dump`, `save` or `restore`"
 
 
 def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:

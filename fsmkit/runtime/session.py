@@ -13,7 +13,7 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.expressions import Value
 from fsmkit.model.chart import Chart, Data, Event
 from fsmkit.model.document import Direction
-from fsmkit.runtime import interpreter, saving
+from fsmkit.runtime import interpreter, packing, saving
 from fsmkit.runtime.binding import BoundHost, Delivery, deliver
 from fsmkit.runtime.clock import Clock, SimulatedClock, read_microseconds
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
@@ -215,9 +215,17 @@ class Session:
         """Return the machine as data that `json` can write."""
         return saving.save(self.chart, interpreter.at_time(self.snapshot, self.now))
 
-    def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `save` returned; another chart's is refused."""
-        self.snapshot = saving.restore(self.chart, saved, self.now)
+    def save_bytes(self) -> bytes:
+        """Return the machine as generated C and Python save it, too."""
+        return packing.pack(self.chart, interpreter.at_time(self.snapshot, self.now))
+
+    def restore(self, saved: Mapping[str, Any] | bytes) -> None:
+        """Go on from what `save` or `save_bytes` returned; another chart's is refused."""
+        with self._stepping("restore"):
+            if isinstance(saved, bytes):
+                self.snapshot = packing.unpack(self.chart, saved, self.now)
+            else:
+                self.snapshot = saving.restore(self.chart, saved, self.now)
 
     # --- inside --------------------------------------------------------------------------------
 

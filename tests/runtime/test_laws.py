@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 
 import pytest
 
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.expressions import Value
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Kind
 from fsmkit.model.elaborate import elaborate
-from fsmkit.runtime import interpreter, saving
+from fsmkit.plan.image import image_of
+from fsmkit.runtime import interpreter, packing, saving
 from fsmkit.runtime.interpreter import Macrostep, Snapshot, Timeout
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.trace import trace_lines
@@ -141,6 +143,37 @@ def test_saved_and_restored_is_the_same(seed: int) -> None:
     for step in macrosteps(chart, seed):
         saved = json.loads(json.dumps(saving.save(chart, step.after)))
         assert saving.restore(chart, saved, step.after.now) == step.after
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_saved_as_bytes_and_restored_is_the_same(seed: int) -> None:
+    chart = chart_of(seed)
+    sizes = {image_of(chart).total}
+    for step in macrosteps(chart, seed):
+        try:
+            saved = packing.pack(chart, step.after)
+        except FsmkitError:  # a symbol that the chart does not mention
+            continue
+        sizes.add(len(saved))
+        restored = packing.unpack(chart, saved, step.after.now)
+        fault = step.after.fault
+        named = replace(restored, fault=fault if restored.fault == "error.*" else restored.fault)
+        assert named == step.after
+    assert len(sizes) == 1
+
+
+def test_what_is_no_snapshot_is_refused() -> None:
+    chart = chart_of(SEEDS[0])
+    (step, *_) = macrosteps(chart, SEEDS[0])
+    saved = packing.pack(chart, step.after)
+    for place in range(len(saved)):
+        for wrong in (
+            saved[:place],
+            saved[:place] + bytes([saved[place] ^ 4]) + saved[place + 1 :],
+        ):
+            with pytest.raises(FsmkitError) as caught:
+                packing.unpack(chart, wrong, 0)
+            assert caught.value.diagnostics[0].rule.name == "foreign-snapshot"
 
 
 def test_fingerprints_tell_charts_apart() -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.codegen.c.types import storage
-from fsmkit.model.document import Trigger
+from fsmkit.plan.image import timeouts_at_once
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,17 +43,7 @@ class Needs:
 
 def timers_needed(names: Names, *, delayed: bool) -> int:
     """Return how many timers can be armed at once: those of states active together, and sends."""
-    chart = names.chart
-    timed = [0] * len(chart.states)
-    for transition in chart.transitions:
-        if transition.trigger in (Trigger.AFTER, Trigger.EVERY):
-            timed[transition.source] += 1
-    most = list(timed)
-    for state in reversed(chart.states):
-        inner = [most[child] for child in state.children]
-        is_parallel = bool(names.plan.inner[state.index])
-        most[state.index] += sum(inner) if is_parallel else max(inner, default=0)
-    return most[0] + (chart.capacities.delayed if delayed else 0)
+    return timeouts_at_once(names.plan) + (names.chart.capacities.delayed if delayed else 0)
 
 
 def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Member]:

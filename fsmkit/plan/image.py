@@ -1,0 +1,272 @@
+"""The layout of a saved machine: the same bytes in every runtime, least significant byte first.
+
+::
+
+    "FSM" 1   hash of the chart (8 bytes)   the machine   CRC-32 of all that (4 bytes)
+
+A machine, every part as long as the chart says, whatever it holds:
+
+* status (1 byte: 1 running, 2 finished) and fault (1 byte, `FAULTS`);
+* for each region the number of its deepest active state (2); for each history and each region that
+  it records the number of what it recorded (2), 0 for none;
+* data, outputs, inputs, in the order of the chart;
+* the external queue: how many (1), then as many events as fit;
+* if some state defers: the deferred events in the same way;
+* if there can be timers: how many (1), then for each the ticks left (4, signed) and its transition
+  (2), or `SEND` for a delayed send;
+* if there can be delayed sends: for each, in the order of the timers, the place in ``routes``, in
+  ``ids`` and in ``peers`` (2 each), and the event;
+* the machine in each slot, if it runs; else zeros.
+
+An event is its index plus one (2), its fields, and zeros up to the longest payload of the chart.
+A value takes the fewest bytes of 1, 2, 4, 8 that hold its type; a symbol is its place in ``texts``
+(4); durations and floats are 4 or 8 bytes. What is beyond a count is zero.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
+from typing import assert_never
+from zlib import crc32
+
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    Literal,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
+from fsmkit.model.chart import Chart
+from fsmkit.model.content import all_statements
+from fsmkit.model.document import Trigger
+from fsmkit.model.statements import Destination, Send
+from fsmkit.plan.fingerprint import fingerprint
+from fsmkit.plan.lower import lower
+from fsmkit.plan.plan import Plan
+
+MAGIC = b"FSM\x01"
+SEND = 0x8000
+"""Instead of a transition: the timer is that of a delayed send."""
+UNKNOWN_TEXT = 0x10000
+"""Symbols from here on are numbers that the host of a machine in C gave."""
+FAULTS = (None, "microsteps", "internal", "range", "error.*", "invoked")
+"""In the order of ``fsm_fault``. The bytes do not tell which error it was that nobody handled."""
+INTEGERS = (("B", 0, 2**8 - 1), ("b", -(2**7), 2**7 - 1), ("H", 0, 2**16 - 1),
+            ("h", -(2**15), 2**15 - 1), ("I", 0, 2**32 - 1), ("i", -(2**31), 2**31 - 1),
+            ("Q", 0, 2**64 - 1), ("q", -(2**63), 2**63 - 1))  # fmt: skip
+"""Codes of `struct` with what they hold."""
+
+
+def head(chart: Chart) -> bytes:
+    """Return what every saved machine of a chart begins with."""
+    return MAGIC + bytes.fromhex(fingerprint(chart))[:8]
+
+
+def sealed(data: bytes) -> bytes:
+    """Return bytes with their CRC-32 (IEEE 802.3, as in zlib)."""
+    return data + struct.pack("<I", crc32(data))
+
+
+def is_sealed(data: bytes) -> bool:
+    """Whether bytes end with their CRC-32."""
+    return len(data) > 4 and sealed(data[:-4]) == data
+
+
+def scalars(type_: Type) -> Iterator[Type]:
+    """Yield the types of the scalar parts of a type, in order."""
+    match type_:
+        case ArrayType(element, length):
+            for _ in range(length):
+                yield from scalars(element)
+        case RecordType(_, parts):
+            for part in parts:
+                yield from scalars(part.type)
+        case _:
+            yield type_
+
+
+def flat(value: Value) -> Iterator[Value]:
+    """Yield the scalar parts of a value, in order."""
+    if isinstance(value, tuple):
+        for part in value:
+            yield from flat(part)
+    else:
+        yield value
+
+
+def code(type_: Type) -> str:
+    """Return the `struct` code of a scalar type."""
+    match type_:
+        case BoolType():
+            return "B"
+        case IntType(lo, hi):
+            return next(text for text, low, high in INTEGERS if low <= lo and hi <= high)
+        case EnumType(_, members):
+            return code(IntType(0, len(members) - 1))
+        case FloatType(bits):
+            return "f" if bits == 32 else "d"
+        case SymbolType() | DurationType():
+            return "I"
+        case ArrayType() | RecordType():
+            raise AssertionError(type_)
+        case _:
+            assert_never(type_)
+
+
+def codes(declared: tuple[Field, ...]) -> str:
+    """Return the `struct` codes of all scalar parts of fields."""
+    return "".join(code(part) for each in declared for part in scalars(each.type))
+
+
+def size_of(text: str) -> int:
+    """Return the size of `struct` codes in bytes, without padding."""
+    return struct.calcsize(f"<{text}")
+
+
+@dataclass(frozen=True)
+class Image:
+    """What the saved machine of a chart consists of."""
+
+    plan: Plan
+
+    @property
+    def chart(self) -> Chart:
+        """The chart."""
+        return self.plan.chart
+
+    @cached_property
+    def values(self) -> tuple[Field, ...]:
+        """Data, outputs and inputs."""
+        chart = self.chart
+        return tuple(Field(v.name, v.type) for v in (*chart.data, *chart.outputs, *chart.inputs))
+
+    @cached_property
+    def payload(self) -> int:
+        """Bytes of the longest payload."""
+        return max((size_of(codes(event.fields)) for event in self.chart.events), default=0)
+
+    @cached_property
+    def histories(self) -> tuple[tuple[int, int], ...]:
+        """A history and a region for each number that histories record."""
+        recorded = self.plan.recorded_regions
+        return tuple(
+            (s.index, r) for s in self.chart.states if s.is_history for r in recorded[s.index]
+        )
+
+    @cached_property
+    def _sends(self) -> tuple[Send, ...]:
+        found = (s for s in all_statements(self.chart) if isinstance(s, Send))
+        return tuple(s for s in found if s.delay is not None)
+
+    @cached_property
+    def routes(self) -> tuple[tuple[Destination, tuple[int, ...]], ...]:
+        """Where delayed sends go to, each once."""
+        return tuple(dict.fromkeys((s.destination, s.invocations) for s in self._sends))
+
+    @cached_property
+    def ids(self) -> tuple[str | None, ...]:
+        """The ids of delayed sends, each once, after that of none."""
+        return tuple(dict.fromkeys([None, *(s.id for s in self._sends)]))
+
+    @cached_property
+    def peers(self) -> tuple[str | None, ...]:
+        """The same of what delayed sends are addressed to."""
+        return tuple(dict.fromkeys([None, *(s.peer for s in self._sends)]))
+
+    @cached_property
+    def delayed(self) -> int:
+        """How many delayed sends there can be."""
+        return self.chart.capacities.delayed if self._sends else 0
+
+    @cached_property
+    def timers(self) -> int:
+        """How many timers can be armed."""
+        return timeouts_at_once(self.plan) + self.delayed
+
+    @cached_property
+    def deferred(self) -> int:
+        """How many events can be deferred."""
+        return self.chart.capacities.queue if any(s.defer for s in self.chart.states) else 0
+
+    @cached_property
+    def stores_symbols(self) -> bool:
+        """Whether some variable or field is a symbol."""
+        lists = (self.values, *(event.fields for event in self.chart.events))
+        every = (part for each in lists for field in each for part in scalars(field.type))
+        return any(isinstance(type_, SymbolType) for type_ in every)
+
+    @cached_property
+    def texts(self) -> tuple[str, ...]:
+        """The symbols of the chart, in order of the alphabet; the empty one first."""
+        if not self.stores_symbols:
+            return ("",)
+        chart = self.chart
+        found = {"", *_symbols(chart), *(event.name for event in chart.events)}
+        return tuple(sorted(found))
+
+    @cached_property
+    def inner(self) -> tuple[Image, ...]:
+        """Those of the machines in the slots."""
+        return tuple(image_of(invocation.chart) for invocation in self.chart.invocations)
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes of a machine, head and CRC left out."""
+        event = 2 + self.payload
+        found = 2 + 2 * (len(self.plan.regions) + len(self.histories)) + size_of(codes(self.values))
+        found += 1 + event * self.chart.capacities.queue
+        found += 1 + event * self.deferred if self.deferred else 0
+        found += 1 + 6 * self.timers if self.timers else 0
+        found += (6 + event) * self.delayed
+        return found + sum(image.size for image in self.inner)
+
+    @property
+    def total(self) -> int:
+        """Bytes of a saved machine."""
+        return len(MAGIC) + 8 + self.size + 4
+
+
+def image_of(chart: Chart) -> Image:
+    """Return the layout for a chart."""
+    return Image(lower(chart))
+
+
+def timeouts_at_once(plan: Plan) -> int:
+    """Return how many timeouts can be armed at once: those of states that are active together."""
+    chart = plan.chart
+    most = [0] * len(chart.states)
+    for transition in chart.transitions:
+        if transition.trigger in (Trigger.AFTER, Trigger.EVERY):
+            most[transition.source] += 1
+    for state in reversed(chart.states):
+        inner = [most[child] for child in state.children]
+        is_parallel = bool(plan.inner[state.index])
+        most[state.index] += sum(inner) if is_parallel else max(inner, default=0)
+    return most[0]
+
+
+def _symbols(node: object) -> Iterator[str]:
+    """Yield the strings in the expressions below a node; machines in slots have their own."""
+    match node:
+        case Literal(value, type_):
+            pairs = zip(flat(value), scalars(type_), strict=True)
+            yield from (str(part) for part, of in pairs if isinstance(of, SymbolType))
+        case tuple():
+            for part in node:
+                yield from _symbols(part)
+        case _ if is_dataclass(node):
+            for each in fields(node):
+                if each.compare and each.name not in ("type", "invocations"):
+                    yield from _symbols(getattr(node, each.name))
+        case _:
+            pass

@@ -1,0 +1,351 @@
+"""Snapshots as bytes: what generated C and Python save and restore, too (see `plan.image`)."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Sequence
+
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
+from fsmkit.model.chart import Chart
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.plan.image import (
+    FAULTS,
+    MAGIC,
+    SEND,
+    UNKNOWN_TEXT,
+    Image,
+    code,
+    flat,
+    head,
+    image_of,
+    is_sealed,
+    scalars,
+    sealed,
+)
+from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
+
+TIMED = (Trigger.AFTER, Trigger.EVERY)
+
+
+def pack(chart: Chart, snapshot: Snapshot) -> bytes:
+    """Return a snapshot as bytes, timers with the time they have left.
+
+    `FsmkitError` for a symbol that the chart does not mention: there is no number for it.
+    """
+    writer = _Writer(image_of(chart))
+    writer.machine(snapshot, snapshot.now)
+    return sealed(head(chart) + bytes(writer.data))
+
+
+def unpack(chart: Chart, data: bytes, now: int) -> Snapshot:
+    """Return the snapshot; `FsmkitError` for damaged bytes and for those of another chart."""
+    if not is_sealed(data) or not data.startswith(MAGIC):
+        raise _broken(chart, "its checksum is wrong, or it is none")
+    if not data.startswith(head(chart)):
+        raise fail(
+            "foreign-snapshot",
+            f"the snapshot is of another chart than `{chart.name}` as it is now",
+            help="restore it with the chart that it was saved from, or start anew",
+        )
+    image = image_of(chart)
+    if len(data) != image.total:
+        raise _broken(chart, f"it has {len(data)} bytes, not {image.total}")
+    reader = _Reader(image, data[len(head(chart)) : -4], now)
+    try:
+        return reader.machine()
+    except (ValueError, IndexError) as error:
+        raise _broken(chart, str(error)) from error
+
+
+def _broken(chart: Chart, why: str) -> FsmkitError:
+    return fail("foreign-snapshot", f"the snapshot of `{chart.name}` is damaged: {why}")
+
+
+def pack_values(image: Image, declared: Sequence[Field], values: Sequence[Value]) -> bytes:
+    """Return values of fields as bytes."""
+    writer = _Writer(image)
+    writer.values(declared, values)
+    return bytes(writer.data)
+
+
+def unpack_values(image: Image, declared: Sequence[Field], data: bytes) -> tuple[Value, ...]:
+    """Return the values; `ValueError` for bytes that stand for none."""
+    reader = _Reader(image, data, 0)
+    found = reader.values(declared)
+    if reader.at != len(data):
+        raise ValueError(f"{len(data) - reader.at} bytes are left over")
+    return found
+
+
+class _Writer:
+    """Bytes of a machine."""
+
+    def __init__(self, image: Image, data: bytearray | None = None) -> None:
+        self._image = image
+        self._chart = image.chart
+        self.data = bytearray() if data is None else data
+
+    def _put(self, codes: str, *values: float) -> None:
+        self.data += struct.pack(f"<{codes}", *values)
+
+    def machine(self, snapshot: Snapshot, now: int) -> None:
+        image = self._image
+        fault = 0 if snapshot.fault is None else _fault_number(snapshot.fault)
+        self._put("BB", snapshot.running + 2 * snapshot.finished, fault)
+        for number in _numbers(image, snapshot.configuration):
+            self._put("H", number)
+        recorded = dict(snapshot.history)
+        for history, region in image.histories:
+            self._put("H", _recorded(image, history, region, recorded.get(history, frozenset())))
+        self.values(image.values, (*snapshot.data, *snapshot.inputs))
+        self._events(snapshot.queue, self._chart.capacities.queue)
+        if image.deferred:
+            self._events(snapshot.deferred, image.deferred)
+        self._timers(snapshot.timers, now)
+        for inner, child in zip(image.inner, snapshot.invoked, strict=True):
+            if child is None:
+                self.data += bytes(inner.size)
+            else:
+                _Writer(inner, self.data).machine(child, now)
+
+    def values(self, declared: Sequence[Field], values: Sequence[Value]) -> None:
+        for field, value in zip(declared, values, strict=True):
+            for type_, part in zip(scalars(field.type), flat(value), strict=True):
+                self._put(code(type_), self._number(type_, part))
+
+    def _number(self, type_: Type, value: Value) -> float:
+        assert not isinstance(value, tuple)  # noqa: S101
+        if not isinstance(type_, SymbolType):
+            return float(value) if isinstance(type_, FloatType) else int(value)
+        if value not in self._image.texts:
+            raise fail(
+                "wrong-value",
+                f'the machine holds "{value}", which `{self._chart.name}` nowhere mentions',
+                help="save it as data for JSON, which keeps any text",
+            )
+        return self._image.texts.index(str(value))
+
+    def _event(self, occurrence: Occurrence) -> None:
+        event = self._chart.events[occurrence.event]
+        self._put("H", event.index + 1)
+        start = len(self.data)
+        self.values(event.fields, occurrence.payload)
+        self.data += bytes(start + self._image.payload - len(self.data))
+
+    def _events(self, waiting: Sequence[Occurrence], room: int) -> None:
+        self._put("B", len(waiting))
+        for occurrence in waiting:
+            self._event(occurrence)
+        self.data += bytes((room - len(waiting)) * (2 + self._image.payload))
+
+    def _timers(self, timers: Sequence[Timer], now: int) -> None:
+        image = self._image
+        if not image.timers:
+            return
+        self._put("B", len(timers))
+        for timer in timers:
+            what = timer.what.transition if isinstance(timer.what, Timeout) else SEND
+            self._put("iH", timer.deadline - now, what)
+        self.data += bytes((image.timers - len(timers)) * 6)
+        sends = [timer.what for timer in timers if isinstance(timer.what, Delayed)]
+        for send in sends:
+            route = image.routes.index((send.destination, send.invocations))
+            self._put("HHH", route, image.ids.index(send.id), image.peers.index(send.peer))
+            self._event(send.occurrence)
+        self.data += bytes((image.delayed - len(sends)) * (8 + image.payload))
+
+
+class _Reader:
+    """A machine from bytes."""
+
+    def __init__(self, image: Image, data: bytes, now: int, at: int = 0) -> None:
+        self._image = image
+        self._chart = image.chart
+        self._data = data
+        self._now = now
+        self.at = at
+
+    def _get(self, code_: str) -> float:
+        size = struct.calcsize(f"<{code_}")
+        if self.at + size > len(self._data):
+            raise ValueError("it ends too early")
+        (value,) = struct.unpack_from(f"<{code_}", self._data, self.at)
+        self.at += size
+        return value  # type: ignore[no-any-return]
+
+    def _count(self, code_: str, most: int) -> int:
+        value = int(self._get(code_))
+        if value > most:
+            raise ValueError(f"{value} is over {most}")
+        return value
+
+    def machine(self) -> Snapshot:
+        image = self._image
+        status, fault = self._count("B", 3), self._count("B", len(FAULTS) - 1)
+        regions = image.plan.regions
+        numbers = [self._count("H", len(region.states)) for region in regions]
+        recorded: dict[int, set[int]] = {}
+        for history, region in image.histories:
+            number = self._count("H", len(regions[region].states))
+            if number:
+                recorded.setdefault(history, set()).add(regions[region].states[number - 1])
+        values = self.values(image.values)
+        owned = len(image.chart.data) + len(image.chart.outputs)
+        queue = self._events(self._chart.capacities.queue)
+        deferred = self._events(image.deferred) if image.deferred else ()
+        timers = self._timers()
+        invoked = tuple(self._invoked(inner) for inner in image.inner)
+        was_started = bool(status or fault or any(numbers))
+        return Snapshot(
+            configuration=_configuration(image, numbers) if was_started else frozenset(),
+            data=values[:owned],
+            inputs=values[owned:],
+            history=tuple(
+                (history, _remembered(self._chart, history, states))
+                for history, states in sorted(recorded.items())
+            ),
+            queue=queue,
+            deferred=deferred,
+            timers=timers,
+            now=self._now,
+            running=bool(status & 1),
+            finished=bool(status & 2),
+            fault=FAULTS[fault],
+            invoked=invoked,
+        )
+
+    def _invoked(self, image: Image) -> Snapshot | None:
+        if not any(self._data[self.at : self.at + image.size]):
+            self.at += image.size
+            return None
+        reader = _Reader(image, self._data, self._now, self.at)
+        found = reader.machine()
+        self.at = reader.at
+        return found
+
+    def values(self, declared: Sequence[Field]) -> tuple[Value, ...]:
+        return tuple(self._value(field.type) for field in declared)
+
+    def _value(self, type_: Type) -> Value:
+        match type_:
+            case ArrayType(element, length):
+                return tuple(self._value(element) for _ in range(length))
+            case RecordType(_, parts):
+                return tuple(self._value(part.type) for part in parts)
+            case _:
+                return self._scalar(type_, self._get(code(type_)))
+
+    def _scalar(self, type_: Type, value: float) -> Value:
+        match type_:
+            case BoolType() if value in (0, 1):
+                return bool(value)
+            case IntType(lo, hi) if lo <= value <= hi:
+                return int(value)
+            case EnumType(_, members) if value < len(members):
+                return int(value)
+            case FloatType():
+                return value
+            case DurationType() if value < 2**31:
+                return int(value)
+            case SymbolType() if value < UNKNOWN_TEXT:
+                return self._image.texts[int(value)]
+            case _:
+                raise ValueError(f"{value} is no `{type_}` of the chart")
+
+    def _event(self) -> Occurrence | None:
+        number = self._count("H", len(self._chart.events))
+        end = self.at + self._image.payload
+        fields = self._chart.events[number - 1].fields if number else ()
+        payload = self.values(fields)
+        self.at = end
+        return Occurrence(number - 1, payload) if number else None
+
+    def _events(self, room: int) -> tuple[Occurrence, ...]:
+        count = self._count("B", room)
+        found = [self._event() for _ in range(room)]
+        if any((event is None) is (place < count) for place, event in enumerate(found)):
+            raise ValueError("a queue does not hold as many events as it says")
+        return tuple(event for event in found if event is not None)
+
+    def _timers(self) -> tuple[Timer, ...]:
+        image = self._image
+        if not image.timers:
+            return ()
+        count = self._count("B", image.timers)
+        pairs = [(int(self._get("i")), int(self._get("H"))) for _ in range(image.timers)][:count]
+        sends = self._sends()
+        found = []
+        for left, what in pairs:
+            if what != SEND and self._chart.transitions[what].trigger not in TIMED:
+                raise ValueError(f"transition {what} has no delay")
+            due = next(sends) if what == SEND else Timeout(what)
+            found.append(Timer(self._now + left, due))
+        return tuple(found)
+
+    def _sends(self) -> Iterator[Delayed]:
+        image = self._image
+        found = []
+        for _ in range(image.delayed):
+            route, name, peer = (int(self._get("H")) for _ in range(3))
+            event = self._event()
+            if event is not None:
+                to, slots = image.routes[route]
+                found.append(Delayed(event, to, image.ids[name], image.peers[peer], slots))
+        return iter(found)
+
+
+def _fault_number(fault: str) -> int:
+    return FAULTS.index("error.*" if fault.startswith("error.") else fault)
+
+
+def _numbers(image: Image, active: frozenset[int]) -> list[int]:
+    """Return for each region the number of the deepest of some active states."""
+    plan = image.plan
+    found = [0] * len(plan.regions)
+    for state in active - {0}:
+        region = plan.region_of[state]
+        found[region] = max(found[region], plan.number[state])
+    return found
+
+
+def _configuration(image: Image, numbers: Sequence[int]) -> frozenset[int]:
+    """Return the active states: in each region the deepest with all above it, and the root."""
+    plan = image.plan
+    deepest = [
+        region.states[number - 1]
+        for region, number in zip(plan.regions, numbers, strict=True)
+        if number
+    ]
+    above = (ancestor for state in deepest for ancestor in image.chart.ancestors(state))
+    return frozenset((0, *deepest, *above))
+
+
+def _recorded(image: Image, history: int, region: int, states: frozenset[int]) -> int:
+    """Return the number that a history recorded in a region: of the deepest state there."""
+    chart, plan = image.chart, image.plan
+    parent = chart.states[history].parent or 0
+    below = {a for s in states for a in (s, *chart.ancestors(s)) if chart.is_descendant(a, parent)}
+    return max((plan.number[s] for s in below if plan.region_of[s] == region), default=0)
+
+
+def _remembered(chart: Chart, history: int, states: set[int]) -> frozenset[int]:
+    """Return what a history remembers: children if it is shallow, atomic states if it is deep."""
+    if chart.states[history].kind is Kind.DEEP_HISTORY:
+        return frozenset(state for state in states if chart.states[state].is_leaf)
+    parent = chart.states[chart.states[history].parent or 0]
+    if parent.kind is Kind.PARALLEL:  # all of them or none
+        return frozenset(c for c in parent.children if not chart.states[c].is_history)
+    return frozenset(states)
