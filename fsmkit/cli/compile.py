@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
@@ -14,6 +14,7 @@ from fsmkit.cli.console import out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
+from fsmkit.emit import legal
 from fsmkit.loading import load_with_findings
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated, Target, plugin
@@ -97,15 +98,22 @@ def command(
 
 
 def machines(file: Path, findings: Findings) -> tuple[Chart, ...]:
-    """Return the chart of a file, or each chart of a system once, in the order of the file."""
+    """Return the chart of a file, or each chart of a system once, in the order of the file.
+
+    Of charts that differ in what a system gives them, all but the first are called as the machine.
+    """
     if not is_system_file(file):
         return (load_with_findings(file, findings),)
     system = load_system(file, findings)
     found: list[Chart] = []
+    written: list[Chart] = []
     for machine in system.machines:
         if machine.chart not in found:
+            is_known = machine.chart.name in (chart.name for chart in found)
+            name = legal(machine.name).strip("_") if is_known else machine.chart.name
             found.append(machine.chart)
-    return tuple(found)
+            written.append(replace(machine.chart, name=name))
+    return tuple(written)
 
 
 def united(generated: Iterable[Generated]) -> dict[str, str]:

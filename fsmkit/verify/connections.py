@@ -12,11 +12,12 @@ from fsmkit.expressions import ArrayType, EnumType, Field, IntType, RecordType, 
 from fsmkit.model.chart import Chart, Event
 from fsmkit.model.document import Direction
 from fsmkit.model.statements import Raise, Send
+from fsmkit.verify.indices import INDEXED, canonical, each
 from fsmkit.verify.system import EventLink, InputLink, Machine, Possible, operation_port
 from fsmkit.verify.walk import nodes
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, check_keys, demand_mapping, demand_sequence
 
-END = re.compile(r"\s*([A-Za-z_]\w*)\s*\.\s*([A-Za-z_][\w.]*)\s*")
+END = re.compile(rf"\s*({INDEXED})\s*\.\s*([A-Za-z_][\w.]*)\s*")
 EXAMPLE = "write `feeder.pushed -> molder.pushed`"
 
 
@@ -200,8 +201,8 @@ def connect(
     sequence = None if node is None else demand_sequence(node, "`connect`", findings)
     for item in sequence.items if sequence is not None else ():
         text = _connection(item, findings)
-        if text is not None:
-            connector.connect(text)
+        for one in () if text is None else each(text, machines):
+            connector.connect(one)
     events = tuple(link for link, _ in connector.events.values())
     inputs = tuple(link for link, _ in connector.inputs.values())
     _tell_unconnected(machines, events, inputs, possible, findings)
@@ -235,12 +236,15 @@ def _connection(item: Node, findings: Findings) -> Text | None:
 def find_machine(name: Text, machines: tuple[Machine, ...], findings: Findings) -> int | None:
     """Return the number of a machine; None after telling that there is none of that name."""
     names = [machine.name for machine in machines]
-    if name.value in names:
-        return names.index(name.value)
-    close = get_close_matches(name.value, names, 1)
+    full = canonical(name, findings)
+    if full in names:
+        return names.index(full)
+    if full is None:
+        return None
+    close = get_close_matches(full, names, 1)
     findings.add(
         "unknown-name",
-        f"there is no machine `{name}`",
+        f"there is no machine `{full}`",
         name,
         help=f"did you mean `{close[0]}`?" if close else "name it under `machines`",
     )

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.emit import legal
 from fsmkit.expressions import (
     BOOL,
     Expr,
@@ -22,10 +23,11 @@ from fsmkit.expressions import (
     type_expression,
 )
 from fsmkit.model.chart import Chart
+from fsmkit.verify.indices import INDEXED, canonical
 from fsmkit.verify.system import Atom, Machine
 
-TEST = r"(?P<tested>[A-Za-z_]\w*)\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
-DOTTED = r"(?P<machine>[A-Za-z_]\w*)\s*\.\s*(?P<name>[A-Za-z_]\w*)"
+TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
+DOTTED = rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*)"
 QUOTED = r'"[^"]*"|\'[^\']*\''
 NAMES = re.compile(rf"(?P<quoted>{QUOTED})|(?<![\w.]){TEST}|(?<![\w.]){DOTTED}")
 
@@ -50,13 +52,15 @@ class _Reader:
         """Return the variable for a dotted name; None to leave the text as it is."""
         if match["quoted"] is not None:
             return None
-        name = match["tested"] or match["machine"]
+        group = "machine" if match["tested"] is None else "tested"
+        name = canonical(text.part(*match.span(group)), self.findings)
         index = next((n for n, m in enumerate(self.machines) if m.name == name), None)
         if index is None:
-            if match["tested"] is not None:
+            if name is None:
+                self.failed = True
+            elif group == "tested" or "[" in name:
                 names = [machine.name for machine in self.machines]
-                group = text.part(*match.span("tested"))
-                self.unknown("there is no machine", name, names, group)
+                self.unknown("there is no machine", name, names, text.part(*match.span(group)))
             return None
         if match["tested"] is not None:
             return self._state(index, match["state"], text.part(*match.span("state")))
@@ -69,7 +73,7 @@ class _Reader:
             self.unknown(f"`{machine.name}` has no state", state, machine.chart.state_index, at)
             return None
         safe = re.sub(r"\W", "_", state)
-        return self._named(f"{machine.name}__In__{safe}", Atom(index, number), BOOL)
+        return self._named(f"{legal(machine.name)}__In__{safe}", Atom(index, number), BOOL)
 
     def _variable(self, index: int, name: str, at: Text) -> str | None:
         machine = self.machines[index]
@@ -80,7 +84,9 @@ class _Reader:
                 help_ = f"whether a state is active is written `{machine.name}.In({name})`"
             self.unknown(f"`{machine.name}` has no variable", name, types, at, help_)
             return None
-        return self._named(f"{machine.name}__{name}", Atom(index, variable=name), types[name])
+        return self._named(
+            f"{legal(machine.name)}__{name}", Atom(index, variable=name), types[name]
+        )
 
     def _named(self, name: str, atom: Atom, type_: Type) -> str:
         while self.atoms.get(name, atom) != atom:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from collections.abc import Mapping as Dictionary
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
-from fsmkit.loading import load_with_findings, read_bytes
+from fsmkit.loading import read_bytes
 from fsmkit.verify.connections import connect
+from fsmkit.verify.indices import unquantified
+from fsmkit.verify.machines import read_machines
 from fsmkit.verify.properties import read_condition
 from fsmkit.verify.surroundings import read_environment
 from fsmkit.verify.system import (
@@ -80,8 +83,7 @@ def read_system(
     parts = {key.value: node for key, node in top.entries}
     name = demand_text(parts["system"], "the name of a system", findings)
     _refuse_what_is_not_there_yet(parts, findings)
-    machines = _machines(parts.get("machines"), folder, replacing, findings)
-    _demand_machines(replacing, machines, findings)
+    machines = read_machines(parts.get("machines"), folder, replacing, findings)
     if findings.has_errors or name is None:
         return None
     if not machines:
@@ -94,8 +96,7 @@ def read_system(
         return None
     surroundings = read_environment(parts.get("environment"), machines, findings)
     machines = tuple(
-        Machine(m.name, m.chart, index in surroundings.machines, m.span)
-        for index, m in enumerate(machines)
+        replace(m, environment=index in surroundings.machines) for index, m in enumerate(machines)
     )
     links = connect(parts.get("connect"), machines, surroundings.possible, findings)
     properties = tuple(_properties(parts.get("properties"), machines, findings))
@@ -129,83 +130,6 @@ def _refuse_what_is_not_there_yet(parts: dict[str, Node], findings: Findings) ->
         schedule.span,
         help="write `schedule: interleaved`, or leave it out",
     )
-
-
-def _demand_machines(
-    replacing: Dictionary[str, Path], machines: tuple[Machine, ...], findings: Findings
-) -> None:
-    known = [machine.name for machine in machines]
-    for name in replacing if not findings.has_errors else ():
-        if name not in known:
-            close = get_close_matches(name, known, 1)
-            findings.add(
-                "unknown-name",
-                f"there is no machine `{name}` to replace",
-                None,
-                help=f"did you mean `{close[0]}`?" if close else f"use one of {', '.join(known)}",
-            )
-
-
-def _machines(
-    node: Node | None, folder: Path, replacing: Dictionary[str, Path], findings: Findings
-) -> tuple[Machine, ...]:
-    mapping = None if node is None else demand_mapping(node, "`machines`", findings)
-    found = []
-    for name, value in mapping.entries if mapping is not None else ():
-        if not name.value.isidentifier():
-            several = "[" in name.value
-            findings.add(
-                "not-explored-yet" if several else "unexpected-shape",
-                "arrays of machines are not explored yet"
-                if several
-                else f"`{name}` is no name for a machine",
-                name,
-                help="write each machine on a line of its own"
-                if several
-                else "use letters, digits and `_`",
-            )
-            continue
-        path = _chart_path(value, findings)
-        if path is None:
-            continue
-        file = replacing.get(name.value, folder / path.value)
-        try:
-            read_bytes(file, None if name.value in replacing else path)
-            own = Findings()
-            chart = load_with_findings(file, own)
-            findings.extend(own)
-        except FsmkitError as error:
-            findings.extend(error.diagnostics)
-            continue
-        if chart.abstract:
-            findings.add(
-                "abstract-machine",
-                f"the chart `{chart.name}` of `{name}` is abstract",
-                path,
-                help="name a chart that extends it",
-            )
-        found.append(Machine(name.value, chart, span=name.span))
-    return tuple(found)
-
-
-def _chart_path(node: Node, findings: Findings) -> Text | None:
-    if not isinstance(node, Mapping):
-        return demand_text(node, "the chart of a machine", findings)
-    check_keys(node, frozenset({"chart", "with"}), "a machine", findings)
-    parts = {key.value: (key, value) for key, value in node.entries}
-    if "with" in parts:
-        findings.add(
-            "not-explored-yet",
-            "parameters of machines (`with`) are not explored yet",
-            parts["with"][0],
-            help="write a chart that extends this one and sets the constants",
-        )
-    if "chart" not in parts:
-        findings.add(
-            "unexpected-shape", "a machine needs `chart`, the path of its chart", node.span
-        )
-        return None
-    return demand_text(parts["chart"][1], "the chart of a machine", findings)
 
 
 def _properties(
@@ -257,7 +181,8 @@ def _property(
     if "occurs(" in text_.value.replace(" ", ""):
         reason = "`occurs` is not explored yet"
         return Property(name.value, kind, text_.value, span=name.span, unexplored=reason)
-    condition = read_condition(text_, machines, findings)
+    written_out = unquantified(text_, machines, findings)
+    condition = None if written_out is None else read_condition(written_out, machines, findings)
     if condition is None:
         return None
     return Property(

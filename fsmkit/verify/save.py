@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fsmkit.diagnostics import fail
+from fsmkit.emit import legal
 from fsmkit.runtime.clock import duration_text
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample, as_json
@@ -89,7 +90,11 @@ def mermaid(closed: Closed, trace: Counterexample) -> str:
     lines = ["sequenceDiagram"]
     if any(step.action is Action.OCCUR for step in trace.steps):
         lines.append("  actor outside")
-    lines += [f"  participant {machine.name}" for machine in closed.system.machines]
+    names = [machine.name for machine in closed.system.machines]
+    lines += [
+        f"  participant {name}" if name.isidentifier() else f"  participant {legal(name)} as {name}"
+        for name in names
+    ]
     time = ""
     for number, step in enumerate(trace.steps):
         if number == trace.loop:
@@ -98,19 +103,18 @@ def mermaid(closed: Closed, trace: Counterexample) -> str:
         if step.action is Action.ELAPSE:
             continue
         if at != time:
-            first = closed.system.machines[0].name
-            last = closed.system.machines[-1].name
+            first, last = legal(names[0]), legal(names[-1])
             over = first if first == last else f"{first},{last}"
             lines.append(f"  Note over {over}: {at}")
             time = at
         if step.action is Action.OCCUR:
-            lines.append(f"  outside->>{step.machine}: {_plain(step.cause)}")
+            lines.append(f"  outside->>{legal(step.machine)}: {_plain(step.cause)}")
         goes = [name for name in step.after if name not in step.before]
         if goes:
-            lines.append(f"  Note right of {step.machine}: {_plain(', '.join(goes))}")
+            lines.append(f"  Note right of {legal(step.machine)}: {_plain(', '.join(goes))}")
         for sent in step.deliveries:
             arrow = "->>" if sent.is_event else "-->>"
-            lines.append(f"  {step.machine}{arrow}{sent.target}: {_plain(sent.what)}")
+            lines.append(f"  {legal(step.machine)}{arrow}{legal(sent.target)}: {_plain(sent.what)}")
     if trace.loop is not None:
         lines.append("  end")
     return "\n".join(lines) + "\n"

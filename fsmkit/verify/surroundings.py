@@ -22,10 +22,11 @@ from fsmkit.model.chart import Chart
 from fsmkit.model.document import Direction
 from fsmkit.verify.alphabet import uses_of, values_of
 from fsmkit.verify.connections import find_machine
+from fsmkit.verify.indices import INDEXED, each
 from fsmkit.verify.system import Machine, Possible
 from fsmkit.yaml.nodes import Node, check_keys, demand_mapping, demand_sequence, demand_text
 
-ITEM = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)
+ITEM = re.compile(rf"\s*({INDEXED})\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)
 ONE_OF = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s*\{(.*)\}\s*", re.DOTALL)
 RANGE = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s+(\S+?)\s*\.\.\s*(\S+)\s*")
 EXACTLY = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)(.*)", re.DOTALL)
@@ -53,8 +54,8 @@ def read_environment(
         sequence = demand_sequence(value, f"`{key}`", findings)
         for item in sequence.items if sequence is not None else ():
             text = demand_text(item, "what can happen", findings)
-            if text is not None:
-                _item(text, machines, key.value == "will", own, possible, findings)
+            for one in () if text is None else each(text, machines):
+                _item(one, machines, key.value == "will", own, possible, findings)
     return Surroundings(frozenset(own), tuple(possible))
 
 

@@ -16,11 +16,15 @@ from fsmkit.model.chart import Chart
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """An instance of a chart. One of the environment answers at once (see `verify.closed`)."""
+    """An instance of a chart. One of the environment answers at once (see `verify.closed`).
+
+    ``place``: of an element of an array of machines, the name of the array and its index.
+    """
 
     name: str
     chart: Chart
     environment: bool = False
+    place: tuple[str, int] | None = None
     span: Span | None = field(default=None, compare=False, repr=False)
 
 

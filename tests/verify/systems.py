@@ -122,8 +122,46 @@ properties:
   D: deadlock_free
 """
 
+NODE = """
+chart: Node
+constants: {FIRST: false, AT: 0, T_HOLD: 10ms}
+outputs: {at: 0..9 = 0}
+inputs: {before: 0..9}
+events: {in: [token, ask], out: [token_on]}
+initial: begins
+states:
+  begins:
+    choice:
+      - {if: FIRST, target: holds, do: at = AT}
+      - {target: waits, do: at = AT}
+  waits: {rest: true, on: {token: holds}}
+  holds:
+    rest: true
+    on: {ask: {if: before < 9, target: leaves}}
+  leaves: {after: {T_HOLD: {target: waits, do: send token_on}}}
+"""
+
+RING = """
+system: Ring
+machines:
+  "node[i in 0..2]":
+    chart: node.yaml
+    with: {FIRST: i == 1, AT: i, T_HOLD: 10ms + 5ms * i}
+connect:
+  - node[i].token_on -> node[(i + 1) % 3].token
+  - node[i].at -> node[(i+1)%3].before
+environment: {may: ["node[i].ask"]}
+properties:
+  one: {invariant: "count(i in node: node[i].In(holds) or node[i].In(leaves)) <= 1"}
+  never_two: {never: "any(i in 0..2: any(j in node: i < j and node[i].In(holds) and node[j].In(holds)))"}
+  numbered: {invariant: "all(i in 0..2: node[i].In(begins) or node[(i+1)%3].before == i)"}
+  last: {reachable: "node[2].In(holds) and node[1 + 1].at == 2"}
+  D: deadlock_free
+"""  # noqa: E501
+
 SYSTEMS: dict[str, dict[str, str]] = {
     "livelock": {"rally": LIVELOCK, "ping": PING, "pong": PONG},
     "deadlock": {"stuck": DEADLOCK, "left": LEFT, "right": RIGHT},
+    "ring": {"ring": RING, "node": NODE},
     "drive": {"drive": DRIVE, "driver": DRIVER, "axis": AXIS},
 }

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.verify.reader import load_system
 from fsmkit.verify.system import EventLink, InputLink, Possible, PropertyKind
 from tests.verify.conftest import Load
 from tests.verify.systems import AXIS, DRIVE, DRIVER, SYSTEMS
 
+ARRAY = "system: S\nmachines: {'a[i in 0..1]': axis.yaml}\n"
 MACHINES = "system: S\nmachines: {driver: driver.yaml, axis: axis.yaml}\n"
 
 
@@ -53,6 +57,37 @@ environment:
     assert [p.owed for p in system.possible] == [False] * 4 + [True]
 
 
+def test_arrays_are_written_out(load: Load) -> None:
+    system = load(**SYSTEMS["ring"])
+    assert [m.name for m in system.machines] == ["node[0]", "node[1]", "node[2]"]
+    given = [dict(m.chart.constants) for m in system.machines]
+    assert [(c["FIRST"].value, c["AT"].value, c["T_HOLD"].value) for c in given] == [
+        (False, 0, 10), (True, 1, 15), (False, 2, 20),
+    ]  # fmt: skip
+    assert [(link.source, link.target) for link in system.event_links] == [(0, 1), (1, 2), (2, 0)]
+    assert [(link.source, link.target) for link in system.input_links] == [(0, 1), (1, 2), (2, 0)]
+    assert [what.machine for what in system.possible] == [0, 1, 2]
+
+
+def test_a_constant_of_a_base_can_be_given(load: Load) -> None:
+    base = "chart: B\nconstants: {N: 1, M: N + 1}\ninitial: s\nstates: {s: {rest: true}}"
+    text = "system: S\nmachines: {a: {chart: derived.yaml, with: {N: 4}}, b: derived.yaml}"
+    derived = "chart: D\nextends: base.yaml\nconstants: {M: N + 2}"
+    system = load(system=text, derived=derived, base=base)
+    values = [{n: c.value for n, c in m.chart.constants} for m in system.machines]
+    assert values == [{"N": 4, "M": 6}, {"N": 1, "M": 3}]
+
+
+def test_machines_of_an_array_run_other_charts_when_replaced(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(ARRAY)
+    (tmp_path / "axis.yaml").write_text(AXIS)
+    (tmp_path / "other.yaml").write_text(AXIS.replace("Axis", "Other"))
+    other = tmp_path / "other.yaml"
+    for name, charts in (("a", ["Other", "Other"]), ("a[1]", ["Axis", "Other"])):
+        system = load_system(tmp_path / "s.yaml", Findings(), {name: other})
+        assert [m.chart.name for m in system.machines] == charts
+
+
 def test_what_is_not_explored_yet_is_undecided(load: Load) -> None:
     text = (
         DRIVE
@@ -71,8 +106,20 @@ def test_what_is_not_explored_yet_is_undecided(load: Load) -> None:
     [
         ("system: S\n", "empty-system", "S"),
         ("system: S\nmachines: {a: nowhere.yaml}", "unreadable-file", "nowhere.yaml"),
-        ("system: S\nmachines: {'a[i in 0..2]': axis.yaml}", "not-explored-yet", "'a[i in 0..2]'"),
-        ("system: S\nmachines: {a: {chart: axis.yaml, with: {x: 1}}}", "not-explored-yet", "with"),
+        ("system: S\nmachines: {'a[i in 2..0]': axis.yaml}", "bad-index", "2"),
+        ("system: S\nmachines: {'a[i in 0..n]': axis.yaml}", "unknown-name", "n"),
+        ("system: S\nmachines: {'a[i in 0..900]': axis.yaml}", "bad-index", "0"),
+        ("system: S\nmachines: {'a[i]': axis.yaml}", "unexpected-shape", "'a[i]'"),
+        ("system: S\nmachines: {a: {chart: axis.yaml, with: {x: 1}}}", "unknown-name", "x"),
+        (ARRAY + "connect: ['a[i].arrived -> a[i + 1].stop']", "unknown-name", "a[i + 1]"),
+        (ARRAY + "connect: ['a[i].arrived -> a[k + 1].stop']", "unknown-name", "k"),
+        (ARRAY + "connect: ['a[i].arrived -> a[1 / 2.0].stop']", "bad-index", "1 / 2.0"),
+        (ARRAY + "environment: {may: ['a[i].begun']}", "unknown-name", "begun"),
+        (ARRAY + "properties: {P: {never: 'a[2].In(still)'}}", "unknown-name", "a[2]"),
+        (ARRAY + "properties: {P: {never: 'a[0].In(stil)'}}", "unknown-name", "stil"),
+        (ARRAY + "properties: {P: {never: 'any(k in b: a[k].at_end)'}}", "unknown-name", "b"),
+        (ARRAY + "properties: {P: {never: 'any(k in a: a[k].at_ned)'}}", "unknown-name", "at_ned"),
+        (ARRAY + "properties: {P: {never: 'any(k in a: a[k].at_end'}}", "expression-syntax", "any"),
         (MACHINES + "machine: {}", "unknown-key", "machine"),
         (MACHINES + "schedule: cyclic", "not-explored-yet", "cyclic"),
         (MACHINES + "shared: {turn: 0..3}", "not-explored-yet", "{turn: 0..3}"),
