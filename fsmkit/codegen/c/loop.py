@@ -7,20 +7,18 @@ REACT = """
 static fsm_result @_react(@ *m, const @_event *e)
 {
 [event]    m->event = *e;
-    fsm_result result = @_respond(m, e);
-    if (result == FSM_IGNORED)
-        @_unhandled(m, e);
-    return result;
+    return @_respond(m, e);
 }
 """
 
 UNHANDLED = """
-static void @_unhandled(@ *m, const @_event *e)
+static fsm_result @_unhandled(@ *m, const @_event *e)
 {
 [counted]    @_count(&m->unhandled);
 [!counted]    (void)m; /* for the hook alone */
     FSM_HOOK_EVENT(m, FSM_UNHANDLED, e);
 $STRICT
+    return FSM_IGNORED;
 }
 """
 

@@ -85,7 +85,8 @@ def _name(lines: list[str]) -> str | None:
     code = [line for line in lines if line and not line.startswith(("/*", " *", "#"))]
     first = code[0]
     if first.startswith("typedef"):
-        return code[-1].rstrip(";").split()[-1]
+        of_function = re.search(r"(\w+)\(", first)
+        return of_function.group(1) if of_function else code[-1].rstrip(";").split()[-1]
     if not first.startswith("static "):
         return None
     found = DEFINED.search(first)

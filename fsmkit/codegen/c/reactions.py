@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from fsmkit.codegen.c.answers import print_answers
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import can_fail, has_effect, observes
 from fsmkit.codegen.c.leaving import ungrouped
@@ -25,7 +26,7 @@ from fsmkit.model.document import Trigger
 from fsmkit.plan import Enter, Plan, Region, Variant
 
 Lines = tuple[str, ...]
-HANDLED, IGNORED = "return FSM_HANDLED;", "return FSM_IGNORED;"
+HANDLED = "return FSM_HANDLED;"
 SHORT = 3
 """Lines that a transition which several states inherit does in each of them, not in a function."""
 
@@ -60,6 +61,7 @@ class ReactionPrinter:
         self.chart = names.chart
         self.plan: Plan = names.plan
         self.prefix = names.prefix
+        self._ignored = f"return {names.prefix}_unhandled(m, cause);"
         self._content = content
         self._moves = moves
         self._selection = selection
@@ -259,19 +261,17 @@ class ReactionPrinter:
             with out.block("{"):
                 self._over_events(out, answers)
             out.line()
-        out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
+        out.line(f"static fsm_result {p}_stopped({p} *m, const {p}_event *cause)")
         with out.block("{"):
-            if not calls:
-                out.line("(void)cause;")
-            with out.block(f"switch (m->{self.names.regions[0]}) {{"):
-                for leaf in self._leaves(self.plan.regions[0]):
-                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
-                    if leaf in calls:
-                        out.line(f"    return {calls[leaf]}(m, cause);")
-                    else:
-                        out.line(f"    {IGNORED}")
-                out.lines(["default:", "    return FSM_STOPPED;"])
+            out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
         out.line()
+        rows = [(f"{p}_stopped", "not started, or finished")]
+        leaves = set(self._leaves(self.plan.regions[0]))
+        for state in self.plan.regions[0].states:
+            name = calls.get(state, f"{p}_unhandled") if state in leaves else f"{p}_stopped"
+            rows.append((name, self.chart.states[state].id))
+        index = f"m->{self.names.regions[0]}"
+        print_answers(out, self.names, "By the deepest active state.", rows, index, "stopped")
 
     def _where(self, state: int) -> str:
         place = self.names.place(self.chart.states[state].span)
@@ -286,8 +286,8 @@ class ReactionPrinter:
                 with out.indented():
                     out.lines(lines)
                     if not lines[-1].startswith("return"):
-                        out.line(IGNORED)
-            out.lines(["default:", f"    {IGNORED}"])
+                        out.line(self._ignored)
+            out.lines(["default:", f"    {self._ignored}"])
 
     # --- by event: a chart of several regions ---------------------------------------------
 
@@ -300,8 +300,8 @@ class ReactionPrinter:
             if shape is Shape.ANY:
                 continue
             name = f"{p}_on_{self.names.event_names[event]}"
-            calls[event] = f"{name}(m)"
-            out.line(f"static fsm_result {name}({p} *m)")
+            calls[event] = name
+            out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause)")
             if shape is Shape.APART:
                 self._apart(out, transitions, event)
                 continue
@@ -310,22 +310,14 @@ class ReactionPrinter:
             def answer(leaf: int, event: int = event) -> Lines:
                 return self._answer(self.candidates(leaf, lambda t: event in t.events), leaf)
 
-            self._over_leaves(out, self.plan.regions[region], answer, IGNORED)
-        out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
-        with out.block("{"):
-            if calls:
-                with out.block("switch (cause->event) {"):
-                    for event, call in calls.items():
-                        out.line(f"case {self.names.events[event]}:")
-                        out.line(f"    return {call};")
-                    out.lines(["default:", "    break;"])
-            else:
-                out.line("(void)cause;")
-            if Shape.ANY in map(self.shapes.shape, self.by_event):
-                out.line(f"return {p}_respond_any(m, cause);")
-            else:
-                out.lines(["(void)m;", IGNORED])
-        out.line()
+            self._over_leaves(out, self.plan.regions[region], answer, self._ignored)
+        rows = [(f"{p}_unhandled", "no event")]
+        for event in range(max(self.by_event, default=-1) + 1):
+            name = calls.get(event, f"{p}_unhandled")
+            if self.shapes.shape(event) is Shape.ANY:
+                name = f"{p}_respond_any"
+            rows.append((name, self.chart.events[event].name))
+        print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")
 
     def _apart(self, out: Emitter, transitions: Sequence[Transition], event: int) -> None:
         """Print the body of a function for regions that are left and entered on their own."""
@@ -335,7 +327,7 @@ class ReactionPrinter:
             for place, region in enumerate(regions):
                 steps.append(self._choose(out, region, f"way{place}", event))
             ways = " | ".join(f"way{place}" for place in range(len(regions)))
-            out.lines([f"if (({ways}) == 0u)", f"    {IGNORED}"])
+            out.lines([f"if (({ways}) == 0u)", f"    {self._ignored}"])
             parts: tuple[tuple[Callable[[Step], Lines], bool], ...] = (
                 (lambda step: step.record, False),
                 (lambda step: step.leave, True),

@@ -120,8 +120,10 @@ static fsm_result @_respond_any(@ *m, const @_event *e)
     @_select_event_0(m, (uint16_t)e->event, &found);
     $FORGET
     @_remove_conflicts(m, &found);
+    if (found.count == 0u)
+        return @_unhandled(m, e);
     @_take(m, &found);
-    return found.count != 0u ? FSM_HANDLED : FSM_IGNORED;
+    return FSM_HANDLED;
 }
 """
 
@@ -139,9 +141,9 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
         return FSM_IGNORED;
     }
     if (taken == 0u)
-        @_unhandled(m, e);
+        return @_unhandled(m, e);
     @_take(m, taken);
-    return taken != 0u ? FSM_HANDLED : FSM_IGNORED;
+    return FSM_HANDLED;
 }
 """
 
@@ -159,9 +161,9 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
         return FSM_IGNORED;
     }
     if (found.count == 0u)
-        @_unhandled(m, e);
+        return @_unhandled(m, e);
     @_take(m, &found);
-    return found.count != 0u ? FSM_HANDLED : FSM_IGNORED;
+    return FSM_HANDLED;
 }
 """
 

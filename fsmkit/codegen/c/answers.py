@@ -1,0 +1,39 @@
+"""The table that tells which function answers an event."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fsmkit.codegen.c.names import Names
+from fsmkit.emit import Emitter
+
+
+def print_answers(
+    out: Emitter,
+    names: Names,
+    what: str,
+    rows: Sequence[tuple[str, str]],
+    index: str,
+    otherwise: str,
+) -> None:
+    """Print the table and its look-up.
+
+    ``rows``: functions with what they are for; ``index``: the row that is wanted, an expression;
+    ``otherwise``: who answers if there is no such row, whatever bytes the machine and the event
+    hold. What answers is the last that is called, so that compilers jump to it, and return from it
+    to the host.
+    """
+    p = names.prefix
+    out.line(f"typedef fsm_result {p}_answer({p} *m, const {p}_event *cause);")
+    out.line()
+    out.line(f"/* {what} */")
+    with out.block(f"static {p}_answer *const {p}_answers[{len(rows)}] = {{", "};"):
+        for name, note in rows:
+            out.line(f"{name}, {names.remark(note)}")
+    out.line()
+    out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
+    with out.block("{"):
+        out.line(f"if ({index} >= {len(rows)}u)")
+        out.line(f"    return {p}_{otherwise}(m, cause);")
+        out.line(f"return {p}_answers[{index}](m, cause);")
+    out.line()
