@@ -199,7 +199,7 @@ def _operations(out: Emitter, names: Names) -> None:
                 show(out, part.type, names.field(part.name), names)
             if result is not None:
                 out.line(f"{ctype} result;")
-                _made(out, result, "result", names)
+                made(out, result, "result", names)
                 out.line('printf(" =");')
                 show(out, result, "result", names)
             out.line('printf("\\n");')
@@ -213,14 +213,15 @@ def _operations(out: Emitter, names: Names) -> None:
             out.lines(f"(void){names.field(part.name)};" for part in event.fields)
 
 
-def _made(out: Emitter, type_: Type, place: str, names: Names) -> None:
+def made(out: Emitter, type_: Type, place: str, names: Names) -> None:
+    """Print how a place gets the next pseudo-random value, as `SeededHost` makes it."""
     match type_:
         case RecordType(_, fields):
             for part in fields:
-                _made(out, part.type, f"{place}.{names.field(part.name)}", names)
+                made(out, part.type, f"{place}.{names.field(part.name)}", names)
         case ArrayType(element, length):
             for index in range(length):
-                _made(out, element, f"{place}[{index}]", names)
+                made(out, element, f"{place}[{index}]", names)
         case BoolType():
             out.line(f"{place} = (next_random() >> 16 & 1) != 0;")
         case IntType(lo, hi):
