@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: demo test lint tools bless differential bench bench-scaling fuzz clean
+.PHONY: demo test lint tools bless differential endurance bench bench-scaling fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -34,6 +34,14 @@ CHARTS ?= 1000
 differential: $(VENV)/ready
 	$(BIN)/python -m fsmkit.testing.differential --charts $(CHARTS)
 	$(BIN)/python -m fsmkit.testing.plain --charts $(CHARTS)
+
+# Simulated hours of each chart under random events and faults, in C, with an account of all events.
+HOURS ?= 24
+SEED ?= 1
+ENDURED ?= $(sort $(shell grep -lr '^chart:' machines/production_cell --include='*.yaml' \
+  --exclude-dir=defects))
+endurance: $(VENV)/ready
+	$(BIN)/python -m fsmkit.testing.endurance $(ENDURED) --hours $(HOURS) --seed $(SEED)
 
 # Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready
