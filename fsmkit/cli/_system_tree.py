@@ -18,6 +18,7 @@ def system_tree(system: System) -> Tree:
             for m in system.machines
         ],
         "connections": _connections(system),
+        "shared": [f"{name}: {', '.join(holders)}" for name, holders in _shared(system).items()],
         "environment": [
             f"{'will' if p.owed else 'may'} {_port(system, p.machine, p.event)}"
             for p in system.possible
@@ -51,9 +52,20 @@ def _connections(system: System) -> list[str]:
     ]
     for link in system.input_links:
         source, target = system.machines[link.source], system.machines[link.target]
+        if link.output >= len(source.chart.outputs):
+            continue  # shared data
         written = source.chart.outputs[link.output].name
         read = target.chart.inputs[link.input].name
         found.append(f"{source.name}.{written} -> {target.name}.{read}")
+    return found
+
+
+def _shared(system: System) -> dict[str, list[str]]:
+    """Return the machines that hold each shared variable."""
+    found: dict[str, list[str]] = {}
+    for machine in system.machines:
+        for name in dict.fromkeys(slot.name for slot in machine.shared):
+            found.setdefault(name, []).append(machine.name)
     return found
 
 
@@ -72,6 +84,7 @@ def system_document(system: System) -> dict[str, object]:
             for m in system.machines
         ],
         "connections": _connections(system),
+        "shared": _shared(system),
         "environment": [
             {"event": _port(system, p.machine, p.event), "owed": p.owed} for p in system.possible
         ],

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from fsmkit.diagnostics import fail
 from fsmkit.verify.adapter_state import StateWriter
-from fsmkit.verify.steps import reads_inputs_eventless
+from fsmkit.verify.steps import tries_eventless
 
 
 class MachineAdapter(StateWriter):
@@ -37,7 +37,6 @@ class MachineAdapter(StateWriter):
         out, t = self.out, self.type
         out.text(f"""
         static void init(void *m) {{ {t}_init(m); }}
-        static void start(void *m) {{ {t}_start(m, 0u); }}
         static void take(void *m) {{ (void){t}_step_event(m); }}
         static void elapse(void *m, uint32_t ticks) {{ {t}_rebase(m, ticks); }}
 
@@ -48,6 +47,7 @@ class MachineAdapter(StateWriter):
         }}
         """)
         out.line()
+        self._start()
         if self._tries_inputs:
             out.line(f"static void eventless(void *m) {{ (void){t}_step_eventless(m); }}")
             out.line()
@@ -74,7 +74,25 @@ class MachineAdapter(StateWriter):
 
     @property
     def _tries_inputs(self) -> bool:
-        return reads_inputs_eventless(self.chart)
+        return tries_eventless(self.machine, self.chart)
+
+    def _start(self) -> None:
+        """Write the start; shared data are not set to their start values then."""
+        out, t = self.out, self.type
+        if not self.machine.shared:
+            out.lines([f"static void start(void *m) {{ {t}_start(m, 0u); }}", ""])
+            return
+        out.lines([f"static {t} kept;", ""])
+        with out.block("static void begin(void *state)\n{"):
+            out.line(f"{t} *m = state;")
+            for name in dict.fromkeys(slot.name for slot in self.machine.shared):
+                member = self.names.variables[name]
+                out.line(f"memcpy(&m->{member}, &kept.{member}, sizeof m->{member});")
+        out.line()
+        with out.block("static void start(void *state)\n{"):
+            out.lines([f"kept = *({t} *)state;", "fsm_recording.begin = begin;"])
+            out.lines([f"{t}_start(state, 0u);", "fsm_recording.begin = NULL;"])
+        out.line()
 
     def _recalled(self) -> None:
         """Write the function that counts deferred events which no active state defers any more."""
@@ -164,7 +182,7 @@ class MachineAdapter(StateWriter):
 
     def _table(self) -> None:
         chart, t = self.chart, self.type
-        machine = self.closed.system.machines[self.built.number]
+        machine = self.machine
         noted = ", ".join(
             str(int(n < len(machine.chart.events) and bool(event.directions)))
             for n, event in enumerate(chart.events)

@@ -10,7 +10,9 @@ from fsmkit.expressions import (
     Value,
 )
 from fsmkit.verify.adapter_values import ValueWriter
+from fsmkit.verify.shared import type_of_slot
 from fsmkit.verify.steps import resting
+from fsmkit.verify.system import Slot
 
 
 class StateWriter(ValueWriter):
@@ -31,6 +33,11 @@ class StateWriter(ValueWriter):
                     with out.indented():
                         self._store(f"m->{self.names.variables[declared.name]}", declared.type, 0)
                         out.line("break;")
+                for place, slot in enumerate(self.machine.shared, len(self.chart.inputs)):
+                    out.line(f"case {place}u:")
+                    with out.indented():
+                        self._store(self._copy(slot), type_of_slot(self.chart, slot), 0)
+                        out.line("break;")
                 out.lines(["default:", "    break;"])
         out.line()
         with out.block("static fsm_value output(const void *state, uint32_t output_number)\n{"):
@@ -43,6 +50,9 @@ class StateWriter(ValueWriter):
                     text = f"m->{self.names.variables[declared.name]}"
                     out.line(f"case {place}u:")
                     out.line(f"    return {self._as_value(text, declared.type)};")
+                for place, slot in enumerate(self.machine.shared, len(self.chart.outputs)):
+                    value = self._as_value(self._copy(slot), type_of_slot(self.chart, slot))
+                    out.lines([f"case {place}u:", f"    return {value};"])
                 out.lines(["default:", "    return 0;"])
         out.line()
         if not self.closed.is_open:
@@ -54,6 +64,11 @@ class StateWriter(ValueWriter):
                 declared = self.chart.inputs[free.input]
                 self._choose(declared.name, declared.type, free.values)
         out.line()
+
+    def _copy(self, slot: Slot) -> str:
+        """Spell the copy of a shared variable."""
+        member = f"m->{self.names.variables[slot.name]}"
+        return member if slot.element is None else f"{member}[{slot.element}]"
 
     def _choose(self, name: str, type_: Type, values: tuple[Value, ...]) -> None:
         out = self.out

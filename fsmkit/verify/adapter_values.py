@@ -69,6 +69,7 @@ class ValueWriter:
         """Write for a machine of a closed system."""
         self.closed, self.built = closed, built
         self.names, self.chart = built.names, built.chart
+        self.machine = closed.system.machines[built.number]
         self.out = Emitter()
         self.type = built.prefix
         self.upper = built.names.upper

@@ -26,6 +26,7 @@ from fsmkit.runtime.values import show
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Trail
 from fsmkit.verify.moves import Action, Chooser, Message, Step, Who
+from fsmkit.verify.shared import type_of_slot, written_value
 from fsmkit.verify.steps import LocalSteps
 
 
@@ -107,8 +108,8 @@ class Replay:
 
     def _start(self, steps: tuple[Step, ...]) -> list[TraceStep]:
         for link in self._closed.system.input_links:
-            first = len(self._closed.charts[link.source].data)
-            value = self._snapshots[link.source].data[first + link.output]
+            writer, data = self._machines[link.source], self._snapshots[link.source].data
+            value = written_value(writer, self._closed.charts[link.source], data, link.output)
             self._deliver(Message(link.target, input=link.input, value=value))
         found = [self._perform(step) for step in steps]
         for message in self._pending:
@@ -183,9 +184,14 @@ class Replay:
         chart = target.chart
         if message.event is not None:
             return Delivery(target.name, occurrence_text(chart, message.event), is_event=True)
-        declared = chart.inputs[message.input]
-        shown = show(message.value, declared.type, chart.capacities.tick)
-        return Delivery(target.name, f"{declared.name} = {shown}", is_event=False)
+        if message.input < len(chart.inputs):
+            declared = chart.inputs[message.input]
+            name, type_ = declared.name, declared.type
+        else:
+            slot = target.shared[message.input - len(chart.inputs)]
+            name, type_ = str(slot), type_of_slot(chart, slot)
+        shown = show(message.value, type_, chart.capacities.tick)
+        return Delivery(target.name, f"{name} = {shown}", is_event=False)
 
 
 def checked_lines(chart: Chart, done: Macrostep) -> Iterator[str]:

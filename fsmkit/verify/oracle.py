@@ -16,6 +16,7 @@ from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Figures, Mark,
 from fsmkit.verify.graph import find_cycle, find_traps
 from fsmkit.verify.judge import judge
 from fsmkit.verify.moves import FULL, Action, Message, Outcome, Step, TooManyChoices, View, Who
+from fsmkit.verify.shared import written_value
 from fsmkit.verify.steps import LocalSteps
 
 State = tuple[int, ...]
@@ -129,7 +130,11 @@ class Oracle:
         marks: dict[int, None] = {}
         for link in self.closed.system.input_links:
             data = self._locals[link.source][state[link.source]].snapshot.data
-            value = data[len(self.closed.charts[link.source].data) + link.output]
+            writer, chart = (
+                self.closed.system.machines[link.source],
+                self.closed.charts[link.source],
+            )
+            value = written_value(writer, chart, data, link.output)
             self._deliver(state, Message(link.target, input=link.input, value=value), marks)
         order = sorted(range(self._count), key=lambda m: not self._environment[m])
         yield from self._start(state, order, (), [], marks)

@@ -15,6 +15,7 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.emit import legal
 from fsmkit.expressions import (
     BOOL,
+    ArrayType,
     Expr,
     Literal,
     Scope,
@@ -29,7 +30,8 @@ from fsmkit.verify.system import Atom, Machine
 TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
 DOTTED = rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*)"
 QUOTED = r'"[^"]*"|\'[^\']*\''
-NAMES = re.compile(rf"(?P<quoted>{QUOTED})|(?<![\w.]){TEST}|(?<![\w.]){DOTTED}")
+BARE = r"(?P<shared>[A-Za-z_]\w*)(?![\w.(])(?:\s*\[\s*(?P<element>\d+)\s*\])?"
+NAMES = re.compile(rf"(?P<quoted>{QUOTED})|(?<![\w.]){TEST}|(?<![\w.]){DOTTED}|(?<![\w.]){BARE}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,8 @@ class _Reader:
         """Return the variable for a dotted name; None to leave the text as it is."""
         if match["quoted"] is not None:
             return None
+        if match["shared"] is not None:
+            return self._shared(match, text)
         group = "machine" if match["tested"] is None else "tested"
         name = canonical(text.part(*match.span(group)), self.findings)
         index = next((n for n, m in enumerate(self.machines) if m.name == name), None)
@@ -88,6 +92,34 @@ class _Reader:
             f"{legal(machine.name)}__{name}", Atom(index, variable=name), types[name]
         )
 
+    def _shared(self, match: re.Match[str], text: Text) -> str | None:
+        """Return the variable for a shared one: that of a machine which holds what is asked for."""
+        name = match["shared"]
+        holders = [n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)]
+        if not holders:
+            return None
+        type_ = variables_of(self.machines[holders[0]].chart)[name]
+        wanted: set[int | None] = {None}
+        if isinstance(type_, ArrayType):
+            wanted = set(range(type_.length))
+            wanted = {int(match["element"])} if match["element"] is not None else wanted
+        for number in holders:
+            if wanted <= {s.element for s in self.machines[number].shared if s.name == name}:
+                held = self._named(f"shared__{name}", Atom(number, variable=name), type_)
+                return held if match["element"] is None else f"{held}[{match['element']}]"
+        self.failed = True
+        at = text.part(*match.span("shared"))
+        what = (
+            f"`{name}[{match['element']}]`" if match["element"] is not None else f"all of `{name}`"
+        )
+        self.findings.add(
+            "unshared-data",
+            f"no machine holds {what}",
+            at,
+            help="ask for elements that a chart names: `name[0]`",
+        )
+        return None
+
     def _named(self, name: str, atom: Atom, type_: Type) -> str:
         while self.atoms.get(name, atom) != atom:
             name += "_"
@@ -119,8 +151,8 @@ def read_condition(
         return None
     scope = Scope(
         variables=reader.types,
-        constants=_constants(machines),
-        types=_types(machines),
+        constants=constants_of(machines),
+        types=types_of(machines),
         tick=machines[0].chart.capacities.tick if machines else 1000,
     )
     expression = type_expression(rewritten, scope, findings, BOOL)
@@ -158,7 +190,7 @@ def variables_of(chart: Chart) -> dict[str, Type]:
     return {d.name: d.type for d in (*chart.data, *chart.outputs, *chart.inputs)}
 
 
-def _types(machines: tuple[Machine, ...]) -> Mapping[str, Type]:
+def types_of(machines: tuple[Machine, ...]) -> Mapping[str, Type]:
     """Return the declared types of all machines; of a name that means several, none."""
     found: dict[str, Type] = {}
     clashing = set()
@@ -170,7 +202,8 @@ def _types(machines: tuple[Machine, ...]) -> Mapping[str, Type]:
     return {name: type_ for name, type_ in found.items() if name not in clashing}
 
 
-def _constants(machines: tuple[Machine, ...]) -> Mapping[str, Literal]:
+def constants_of(machines: tuple[Machine, ...]) -> Mapping[str, Literal]:
+    """Return the constants of all machines; of a name that means several, none."""
     found: dict[str, Literal] = {}
     clashing = set()
     for machine in machines:

@@ -10,11 +10,13 @@ from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
+from fsmkit.expressions import Scope
 from fsmkit.loading import read_bytes
 from fsmkit.verify.connections import connect
 from fsmkit.verify.indices import unquantified
 from fsmkit.verify.machines import read_machines
-from fsmkit.verify.properties import read_condition
+from fsmkit.verify.properties import constants_of, read_condition, types_of
+from fsmkit.verify.shared import read_shared, shared_links
 from fsmkit.verify.surroundings import read_environment
 from fsmkit.verify.system import (
     JUDGED_AT_STATES,
@@ -26,7 +28,6 @@ from fsmkit.verify.system import (
 )
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
-    Mapping,
     Node,
     Scalar,
     check_keys,
@@ -98,13 +99,15 @@ def read_system(
     machines = tuple(
         replace(m, environment=index in surroundings.machines) for index, m in enumerate(machines)
     )
+    scope = Scope(constants=constants_of(machines), types=types_of(machines))
+    machines = read_shared(parts.get("shared"), machines, scope, findings)
     links = connect(parts.get("connect"), machines, surroundings.possible, findings)
     properties = tuple(_properties(parts.get("properties"), machines, findings))
     return System(
         name.value,
         machines,
         links.events,
-        links.inputs,
+        (*links.inputs, *shared_links(machines)),
         surroundings.possible,
         (*properties, *state_invariants(machines)),
         replaced=tuple((name, str(file)) for name, file in replacing.items()),
@@ -113,14 +116,6 @@ def read_system(
 
 
 def _refuse_what_is_not_there_yet(parts: dict[str, Node], findings: Findings) -> None:
-    shared = parts.get("shared")
-    if isinstance(shared, Mapping) and shared.entries:
-        findings.add(
-            "not-explored-yet",
-            "`shared` data are not explored yet",
-            shared.span,
-            help="let one machine own them, and connect its outputs",
-        )
     schedule = parts.get("schedule")
     if schedule is None or (isinstance(schedule, Scalar) and schedule.text.value == "interleaved"):
         return

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import assert_never
 
 from fsmkit.model.chart import Chart
-from fsmkit.model.document import Kind
+from fsmkit.model.document import Kind, Trigger
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.macrostep import initial, start, step
 from fsmkit.runtime.interpreter.run import (
@@ -50,6 +50,8 @@ from fsmkit.verify.moves import (
     View,
     Who,
 )
+from fsmkit.verify.shared import driven, kept_at_start, reads_shared, written_value
+from fsmkit.verify.system import Machine
 
 
 @dataclass(slots=True)
@@ -68,13 +70,14 @@ class LocalSteps:
         """Read off what does not change."""
         self.closed = closed
         self.charts = closed.charts
+        self.machines = closed.system.machines
         self._possible = tuple(
             tuple((n, p) for n, p in enumerate(closed.possible) if p.machine == machine)
             for machine in range(len(self.charts))
         )
         self.coverage = tuple(Coverage(set(), set()) for _ in self.charts)
         self._rests = tuple(map(resting, self.charts))
-        self._samples_inputs = tuple(map(reads_inputs_eventless, self.charts))
+        self._samples_inputs = tuple(map(tries_eventless, self.machines, self.charts))
         self._ports = tuple(
             {o.name: len(chart.events) + n for n, o in enumerate(machine.chart.operations)}
             for machine, chart in zip(closed.system.machines, self.charts, strict=True)
@@ -135,9 +138,8 @@ class LocalSteps:
     def delivered(self, snapshot: Snapshot, message: Message) -> tuple[Snapshot, bool]:
         """Return a machine after a message has come, and whether its queue was full."""
         if message.event is None:
-            inputs = list(snapshot.inputs)
-            inputs[message.input] = message.value
-            return replace(snapshot, inputs=tuple(inputs)), False
+            target = self.machines[message.target]
+            return driven(target, snapshot, message.input, message.value), False
         if not snapshot.running:
             return snapshot, False
         after = post(self.charts[message.target], snapshot, message.event)
@@ -158,7 +160,8 @@ class LocalSteps:
             snapshot = replace(snapshot, inputs=tuple(inputs))
         match what.action:
             case Action.START:
-                return start(chart, 0, chooser, snapshot.inputs)
+                kept = kept_at_start(self.machines[machine], snapshot.data)
+                return start(chart, 0, chooser, snapshot.inputs, given=kept)
             case Action.TAKE:
                 return step_event(chart, snapshot, chooser)
             case Action.FIRE:
@@ -228,13 +231,14 @@ class LocalSteps:
         )
 
     def _changed_outputs(self, machine: int, before: Snapshot, after: Snapshot) -> list[Message]:
-        first = len(self.charts[machine].data)
-        return [
-            Message(link.target, input=link.input, value=after.data[first + link.output])
-            for link in self.closed.system.input_links
-            if link.source == machine
-            and after.data[first + link.output] != before.data[first + link.output]
-        ]
+        chart, instance = self.charts[machine], self.machines[machine]
+        found = []
+        for link in self.closed.system.input_links:
+            if link.source == machine:
+                value = written_value(instance, chart, after.data, link.output)
+                if value != written_value(instance, chart, before.data, link.output):
+                    found.append(Message(link.target, input=link.input, value=value))
+        return found
 
     def _sent(self, machine: int, done: Macrostep) -> list[Message]:
         found = []
@@ -326,9 +330,11 @@ def _untimed_order(timer: Timer) -> tuple[int, int, str]:
             assert_never(timer.what)
 
 
-def reads_inputs_eventless(chart: Chart) -> bool:
-    """Whether some eventless guard reads an input, so that a change of inputs matters at once."""
-    return index_of(chart).samples_inputs
+def tries_eventless(machine: Machine, chart: Chart) -> bool:
+    """Whether an eventless guard reads what others change, so that a change matters at once."""
+    return index_of(chart).samples_inputs or reads_shared(
+        machine, [t.guard for t in chart.transitions if t.trigger is Trigger.EVENTLESS]
+    )
 
 
 def _took(done: Macrostep | None) -> bool:

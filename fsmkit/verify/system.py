@@ -15,6 +15,21 @@ from fsmkit.model.chart import Chart
 
 
 @dataclass(frozen=True, slots=True)
+class Slot:
+    """A shared variable that a machine has a copy of: its place in the data of the chart.
+
+    ``element``: of an array only this one is named there.
+    """
+
+    name: str
+    data: int
+    element: int | None = None
+
+    def __str__(self) -> str:
+        return self.name if self.element is None else f"{self.name}[{self.element}]"
+
+
+@dataclass(frozen=True, slots=True)
 class Machine:
     """An instance of a chart. One of the environment answers at once (see `verify.closed`).
 
@@ -25,6 +40,7 @@ class Machine:
     chart: Chart
     environment: bool = False
     place: tuple[str, int] | None = None
+    shared: tuple[Slot, ...] = ()
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
@@ -44,7 +60,10 @@ class EventLink:
 
 @dataclass(frozen=True, slots=True)
 class InputLink:
-    """From an output (by index) to an input (by index), copied after each step of the writer."""
+    """From an output (by index) to an input (by index), copied after each step of the writer.
+
+    After the outputs, and after the inputs, a machine's ``shared`` variables are counted.
+    """
 
     source: int
     output: int

@@ -7,11 +7,11 @@ of the file runs until it is quiet; when all are, the clock goes on to the next 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from fsmkit.expressions import Value, default_value
 from fsmkit.runtime.interpreter.macrostep import initial, start
-from fsmkit.runtime.interpreter.run import at_time, post, run
+from fsmkit.runtime.interpreter.run import at_time, post, run, step_eventless
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
     Emitted,
@@ -20,6 +20,8 @@ from fsmkit.runtime.interpreter.snapshot import (
     Snapshot,
 )
 from fsmkit.runtime.values import from_python, to_python
+from fsmkit.verify.shared import driven, kept_at_start, written_value
+from fsmkit.verify.steps import tries_eventless
 from fsmkit.verify.system import System
 
 Answer = Callable[[tuple[Value, ...]], Value]
@@ -100,13 +102,17 @@ class SystemSession:
 
     def start(self) -> list[Happening]:
         """Start all machines, and let them come to rest."""
+        for index in self._order:
+            self._tell_changes(index, None)
         done: list[Happening] = []
         pending: list[tuple[int, Macrostep]] = []
         for index in self._order:
-            self._copy_outputs()
             chart, host = self._charts[index], self._hosts[index]
-            first = start(chart, self.now, host, self._snapshots[index].inputs)
+            before = self._snapshots[index]
+            kept = kept_at_start(self.system.machines[index], before.data)
+            first = start(chart, self.now, host, before.inputs, given=kept)
             self._snapshots[index] = first.after
+            self._tell_changes(index, before)
             done.append(Happening(self._names[index], first))
             pending.append((index, first))
         for index, first in pending:
@@ -153,26 +159,38 @@ class SystemSession:
         return done
 
     def _run_one(self, index: int) -> Iterator[Happening]:
-        chart, host = self._charts[index], self._hosts[index]
-        macrosteps = run(chart, self._snapshots[index], self.now, host)
+        before = self._snapshots[index]
+        macrosteps = self._macrosteps(index)
         if not macrosteps:
-            self._snapshots[index] = at_time(self._snapshots[index], self.now)
+            self._snapshots[index] = at_time(before, self.now)
             return
         self._snapshots[index] = macrosteps[-1].after
         for macrostep in macrosteps:
             self._pass_on(index, macrostep)
             yield Happening(self._names[index], macrostep)
-        self._copy_outputs()
+        self._tell_changes(index, before)
 
-    def _copy_outputs(self) -> None:
+    def _macrosteps(self, index: int) -> tuple[Macrostep, ...]:
+        chart, host = self._charts[index], self._hosts[index]
+        machine, snapshot = self.system.machines[index], at_time(self._snapshots[index], self.now)
+        if machine.shared and snapshot.running and tries_eventless(machine, chart):
+            tried = step_eventless(chart, snapshot, host)
+            if tried is not None:
+                return (tried,)
+        return run(chart, snapshot, self.now, host)
+
+    def _tell_changes(self, source: int, before: Snapshot | None) -> None:
+        """Give the outputs and shared data that a machine changed to all that read them."""
+        machine, chart = self.system.machines[source], self._charts[source]
         for link in self.system.input_links:
-            first = len(self._charts[link.source].data)
-            value = self._snapshots[link.source].data[first + link.output]
-            target = self._snapshots[link.target]
-            if target.inputs[link.input] != value:
-                inputs = list(target.inputs)
-                inputs[link.input] = value
-                self._snapshots[link.target] = replace(target, inputs=tuple(inputs))
+            if link.source != source:
+                continue
+            value = written_value(machine, chart, self._snapshots[source].data, link.output)
+            if before is None or value != written_value(machine, chart, before.data, link.output):
+                target = self._snapshots[link.target]
+                self._snapshots[link.target] = driven(
+                    self.system.machines[link.target], target, link.input, value
+                )
 
     def _pass_on(self, source: int, macrostep: Macrostep) -> None:
         """Deliver what a machine sent and called."""

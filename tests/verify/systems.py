@@ -159,9 +159,62 @@ properties:
   D: deadlock_free
 """  # noqa: E501
 
+WRITER = """
+chart: Writer
+types: {Mode: [off, on]}
+constants: {MINE: 0, OTHER: 1}
+data: {turn: 0..2 = 2, mode: Mode = off, seen: "int8[3] = 0", load: float64 = 0.5, own: 0..3 = 0}
+events: {in: [go]}
+initial: first
+states:
+  first:
+    entry: turn = MINE; seen[turn] += 1
+    always: {if: turn == OTHER, target: second}
+    on: {go: {if: own < 2, do: turn = (turn + 1) % 3; own += 1; mode = Mode.on}}
+  second:
+    entry: load = 1.5 - load; mode = Mode.off
+    after: {20ms: {target: third, do: turn = MINE}}
+  third:
+    rest: true
+    sometimes: {if: mode == Mode.on and load > 1, target: first}
+"""
+
+LOOKER = """
+chart: Looker
+data: {turn: 0..2 = 0, seen: "int8[3] = 0"}
+initial: idle
+states:
+  idle:
+    rest: true
+    always:
+      - {if: "seen[0] > 1", target: alarm}
+      - {if: turn == 2, target: notes}
+  notes:
+    rest: true
+    entry: seen[2] = 1
+    always: {if: turn != 2, target: idle}
+  alarm: {final: true}
+"""
+
+SHARED = """
+system: Shared
+machines:
+  looker: looker.yaml
+  "w[i in 0..1]": {chart: writer.yaml, with: {MINE: i, OTHER: 1 - i}}
+shared: {turn: 0..2 = 1, mode: Mode = on, seen: "int8[3] = [0, 0, 0]", load: float64 = 1}
+environment: {may: ["w[i].go"]}
+properties:
+  both: {never: "w[0].In(second) and w[1].In(second)"}
+  turn: {reachable: turn == 2 and mode == Mode.on}
+  same: {invariant: "w[0].turn == w[1].turn and w[1].turn == looker.turn"}
+  noted: {reachable: "seen[2] == 1 and seen[0] == 2"}
+  D: deadlock_free
+"""
+
 SYSTEMS: dict[str, dict[str, str]] = {
     "livelock": {"rally": LIVELOCK, "ping": PING, "pong": PONG},
     "deadlock": {"stuck": DEADLOCK, "left": LEFT, "right": RIGHT},
+    "shared": {"shared": SHARED, "looker": LOOKER, "writer": WRITER},
     "ring": {"ring": RING, "node": NODE},
     "drive": {"drive": DRIVE, "driver": DRIVER, "axis": AXIS},
 }

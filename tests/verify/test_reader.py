@@ -69,6 +69,31 @@ def test_arrays_are_written_out(load: Load) -> None:
     assert [what.machine for what in system.possible] == [0, 1, 2]
 
 
+def test_machines_hold_what_they_name_of_shared_arrays(load: Load) -> None:
+    chart = """
+chart: One
+constants: {A: 0, B: 1}
+data: {fork: "bool[3] = false", all: "0..2[2] = 0", n: 0..1 = 0}
+initial: s
+states: {s: {sometimes: {if: "not fork[A]", do: "fork[B] = true; all[n] = 1"}}}
+"""
+    text = """
+system: S
+machines: {"p[i in 0..2]": {chart: one.yaml, with: {A: i, B: (i + 1) % 3}}}
+shared: {fork: "bool[3] = true", all: "0..2[2] = [1, 2]"}
+properties: {P: {never: "all(i in 0..2: fork[i]) and all[0] == 2"}}
+"""
+    system = load(system=text, one=chart)
+    held = [[str(slot) for slot in m.shared] for m in system.machines]
+    both = ["all[0]", "all[1]"]
+    assert held == [
+        ["fork[0]", "fork[1]", *both], ["fork[1]", "fork[2]", *both], ["fork[0]", "fork[2]", *both],
+    ]  # fmt: skip
+    assert [m.chart.data[1].init.value for m in system.machines] == [(1, 2)] * 3
+    with pytest.raises(FsmkitError):
+        load(system=text.replace("all(i in 0..2: fork[i])", "fork == fork"), one=chart)
+
+
 def test_a_constant_of_a_base_can_be_given(load: Load) -> None:
     base = "chart: B\nconstants: {N: 1, M: N + 1}\ninitial: s\nstates: {s: {rest: true}}"
     text = "system: S\nmachines: {a: {chart: derived.yaml, with: {N: 4}}, b: derived.yaml}"
@@ -122,7 +147,12 @@ def test_what_is_not_explored_yet_is_undecided(load: Load) -> None:
         (ARRAY + "properties: {P: {never: 'any(k in a: a[k].at_end'}}", "expression-syntax", "any"),
         (MACHINES + "machine: {}", "unknown-key", "machine"),
         (MACHINES + "schedule: cyclic", "not-explored-yet", "cyclic"),
-        (MACHINES + "shared: {turn: 0..3}", "not-explored-yet", "{turn: 0..3}"),
+        (MACHINES + "shared: {turn: 0..3}", "unshared-data", "turn"),
+        (MACHINES + "shared: {tries: 0..3}", "connection-mismatch", "tries"),
+        (MACHINES + "shared: {tries: 0..2 = 7}", "value-out-of-range", "7"),
+        (MACHINES + "shared: {tries: 0..x}", "unknown-name", "x"),
+        (MACHINES + "shared: {tries: [0]}", "unexpected-shape", "[0]"),
+        (MACHINES + "shared: {tries: symbol}", "connection-mismatch", "symbol"),
         (MACHINES + "connect: [axis.stop]", "broken-connection", "axis.stop"),
         (MACHINES + "connect: [drive.move -> axis.move]", "unknown-name", "drive"),
         (MACHINES + "connect: [driver.mov -> axis.move]", "unknown-name", "mov"),

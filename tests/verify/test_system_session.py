@@ -27,3 +27,17 @@ def test_answers_operations(load: Load) -> None:
     session.run(10_000)
     assert session.active("driver") == ("given_up",)
     assert session.value("driver", "tries") == 2
+
+
+def test_shared_data_are_the_same_everywhere(load: Load) -> None:
+    session = SystemSession(load(**SYSTEMS["shared"]))
+    session.start()
+    assert session.value("w[1]", "seen") == [1, 1, 0]
+    assert session.value("looker", "seen") == [1, 0, 0]  # it does not name the second
+    assert session.active("w[0]") == ("second",)
+    session.run(20)
+    assert session.active("w[0]") == ("third",)
+    assert [session.value(name, "turn") for name in ("looker", "w[0]", "w[1]")] == [0, 0, 0]
+    session.run(60)
+    assert session.active("w[1]") == ("third",)
+    assert [session.value(name, "load") for name in ("w[0]", "w[1]")] == [1.0, 1.0]

@@ -4,6 +4,8 @@
 
 #include "recorder.h"
 
+#define FSM_HOOK_BEGIN(m, cause, index)                                                            \
+    ((cause) == FSM_START && fsm_recording.begin != NULL ? fsm_recording.begin(m) : (void)0)
 #define FSM_HOOK_EXIT(m, state) fsm_note_line("-", (uint32_t)(state))
 #define FSM_HOOK_TAKE(m, transition)                                                               \
     (fsm_note_budget(FSM_MICROSTEPS_LEFT(m)), fsm_note_taken((uint32_t)(transition)))

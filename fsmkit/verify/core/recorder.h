@@ -35,6 +35,7 @@ typedef struct {
     unsigned char *states_seen, *transitions_seen; /* of the machine at hand; coverage of the whole run */
     const char *too_much;    /* a bound above was passed */
     bool tracing;            /* print what happens */
+    void (*begin)(void *m);  /* of the machine that starts: puts its shared data back; may be NULL */
 } fsm_recorder;
 
 extern fsm_recorder fsm_recording;
