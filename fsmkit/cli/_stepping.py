@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, TextIO
+from typing import Any
 
-from fsmkit.cli.console import out, report
-from fsmkit.diagnostics import FsmkitError, Source, Span, Text
+from fsmkit.cli.console import out
+from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.expressions import Field
 from fsmkit.model.chart import Chart
 from fsmkit.runtime.clock import read_microseconds
@@ -30,6 +30,8 @@ HELP = """\
 class Stepper:
     """A chart under the simulated clock of the command line."""
 
+    help = HELP
+
     def __init__(self, chart: Chart, seed: int, *, lines_only: bool, is_quiet: bool) -> None:
         self.chart = chart
         self._player = Player(chart, seed)
@@ -45,11 +47,11 @@ class Stepper:
 
     def start(self) -> None:
         """Start the machine at time 0."""
-        self._play(_at("start 0"))
+        self._play(at_line("start 0"))
 
     def do(self, item: str) -> None:
         """Do one thing: an event, ``wait``, ``set``; an empty one is nothing."""
-        line = _at(item.strip())
+        line = at_line(item.strip())
         for step in steps_of(self.chart, line):
             if step.startswith("wait "):
                 self._now += int(step.removeprefix("wait "))
@@ -61,29 +63,9 @@ class Stepper:
         for line in script_texts(lines):
             self._play(line)
 
-    def converse(self, file: TextIO) -> None:
-        """Read what to do until the end; on a terminal a wrong line is told and forgotten."""
-        is_terminal = file.isatty()
-        if is_terminal:
-            out.print("type an event, or help", style="dim")
-        while True:
-            if is_terminal:
-                out.print("> ", end="")
-            line = file.readline()
-            word = line.strip()
-            if not line or word in ("quit", "exit"):
-                return
-            try:
-                self._answer(word)
-            except FsmkitError as error:
-                if not is_terminal:
-                    raise
-                report(error.diagnostics)
-
-    def _answer(self, line: str) -> None:
-        match line:
-            case "help" | "?":
-                out.print(HELP)
+    def answer(self, question: str) -> bool:
+        """Answer a question of whoever looks on; False if it is none."""
+        match question:
             case "state":
                 out.print(Printer(self.chart).active(self.snapshot), style="green")
             case "data":
@@ -91,14 +73,15 @@ class Stepper:
             case "events":
                 self._print_events()
             case _:
-                self.do(line)
+                return False
+        return True
 
     def document(self) -> dict[str, Any]:
         """Return the run as data for JSON."""
         return {
             "chart": self.chart.name,
-            "steps": [self._step(step) for step in self._steps],
-            "active": self._active(self.snapshot),
+            "steps": [macrostep_document(self.chart, step) for step in self._steps],
+            "active": active_leaves(self.chart, self.snapshot),
             "data": {
                 name: to_python(value, field.type)
                 for name, value, field in variables(self.chart, self.snapshot)
@@ -106,27 +89,6 @@ class Stepper:
             "finished": self.snapshot.finished,
             "fault": self.snapshot.fault,
         }
-
-    def _step(self, step: Macrostep) -> dict[str, Any]:
-        states = self.chart.states
-        return {
-            "at": step.at,
-            "cause": Printer(self.chart).cause(step),
-            "microsteps": [
-                {
-                    "transitions": list(small.transitions),
-                    "exited": [states[state].id for state in small.exited],
-                    "entered": [states[state].id for state in small.entered],
-                }
-                for small in step.microsteps
-            ],
-            "trace": list(trace_lines(self.chart, (step,))),
-            "active": self._active(step.after),
-        }
-
-    def _active(self, snapshot: Snapshot) -> list[str]:
-        found = (self.chart.states[state] for state in sorted(snapshot.configuration))
-        return [state.id for state in found if state.is_leaf]
 
     def _play(self, line: Text) -> None:
         for told in self._player.play(line):
@@ -158,6 +120,31 @@ class Stepper:
                 out.print(f"  {mark} {event.name}{f'({fields})' if fields else ''}", markup=False)
 
 
+def macrostep_document(chart: Chart, step: Macrostep) -> dict[str, Any]:
+    """Return a macrostep as data for JSON."""
+    states = chart.states
+    return {
+        "at": step.at,
+        "cause": Printer(chart).cause(step),
+        "microsteps": [
+            {
+                "transitions": list(small.transitions),
+                "exited": [states[state].id for state in small.exited],
+                "entered": [states[state].id for state in small.entered],
+            }
+            for small in step.microsteps
+        ],
+        "trace": list(trace_lines(chart, (step,))),
+        "active": active_leaves(chart, step.after),
+    }
+
+
+def active_leaves(chart: Chart, snapshot: Snapshot) -> list[str]:
+    """Return the ids of the active atomic states, in document order."""
+    found = (chart.states[state] for state in sorted(snapshot.configuration))
+    return [state.id for state in found if state.is_leaf]
+
+
 def variables(chart: Chart, snapshot: Snapshot) -> Iterable[tuple[str, Any, Field]]:
     """Yield name, value and type of data, outputs and inputs."""
     declared = (*chart.data, *chart.outputs, *chart.inputs)
@@ -171,7 +158,7 @@ def script_lines(chart: Chart, events: str | None, script: list[str] | None) -> 
         return script
     lines, now = ["start 0"], 0
     for item in (events or "").replace("\n", ";").split(";"):
-        for step in steps_of(chart, _at(item.strip())):
+        for step in steps_of(chart, at_line(item.strip())):
             if step.startswith("wait "):
                 now += int(step.removeprefix("wait "))
             else:
@@ -204,5 +191,6 @@ def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
     return (step, "run {now}")
 
 
-def _at(text: str) -> Text:
+def at_line(text: str) -> Text:
+    """Return what was given on the command line, with a place."""
     return Text(text, Span(Source("<events>", text), 0, len(text)))

@@ -1,4 +1,4 @@
-"""``fsmkit run``: step a chart on a simulated clock."""
+"""``fsmkit run``: step a chart or a system on a simulated clock."""
 
 from __future__ import annotations
 
@@ -7,17 +7,21 @@ from pathlib import Path
 
 import click
 
+from fsmkit.cli._conversation import converse
 from fsmkit.cli._stepping import Stepper, script_lines
+from fsmkit.cli._system_stepping import SystemStepper
 from fsmkit.cli.console import out, print_json, report
 from fsmkit.diagnostics import Findings, Severity
 from fsmkit.loading import load_with_findings, read_bytes
 from fsmkit.testing.harness import harness
+from fsmkit.verify.reader import is_system_file, load_system
 
 EPILOG = """\b
 Examples:
   fsmkit run feeder.yaml --events 'arrived; fault code=lost; wait 500ms'
   fsmkit run feeder.yaml --script steps.txt --target c
   fsmkit run feeder.yaml              (interactively; type help)
+  fsmkit run cell.yaml --events 'plant.press_start; wait 10s; feeder.pause'
 """
 
 
@@ -38,13 +42,26 @@ def command(
     trace: bool,
     as_json: bool,
 ) -> int:
-    """Step a chart on a simulated clock; interactively, if nothing says what happens.
+    """Step a chart or a system on a simulated clock; interactively, if nothing says what happens.
 
-    Operations return pseudo-random values, the same for the same seed on every target.
+    The events of a system are `machine.event`. Operations return pseudo-random values, the same for
+    the same seed on every target.
     """
     if events is not None and script is not None:
         raise click.UsageError("give --events or --script, not both")
     findings = Findings()
+    if is_system_file(file):
+        if target != "interpreter":
+            raise click.UsageError("a system is run by the interpreter alone")
+        system = load_system(file, findings)
+        report(finding for finding in findings if finding.severity is not Severity.NOTE)
+        machines = SystemStepper(system, seed, lines_only=trace, is_quiet=as_json)
+        _step(machines, events, _read(script))
+        if as_json:
+            print_json(machines.document())
+        for name, fault in machines.faults.items() if not as_json else ():
+            out.print(f"{name} stopped with the fault {fault}", style="bold red")
+        return int(bool(machines.faults))
     chart = load_with_findings(file, findings)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     if target != "interpreter" or (script is not None and not as_json):
@@ -58,20 +75,25 @@ def command(
             sys.stdout.writelines(f"{line}\n" for line in told)
         return 0
     stepper = Stepper(chart, seed, lines_only=trace, is_quiet=as_json)
-    if script is not None:
-        stepper.do_script(_read(script) or ())
-    elif events is not None:
-        stepper.start()
-        for item in events.replace("\n", ";").split(";"):
-            stepper.do(item)
-    else:
-        stepper.start()
-        stepper.converse(sys.stdin)
+    _step(stepper, events, _read(script))
     if as_json:
         print_json(stepper.document())
     if stepper.snapshot.fault is not None and not as_json:
         out.print(f"the machine stopped with the fault {stepper.snapshot.fault}", style="bold red")
     return int(stepper.snapshot.fault is not None)
+
+
+def _step(stepper: Stepper | SystemStepper, events: str | None, script: list[str] | None) -> None:
+    """Do what the script or the events say; without either, what is typed."""
+    if script is not None:
+        stepper.do_script(script)
+        return
+    stepper.start()
+    if events is None:
+        converse(stepper, sys.stdin)
+        return
+    for item in events.replace("\n", ";").split(";"):
+        stepper.do(item)
 
 
 def _read(script: Path | None) -> list[str] | None:
