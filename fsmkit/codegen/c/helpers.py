@@ -31,7 +31,7 @@ static @_event @_take_out(@_event *queue, uint8_t *count, uint8_t room, uint8_t 
 {
     @_event e = queue[place];
     (*count)--;
-    for (; place + 1u < room && place < *count; place++)
+    for (; place < room - 1u && place < *count; place++)
         queue[place] = queue[place + 1u];
     queue[place] = @_no_event;
     return e;
@@ -40,6 +40,18 @@ static @_event @_take_out(@_event *queue, uint8_t *count, uint8_t room, uint8_t 
 static bool @_has_room(const @ *m)
 {
     return m->queue_count$DEFERRED_COUNT < %_QUEUE;
+}
+
+/* Put an event into the queue; one that finds it full is counted. */
+static bool @_enqueue(@ *m, const @_event *e)
+{
+    if (m->queue_count$DEFERRED_COUNT >= %_QUEUE) {
+[counted]        @_count(&m->rejected);
+        return false;
+    }
+    m->queue[m->queue_count] = *e;
+    m->queue_count++;
+    return true;
 }
 
 """
@@ -84,11 +96,7 @@ static void @_end_block(@ *m)
 static void @_send(@ *m, const @_event *e)
 {
     FSM_HOOK_EVENT(m, FSM_SENT, e);
-    if (@_has_room(m)) {
-        m->queue[m->queue_count] = *e;
-        m->queue_count++;
-    } else {
-[counted]        @_count(&m->rejected);
+    if (!@_enqueue(m, e)) {
         FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
     }
 }
@@ -186,7 +194,8 @@ static int64_t @_fault_f(@ *m, double value, int64_t lo, int64_t hi)
 static void @_arm(@ *m, uint16_t transition, uint32_t delay)
 {
     const fsm_timer timer = {m->now + delay, transition, 0u};
-    (void)fsm_timers_insert(m->timers, &m->timer_count, timer);
+    if (m->timer_count < %_TIMERS) /* always: there is one for each that can be armed at once */
+        (void)fsm_timers_insert(m->timers, &m->timer_count, timer);
 }
 """,
     "delay": """
@@ -196,7 +205,7 @@ static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint1
 {
     FSM_HOOK_EVENT(m, FSM_DELAYED, e);
     FSM_HOOK_TEXT(m, FSM_DELAYED, "", delay);
-    if (m->delayed_count >= %_DELAYED) {
+    if (m->delayed_count >= %_DELAYED || m->timer_count >= %_TIMERS) {
 [counted]        @_count(&m->rejected);
         FSM_HOOK_TEXT(m, FSM_FULL, "delayed", 0);
         return;
@@ -204,7 +213,7 @@ static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint1
     const fsm_timer timer = {m->now + delay, FSM_TIMER_SEND, mark};
     uint8_t place = fsm_timers_insert(m->timers, &m->timer_count, timer);
     uint8_t rank = 0u;
-    for (uint8_t i = 0u; i < place; i++)
+    for (uint8_t i = 0u; i < place && rank < %_DELAYED - 1u; i++)
         rank = (uint8_t)(rank + (m->timers[i].what == FSM_TIMER_SEND ? 1u : 0u));
     for (uint8_t i = %_DELAYED - 1u; i > rank; i--)
         m->delayed[i] = m->delayed[i - 1u];
@@ -219,7 +228,7 @@ static @_delayed @_undelay(@ *m, uint8_t rank)
     static const @_delayed none = {%_NO_EVENT, 0u, 0u};
     @_delayed found = m->delayed[rank];
     m->delayed_count--;
-    for (; rank + 1u < %_DELAYED && rank < m->delayed_count; rank++)
+    for (; rank < %_DELAYED - 1u && rank < m->delayed_count; rank++)
         m->delayed[rank] = m->delayed[rank + 1u];
     m->delayed[rank] = none;
     return found;
@@ -231,7 +240,7 @@ static void @_cancel(@ *m, uint16_t mark)
 {
     uint8_t rank = 0u;
     uint8_t place = 0u;
-    while (place < m->timer_count) {
+    while (place < m->timer_count && rank < %_DELAYED) {
         if (m->timers[place].what != FSM_TIMER_SEND) {
             place++;
         } else if (m->timers[place].mark == mark) {

@@ -156,13 +156,11 @@ fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
 POST = """
 [queued]bool @_post(@ *m, const @_event *e)
 [queued]{
-[queued]    if ($STOPPED || !@_has_room(m)) {
+[queued]    if ($STOPPED) {
 [queued][counted]        @_count(&m->rejected);
 [queued]        return false;
 [queued]    }
-[queued]    m->queue[m->queue_count] = *e;
-[queued]    m->queue_count++;
-[queued]    return true;
+[queued]    return @_enqueue(m, e);
 [queued]}
 """
 

@@ -135,11 +135,7 @@ if (timer.what == FSM_TIMER_SEND) {
     } else if (due.route == %_TO_PORT) {
         @_emit(m, &due.e, due.peer);
 $PASSING
-    } else if (@_has_room(m)) {
-        m->queue[m->queue_count] = due.e;
-        m->queue_count++;
-    } else {
-        @_count(&m->rejected);
+    } else if (!@_enqueue(m, &due.e)) {
         FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
     }
     return true;
