@@ -8,7 +8,7 @@ A folder under ``fsmkit`` that holds a ``plugin.py`` is a plug-in; the module de
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -61,6 +61,8 @@ class Generated:
     files: Mapping[str, str]
     figures: Mapping[str, int]
     """For instance ``struct_bytes``, ``timers``; printed by ``compile`` and its JSON."""
+    built: Mapping[str, bytes] = field(default_factory=dict)
+    """What was built of the texts, by relative path, where that was asked for."""
 
 
 @runtime_checkable

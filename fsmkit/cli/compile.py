@@ -43,6 +43,7 @@ Examples:
 )
 @click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
 @click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
+@click.option("--no-build", is_flag=True, help="pyext: write the sources, build nothing.")
 @click.option("--without", help="C: leave out parts, with commas: queue, counters.")
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
@@ -51,6 +52,7 @@ def command(
     folder: Path,
     prefix: str | None,
     trace: bool,
+    no_build: bool,
     without: str | None,
     as_json_document: bool,
 ) -> int:
@@ -67,14 +69,17 @@ def command(
     if prefix is not None and not re.fullmatch(r"[A-Za-z]\w*", prefix, re.ASCII):
         raise click.UsageError(f"--prefix `{prefix}` is no identifier")
     for option, is_given, wanted in (
-        ("--trace", trace, "python"),
-        ("--without", without is not None, "c"),
+        ("--trace", trace, ("python", "pyext")),
+        ("--no-build", no_build, ("pyext",)),
+        ("--without", without is not None, ("c",)),
     ):
-        if is_given and name != wanted:
-            raise click.UsageError(f"{option} is for the target {wanted}")
+        if is_given and name not in wanted:
+            raise click.UsageError(f"{option} is for the target {' and '.join(wanted)}")
     options = {} if prefix is None else {"prefix": prefix}
     if trace:
         options["trace"] = "on"
+    if not no_build:
+        options["build"] = "on"
     if without is not None:
         options["without"] = without
     generated = []
@@ -84,7 +89,8 @@ def command(
             generated.append((chart, made))
     if len(generated) < len(charts) or findings.has_errors:
         raise FsmkitError(findings)
-    files = {folder / path: text for path, text in united(made for _, made in generated).items()}
+    united_files = united(made for _, made in generated)
+    files = {folder / path: content for path, content in united_files.items()}
     write_files(files)
     report(findings)
     if as_json_document:
@@ -116,12 +122,13 @@ def machines(file: Path, findings: Findings) -> tuple[Chart, ...]:
     return tuple(written)
 
 
-def united(generated: Iterable[Generated]) -> dict[str, str]:
+def united(generated: Iterable[Generated]) -> dict[str, str | bytes]:
     """Return the files of several machines; what they share is there once."""
-    files: dict[str, str] = {}
+    files: dict[str, str | bytes] = {}
     for made in generated:
-        for path, text in made.files.items():
-            if files.setdefault(path, text) != text:
+        contents: dict[str, str | bytes] = {**made.files, **made.built}
+        for path, content in contents.items():
+            if files.setdefault(path, content) != content:
                 raise fail(
                     "duplicate-output",
                     f"two machines would be written to `{path}`",

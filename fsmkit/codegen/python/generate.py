@@ -65,10 +65,10 @@ def module_text(chart: Chart, *, traced: bool = False, prefix: str | None = None
     arithmetic = template.arithmetic("\n".join(parts))
     pieces = (
         _header(chart, arithmetic),
-        *_enumerations(members),
+        *enumerations(members),
         *(_bits(member.chart, member.names) for member in members),
         arithmetic,
-        _host(family.names, list(zip(members, needs, strict=True))),
+        host(family.names, list(zip(members, needs, strict=True))),
         *parts,
     )
     return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n"
@@ -117,7 +117,7 @@ def _header(chart: Chart, arithmetic: str) -> str:
     )
 
 
-def _enumerations(members: tuple[Member, ...]) -> Iterator[str]:
+def enumerations(members: tuple[Member, ...]) -> Iterator[str]:
     """Print the enumerations that are declared, the outermost machine's under their own names."""
     known: list[EnumType] = []
     taken = [member.names.machine for member in members[:-1]]
@@ -147,7 +147,7 @@ def _bits(chart: Chart, names: Names) -> str:
     )
 
 
-def _host(names: Names, members: list[tuple[Member, Needs]]) -> str:
+def host(names: Names, members: list[tuple[Member, Needs]]) -> str:
     """Return what the host is asked for, by all machines of the module."""
     methods = {
         method[0]: method

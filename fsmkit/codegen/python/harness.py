@@ -97,30 +97,49 @@ def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:
 
     A machine made without a trace runs beside it; where it does anything else the trace tells so.
     """
-    driven = [_Driven(chart, traced=True), _Driven(chart, traced=False)]
-    told = driven[0].told
+    driven = [
+        Driven(chart, load_machine(chart, traced=traced), traced=traced) for traced in (True, False)
+    ]
     for line in script_lines:
-        verb, *words = WORDS.findall(line)
-        try:
-            seen = [each.obey(verb, words) for each in driven]
-        except (ValueError, KeyError, IndexError, TypeError, StopIteration) as error:
-            raise fail("wrong-script-line", f"`{line}`: {error}") from error
-        if seen[0] != seen[1]:
-            told.append(f"without a trace after `{line}`: {seen[1]}, not {seen[0]}")
-    return told
+        is_same(driven, line)
+    return driven[0].told
 
 
-class _Driven:
+def is_same(driven: Sequence[Driven], line: str) -> bool:
+    """Let machines do what a line of a script says; whether the second does as the first.
+
+    If not, the trace of the first tells so.
+    """
+    verb, *words = WORDS.findall(line)
+    try:
+        seen = [each.obey(verb, words) for each in driven]
+    except (ValueError, KeyError, IndexError, TypeError, StopIteration) as error:
+        raise fail("wrong-script-line", f"`{line}`: {error}") from error
+    if seen[0] != seen[1]:
+        driven[0].told.append(f"without a trace after `{line}`: {seen[1]}, not {seen[0]}")
+    return bool(seen[0] == seen[1])
+
+
+class Driven:
     """A machine with its host, under a script."""
 
-    def __init__(self, chart: Chart, *, traced: bool) -> None:
+    def __init__(self, chart: Chart, machine_class: type[Any], *, traced: bool) -> None:
+        """Make a machine with a host of its own; one that is ``traced`` fills `told`."""
         self._chart = chart
-        self._family = family_of(chart)
-        self._host = SeededHost(self._family)
-        self._machine = load_machine(chart, traced=traced)(self._host)
+        self.family = family_of(chart)
+        self._host = SeededHost(self.family)
+        self._machine = machine_class(self._host)
         self.told: list[str] = []
         if traced:
             self._machine.trace = self.told.append
+
+    def dump(self) -> None:
+        """Add the data to the trace."""
+        self.told += self.data()
+
+    def data(self) -> list[str]:
+        """Return the data, a line each."""
+        return list(dump_lines(self.family, self._machine))
 
     def obey(self, verb: str, words: list[str]) -> object:
         """Do what a line says; return what can be seen of the machine then."""
@@ -138,16 +157,15 @@ class _Driven:
             case "input":
                 (variable,) = [v for v in chart.inputs if v.name == words[0]]
                 value = _read(iter(words[1:]), variable.type)
-                setattr(machine, self._family.names.variables[words[0]], value)
+                setattr(machine, self.family.names.variables[words[0]], value)
             case "seed":
                 self._host.state = int(words[0])
             case "dump":
-                self.told += dump_lines(self._family, machine)
+                self.dump()
             case _:
                 raise ValueError(f"there is no script line `{verb}`")
-        data = list(dump_lines(self._family, machine))
         status = (machine.running, machine.finished, machine.fault, machine.next_deadline())
-        return result, machine.active(), status, machine.reply, self._host.state, data
+        return result, machine.active(), status, machine.reply, self._host.state, self.data()
 
 
 def dump_lines(member: Member, machine: Any, before: str = "") -> Iterator[str]:

@@ -1,0 +1,84 @@
+"""What of the Python target an extension module holds as it is, and its types for checkers."""
+
+from __future__ import annotations
+
+from fsmkit.codegen.pyext.members import Module, emitted, fields_of, posted
+from fsmkit.codegen.python.content import Needs
+from fsmkit.codegen.python.generate import enumerations, host
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.sending import annotation
+from fsmkit.expressions import Field
+from fsmkit.model.chart import Chart
+
+IMPORTS = "from enum import IntEnum\nfrom typing import Any, Protocol"
+STUB = '''\
+"""Types of the extension module {module}; made by fsmkit from {source}."""
+
+from collections.abc import Callable
+from enum import IntEnum
+from typing import Any, ClassVar, Protocol
+'''
+FIXED = (
+    "def __init__(self, operations: object | None = None) -> None: ...",
+    "def start(self, now: int = 0) -> None: ...",
+    "def run(self, now: int) -> bool: ...",
+    "def post(self, event: str, /, *payload: Any) -> bool: ...",
+    "def dispatch(self, event: str, /, *payload: Any, now: int | None = None) -> bool: ...",
+    "def next_deadline(self) -> int | None: ...",
+    "def is_in(self, state: str, /) -> bool: ...",
+    "def active(self) -> tuple[str, ...]: ...",
+)
+
+
+def definitions(module: Module) -> str:
+    """Return the enumerations and the protocol of the host, as Python that the module runs."""
+    return "\n\n\n".join((IMPORTS, *_shared(module))) + "\n"
+
+
+def stub_text(module: Module) -> str:
+    """Return the ``.pyi``: what a type checker and an editor know of the module."""
+    chart = module.chart
+    source = chart.sources[0].name if chart.sources else "a chart"
+    source = source.replace("\\", "/").rpartition("/")[2].replace('"""', "'''")
+    head = STUB.format(module=module.name, source=source).rstrip("\n")
+    return "\n\n".join((head, *_shared(module), _class(module))) + "\n"
+
+
+def _shared(module: Module) -> list[str]:
+    members = [(each.member, _needs(each.chart)) for each in module.bound.everyone]
+    texts = [
+        *enumerations(tuple(member for member, _ in members)),
+        host(module.bound.member.names, members),
+    ]
+    return [text.strip("\n") for text in texts if text]
+
+
+def _needs(chart: Chart) -> Needs:
+    return Needs(emitted=set(emitted(chart)))
+
+
+def _class(module: Module) -> str:
+    chart, names = module.chart, module.bound.member.names
+    out = Lines()
+    with out.suite(f"class {names.machine}:"):
+        out.line("NAME: ClassVar[str]")
+        out.lines(f"{n}: ClassVar[tuple[str, ...]]" for n in ("STATES", "EVENTS", "OPERATIONS"))
+        for variable in (*chart.inputs, *chart.outputs, *chart.data):
+            out.line(f"{names.variables[variable.name]}: {annotation(variable.type)}")
+        out.lines(["log: Callable[..., object] | None", "reply: Any"])
+        if module.traced:
+            out.line("trace: Callable[[str], object] | None")
+        for name, type_ in (("running", "bool"), ("finished", "bool"), ("fault", "str | None")):
+            out.lines(["@property", f"def {name}(self) -> {type_}: ..."])
+        out.lines(FIXED)
+        for event in posted(chart):
+            taken = _arguments(event.fields)
+            for verb in ("post", "dispatch"):
+                name = f"{verb}_{names.events[event.index]}"
+                out.line(f"def {name}(self{taken}) -> bool: ...")
+    return out.finish().rstrip("\n")
+
+
+def _arguments(fields: tuple[Field, ...]) -> str:
+    pairs = zip(fields_of(fields), fields, strict=True)
+    return "".join(f", {name}: {annotation(part.type)}" for name, part in pairs)

@@ -1,0 +1,107 @@
+"""Extension modules under a script: what the differential test compares."""
+
+from __future__ import annotations
+
+import itertools
+import tempfile
+from collections.abc import Mapping, Sequence
+from importlib.machinery import ExtensionFileLoader, ModuleSpec
+from importlib.util import module_from_spec
+from pathlib import Path
+from typing import Any
+
+from fsmkit.codegen.c.compiler import QUICKEST
+from fsmkit.codegen.pyext.build import OPTIMIZED, build, suffix
+from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
+from fsmkit.codegen.pyext.members import Module, module_of
+from fsmkit.codegen.pyext.wrapper import machine_part, python_part
+from fsmkit.codegen.python.harness import Driven, is_same
+from fsmkit.model.chart import Chart
+
+QUICK = ("-O0",)
+NUMBERS = itertools.count()
+"""Of the modules that were built: Python knows an extension module by its name and its file."""
+HOOKS = ("BEGIN(m, cause, index)", "END(m)", "EXIT(m, state)", "TAKE(m, transition)",
+         "ENTER(m, state)", "EVENT(m, what, e)")  # fmt: skip
+WITHOUT = "#undef FSM_HOOKS\n" + "".join(
+    f"#undef FSM_HOOK_{hook.partition('(')[0]}\n#define FSM_HOOK_{hook} ((void)0)\n"
+    for hook in HOOKS
+)
+"""Between two modules of one file: the hooks of one are not those of the next."""
+
+
+def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
+    """Build all charts in one run of the compiler and return the trace of each one's script.
+
+    A machine made without a trace runs beside each; where it does anything else the trace tells so.
+    """
+    if not pairs:
+        return []
+    batch = next(NUMBERS)
+    modules = [
+        module_of(chart, f"{'t' if traced else 'u'}{batch}_{number}", traced=traced)
+        for number, (chart, _) in enumerate(pairs)
+        for traced in (True, False)
+    ]
+    classes = _load(modules, f"batch_{batch}")
+    return [
+        _play(chart, script, classes[2 * number : 2 * number + 2])
+        for number, (chart, script) in enumerate(pairs)
+    ]
+
+
+def load_class(chart: Chart, *, traced: bool = False, prefix: str | None = None) -> type[Any]:
+    """Return the class of a chart, built as it is shipped."""
+    module, files = generate(chart, prefix, traced=traced)
+    return _classes(files, source_name(module), [module], OPTIMIZED)[0]
+
+
+def _play(chart: Chart, script: Sequence[str], classes: Sequence[type[Any]]) -> list[str]:
+    driven = [_DrivenExtension(chart, classes[0], traced=True)]
+    driven.append(_DrivenExtension(chart, classes[1], traced=False))
+    for line in script:
+        is_same(driven, line)
+    return driven[0].told
+
+
+class _DrivenExtension(Driven):
+    """A machine whose data are told by itself, where it has a trace."""
+
+    def dump(self) -> None:
+        if hasattr(self._machine, "trace"):
+            self._machine._dump()  # noqa: SLF001  (for tests alone)
+
+    def data(self) -> list[str]:
+        variables = self.family.names.variables.values()
+        return [f"{name} {getattr(self._machine, name)!r}" for name in variables]
+
+
+def _load(modules: Sequence[Module], name: str) -> list[type[Any]]:
+    """Build one file that is several modules."""
+    files = {LIBRARY.name: LIBRARY.read_text(encoding="utf-8")}
+    for module in modules:
+        files |= module.machine.files
+    parts = ['#include "fsm.h"\n#include "fsm.c"\n']
+    parts += [WITHOUT + machine_part(module) for module in modules]
+    parts += [python_part(module) for module in modules]
+    files[f"{name}.c"] = "\n".join(parts)
+    return _classes(files, f"{name}.c", modules, QUICK)
+
+
+def _classes(
+    files: Mapping[str, str], source: str, modules: Sequence[Module], flags: Sequence[str]
+) -> list[type[Any]]:
+    candidates = {} if flags == OPTIMIZED else {"candidates": QUICKEST}
+    made = build(files, source, Path(source).stem, flags, **candidates)
+    with tempfile.TemporaryDirectory(prefix="fsmkit-") as folder:
+        path = Path(folder) / f"{Path(source).stem}{suffix()}"
+        path.write_bytes(made)
+        return [_class(module, path) for module in modules]
+
+
+def _class(module: Module, path: Path) -> type[Any]:
+    loader = ExtensionFileLoader(module.name, str(path))
+    loaded = module_from_spec(ModuleSpec(module.name, loader, origin=str(path)))
+    loader.exec_module(loaded)
+    found: type[Any] = getattr(loaded, module.bound.member.names.machine)
+    return found

@@ -1,0 +1,175 @@
+"""The machines of one extension module, with their names in C and in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fsmkit.codegen.c.generate import Machine, generate_machine
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.python.family import Member, family_of
+from fsmkit.codegen.python.names import distinct, file_name, identifier
+from fsmkit.codegen.python.sending import has_peer
+from fsmkit.emit import snake
+from fsmkit.expressions import Field, Type
+from fsmkit.model.chart import Chart, Event
+from fsmkit.model.content import all_statements
+from fsmkit.model.document import Direction
+from fsmkit.model.statements import Destination, Log, Reply, Send
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """What the host provides: an operation, or what takes an event that leaves the machine."""
+
+    name: str
+    """Of the method, in Python."""
+    function: str
+    """Of the generated C."""
+    shown: str
+    """What the chart calls it."""
+    parameters: tuple[Field, ...]
+    result: Type | None
+    is_event: bool
+    has_peer: bool = False
+    """Whether the method is told to whom an event goes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A machine: the one that is the class of the module, or one in a slot of another."""
+
+    names: Names
+    member: Member
+    first_call: int
+    """The number of the first of `calls` among those of the whole module."""
+    calls: tuple[Method, ...]
+    invoked: tuple[Bound, ...]
+
+    @property
+    def chart(self) -> Chart:
+        """The chart."""
+        return self.names.chart
+
+    @property
+    def everyone(self) -> Iterator[Bound]:
+        """All machines of the module: those that are invoked before what invokes them."""
+        for inside in self.invoked:
+            yield from inside.everyone
+        yield self
+
+
+@dataclass(frozen=True, slots=True)
+class Module:
+    """An extension module that is to be written."""
+
+    name: str
+    machine: Machine
+    bound: Bound
+    traced: bool
+
+    @property
+    def chart(self) -> Chart:
+        """The chart of the class."""
+        return self.bound.chart
+
+    @property
+    def wrapper(self) -> str:
+        """What the names of the wrapper's functions begin with."""
+        return f"py_{self.name}"
+
+    @property
+    def calls(self) -> tuple[Method, ...]:
+        """What the host provides for all machines, in order of number."""
+        return tuple(method for bound in self.bound.everyone for method in bound.calls)
+
+    @property
+    def is_calling(self) -> bool:
+        """Whether a step can call something in Python, which may raise or call the machine."""
+        return self.traced or bool(self.calls) or self._has(Log) or self.is_replying
+
+    @property
+    def is_replying(self) -> bool:
+        """Whether a step can leave a reply."""
+        return self._has(Reply)
+
+    def _has(self, kind: type[Log | Reply]) -> bool:
+        charts = (bound.chart for bound in self.bound.everyone)
+        return any(isinstance(s, kind) for chart in charts for s in all_statements(chart))
+
+
+def module_of(chart: Chart, prefix: str | None = None, *, traced: bool = False) -> Module:
+    """Return the module of a chart; ``prefix`` names module and class instead of the chart.
+
+    Names of the C begin with ``<module>_machine``: nothing in the headers of Python does.
+    """
+    name = file_name(chart, prefix).removesuffix(".py")
+    machine = generate_machine(chart, f"{snake(prefix or chart.name)}_machine")
+    numbers = _Numbers()
+    bound = _bind(machine.names, family_of(chart, prefix), numbers)
+    return Module(name, machine, bound, traced)
+
+
+def fields_of(fields: tuple[Field, ...]) -> tuple[str, ...]:
+    """Return names of fields that can be arguments: those of the Python target."""
+    return distinct([identifier(part.name) for part in fields], {"self", "peer"})
+
+
+def posted(chart: Chart) -> tuple[Event, ...]:
+    """Return the events that have methods of their own."""
+    return tuple(e for e in chart.events if Direction.IN in e.directions and e.invocation is None)
+
+
+def emitted(chart: Chart) -> tuple[int, ...]:
+    """Return the events that are sent out of the machine, now or later."""
+    found = {
+        statement.event
+        for statement in all_statements(chart)
+        if isinstance(statement, Send) and statement.destination is Destination.PORT
+    }
+    return tuple(sorted(found))
+
+
+@dataclass
+class _Numbers:
+    """Counts what the host provides."""
+
+    given: int = 0
+
+    def take(self, count: int) -> int:
+        """Return the next of some numbers."""
+        self.given += count
+        return self.given - count
+
+
+def _bind(names: Names, member: Member, numbers: _Numbers) -> Bound:
+    pairs = zip(names.invoked, member.invoked, strict=True)
+    invoked = tuple(_bind(inside, child, numbers) for inside, child in pairs)
+    calls = (*_operations(names, member), *_events(names, member))
+    return Bound(names, member, numbers.take(len(calls)), calls, invoked)
+
+
+def _operations(names: Names, member: Member) -> Iterator[Method]:
+    for operation in names.chart.operations:
+        yield Method(
+            member.names.operations[operation.name],
+            f"{names.prefix}_{names.operations[operation.name]}",
+            operation.name,
+            operation.parameters,
+            operation.result,
+            is_event=False,
+        )
+
+
+def _events(names: Names, member: Member) -> Iterator[Method]:
+    for index in emitted(names.chart):
+        event = names.chart.events[index]
+        yield Method(
+            f"send_{member.names.events[index]}",
+            f"{names.prefix}_send_{names.event_names[index]}",
+            event.name,
+            event.fields,
+            None,
+            is_event=True,
+            has_peer=has_peer(names.chart, index),
+        )
