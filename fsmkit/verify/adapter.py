@@ -7,11 +7,11 @@ leave it; `verify.wiring` writes the file of the system.
 from __future__ import annotations
 
 from fsmkit.diagnostics import fail
-from fsmkit.verify.adapter_state import StateWriter
+from fsmkit.verify.adapter_timers import TimerWriter
 from fsmkit.verify.steps import tries_eventless
 
 
-class MachineAdapter(StateWriter):
+class MachineAdapter(TimerWriter):
     """Writes the file of one machine."""
 
     def text(self) -> str:
@@ -26,6 +26,7 @@ class MachineAdapter(StateWriter):
         self._steps()
         self._inputs_and_outputs()
         self._settle()
+        self._clocks()
         self._view()
         self._dump()
         self._table()
@@ -143,7 +144,7 @@ class MachineAdapter(StateWriter):
                 out.line("    return true;")
             out.lines(["default:", "    return false;"])
         out.line()
-        if not self.closed.untimed:
+        if not self.closed.untimed and not self.closed.zones:
             out.text(f"""
             static bool fire(void *m, uint32_t timer)
             {{
@@ -174,6 +175,7 @@ class MachineAdapter(StateWriter):
             }}
             for (uint32_t i = timer; i > 0u; i--)
                 m->timers[i] = m->timers[i - 1u];
+            chosen.deadline = 0u;
             m->timers[0] = chosen;
             return {t}_step_timer(m);
         }}
@@ -223,5 +225,6 @@ class MachineAdapter(StateWriter):
                 "dump",
             ]:
                 out.line(f".{name} = {name},")
+            self._clock_members()
             out.line(f".eventless = {'eventless' if self._tries_inputs else 'NULL'},")
             out.line(f".choose_inputs = {'choose_inputs' if self.closed.is_open else 'NULL'},")

@@ -87,6 +87,8 @@ class Closed:
     unit: int
     """Ticks that pass at once; 0 if there is no delay."""
     samples: tuple[str, ...]
+    zones: bool = False
+    """Time is dense, see ``core/timed.h``; ``unit`` then only divides all delays."""
 
     @property
     def is_open(self) -> bool:
@@ -98,8 +100,13 @@ class Closed:
         return self.silent and self.charts[machine].transitions[transition].watchdog
 
 
-def close(system: System, *, untimed: bool = False, silent: bool = False) -> Closed:
-    """Prepare a system for exploration; `FsmkitError` where it cannot be."""
+def close(
+    system: System, *, untimed: bool = False, silent: bool = False, zones: bool = False
+) -> Closed:
+    """Prepare a system for exploration; `FsmkitError` where it cannot be.
+
+    Without delays ``zones`` makes no difference.
+    """
     charts = tuple(without_spontaneous(machine.chart) for machine in system.machines)
     uses = tuple(uses_of(chart) for chart in charts)
     samples: list[str] = []
@@ -117,6 +124,7 @@ def close(system: System, *, untimed: bool = False, silent: bool = False) -> Clo
         for index, (chart, machine) in enumerate(zip(charts, system.machines, strict=True))
         for event in chart.events[len(machine.chart.events) :]
     ]
+    unit = 0 if untimed else unit_of(system)
     return Closed(
         system,
         charts,
@@ -126,8 +134,9 @@ def close(system: System, *, untimed: bool = False, silent: bool = False) -> Clo
         keeps_inputs=system.is_open and any(_reads_input(p.condition) for p in system.properties),
         untimed=untimed,
         silent=silent,
-        unit=0 if untimed else unit_of(system),
+        unit=unit,
         samples=tuple(dict.fromkeys(samples)),
+        zones=zones and unit > 0,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 from fsmkit.expressions import Field, Value
 from fsmkit.model.chart import Chart
@@ -43,9 +44,10 @@ class Delivery:
 class TraceStep:
     """One step of a counterexample.
 
-    ``at``: microseconds since the start; None in an untimed exploration. ``machine`` is empty while
-    time passes. ``before`` and ``after``: the active leaves of the machine. ``lines`` are those of
-    the trace, the same for every runtime; ``chosen`` tells inputs and results that were picked.
+    ``at``: whole microseconds since the start; None in an untimed exploration. ``machine`` is empty
+    while time passes. ``before`` and ``after``: the active leaves of the machine. ``lines`` are
+    those of the trace, the same for every runtime; ``chosen`` tells inputs and results that were
+    picked.
     """
 
     at: int | None
@@ -90,7 +92,7 @@ class Replay:
         self._snapshots: list[Snapshot] = [
             self._local.settled(m, self._local.initial(m)) for m in range(len(closed.charts))
         ]
-        self._ticks = 0
+        self._ticks = Fraction(0)
         self._tick = closed.charts[0].capacities.tick
         self._pending: list[Message] = []
 
@@ -98,7 +100,8 @@ class Replay:
         """Perform a path from the start."""
         found = self._start(trail[0]) if trail else []
         for (step,) in trail[1:]:
-            found.append(self._elapse() if step.action is Action.ELAPSE else self._perform(step))
+            elapses = step.action is Action.ELAPSE
+            found.append(self._elapse(step) if elapses else self._perform(step))
         return found
 
     @property
@@ -116,15 +119,17 @@ class Replay:
             self._deliver(message)
         return found
 
-    def _elapse(self) -> TraceStep:
-        settle = self._local.settled
-        self._snapshots = [settle(m, self._local.elapsed(s)) for m, s in enumerate(self._snapshots)]
-        self._ticks += self._closed.unit
+    def _elapse(self, step: Step) -> TraceStep:
+        local = self._local
+        self._snapshots = [
+            local.settled(m, local.elapsed(s, step.ticks)) for m, s in enumerate(self._snapshots)
+        ]
+        self._ticks += step.ticks or self._closed.unit
         return TraceStep(self._at, "", Action.ELAPSE, "time passes", (), (), (), ())
 
     @property
     def _at(self) -> int | None:
-        return None if self._closed.untimed else self._ticks * self._tick
+        return None if self._closed.untimed else int(self._ticks * self._tick)
 
     def _deliver(self, message: Message) -> None:
         after, _ = self._local.delivered(self._snapshots[message.target], message)

@@ -13,8 +13,9 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,8 @@ from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_values import Built, describe, prefix_of
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample
-from fsmkit.verify.exploration import End, Exploration, Figures, Mark, Trail
+from fsmkit.verify.exploration import AT_ONCE, End, Exploration, Figures, Mark, Trail
+from fsmkit.verify.instants import Armed, Performed, scheduled
 from fsmkit.verify.moves import Action, Step
 from fsmkit.verify.wiring import system_file
 
@@ -167,7 +169,12 @@ class CEngine:
             livelock_known=told["livelock_known"],
             livelock=None
             if livelock is None
-            else (tuple(livelock["path"]), tuple(livelock["cycle"])),
+            else (
+                (*livelock["path"], AT_ONCE, *livelock["lead"])
+                if self._closed.zones
+                else tuple(livelock["path"]),
+                tuple(livelock["cycle"]),
+            ),
             traps_known=told["traps_known"],
             traps=tuple(map(tuple, told["traps"])),
             machines=tuple(
@@ -181,13 +188,16 @@ class CEngine:
                 )
                 for figures in told["machines"]
             ),
+            parts=told.get("parts", 0),
+            doubt=told.get("doubt", ""),
         )
 
     # --- replay --------------------------------------------------------------------------------
 
     def _replayed(self, path: tuple[int, ...]) -> list[tuple[Step, tuple[str, ...]]]:
         """Return the steps of a path, and what the machines did in each."""
-        command = [str(self._program), "--replay", ",".join(map(str, path))]
+        written = ",".join("!" if step == AT_ONCE else str(step) for step in path)
+        command = [str(self._program), "--replay", written]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise fail(
@@ -195,7 +205,22 @@ class CEngine:
                 f"the explorer cannot replay its own path: {done.stderr.strip()}",
                 help="please report it",
             )
-        return list(_steps(done.stdout.splitlines()))
+        told = list(_steps(done.stdout.splitlines()))
+        if not self._closed.zones:
+            return [(performed.step, lines) for performed, lines in told]
+        return list(self._with_time(told))
+
+    def _with_time(
+        self, told: Sequence[tuple[Performed, tuple[str, ...]]]
+    ) -> Iterator[tuple[Step, tuple[str, ...]]]:
+        """Yield steps with the passing of time between them, as early as they can happen."""
+        now = Fraction(0)
+        steps = scheduled(len(self._closed.charts), [performed for performed, _ in told])
+        for (at, step), (_, lines) in zip(steps, told, strict=True):
+            if at > now:
+                yield Step(Action.ELAPSE, ticks=at - now), ()
+                now = at
+            yield step, lines
 
     def trail(self, path: tuple[int, ...]) -> Trail:
         """Return the steps of a path."""
@@ -240,18 +265,23 @@ def _show(told: Mapping[str, int], progress: Progress | None) -> None:
         progress(told["states"], told["transitions"], told["depth"])
 
 
-def _steps(lines: list[str]) -> Iterator[tuple[Step, tuple[str, ...]]]:
-    step: Step | None = None
+def _steps(lines: list[str]) -> Iterator[tuple[Performed, tuple[str, ...]]]:
+    step: Performed | None = None
     found: list[str] = []
     for line in lines:
         if not line.startswith("{"):
             found.append(line)
             continue
+        told = json.loads(line)
+        if "timers" in told and step is not None:
+            step = replace(step, timers=tuple(Armed(*timer) for timer in told["timers"]))
+            continue
         if step is not None:
             yield step, tuple(found)
-        told = json.loads(line)["step"]
+        told = told["step"]
         choices = tuple(told["choices"])
-        step = Step(Action(told["action"]), told["machine"], told["argument"], choices)
+        taken = Step(Action(told["action"]), told["machine"], told["argument"], choices)
+        step = Performed(taken, told.get("waits", False), ())
         found = []
     if step is not None:
         yield step, tuple(found)

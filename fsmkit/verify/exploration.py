@@ -13,6 +13,7 @@ from fsmkit.verify.closed import Closed
 from fsmkit.verify.moves import UNHANDLED, Step
 
 DEADLOCK = 0
+AT_ONCE = -1
 
 
 class End(Enum):
@@ -52,9 +53,9 @@ class Figures:
 class Exploration:
     """The result of a search.
 
-    A path is the ordinals of steps, that of the initial state first. ``livelock`` is a path and the
-    cycle it leads to, ``traps`` the paths to them; both say something only
-    if ``*_known``.
+    A path is the ordinals of steps, that of the initial state first; after `AT_ONCE` no time
+    passes. ``livelock`` is a path and the cycle it leads to, ``traps`` the paths to them; both say
+    something only if ``*_known``.
     """
 
     engine: str
@@ -72,6 +73,10 @@ class Exploration:
     traps_known: bool
     traps: tuple[tuple[int, ...], ...]
     machines: tuple[Figures, ...]
+    parts: int = 0
+    """In dense time: how many discrete parts the states have; a state is such a part and a zone."""
+    doubt: str = ""
+    """Why a livelock or a trap is not known, if that is not for want of memory."""
 
     def mark(self, number: int) -> Mark | None:
         """Return what was seen of a mark."""

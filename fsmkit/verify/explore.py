@@ -36,6 +36,8 @@ class Manner:
     silent: bool = False
     """Transitions marked ``watchdog`` never fire; needs ``untimed``."""
     limits: Limits = Limits()
+    zones: bool = False
+    """Time is dense; the engine in Python, which has no zones, lets it pass by units instead."""
 
 
 def check(
@@ -50,8 +52,9 @@ def check(
     manner = manner or Manner()
     _demand_known(system, names)
     _demand_no_invocations(system)
-    closed = close(system, untimed=manner.untimed, silent=manner.silent)
     engine = manner.engine or ("c" if compiler() is not None else "python")
+    zones = manner.zones and engine == "c"
+    closed = close(system, untimed=manner.untimed, silent=manner.silent, zones=zones)
     if not manner.engine and engine == "python":
         findings.add(
             "no-compiler",
@@ -94,7 +97,7 @@ def _shower(
     def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
         whole = (*path, *cycle)
         trail = trail_of(whole)
-        split = len(path)
+        split = len(trail) - len(cycle)
         try:
             found = write(closed, trail[:split], trail[split:])
         except ReplayError as error:
@@ -134,7 +137,8 @@ def explored(
     system: System, findings: Findings, manner: Manner, progress: Progress | None = None
 ) -> Exploration:
     """Return what an exploration finds, without judging it."""
-    closed = close(system, untimed=manner.untimed, silent=manner.silent)
+    zones = manner.zones and manner.engine != "python"
+    closed = close(system, untimed=manner.untimed, silent=manner.silent, zones=zones)
     if manner.engine == "python":
         found, _ = explore_in_python(
             closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress

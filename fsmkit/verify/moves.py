@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from fractions import Fraction
 
 from fsmkit.expressions import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
@@ -44,13 +45,15 @@ class Who(Enum):
 class Step:
     """A step, so that it can be taken again.
 
-    ``argument``: of OCCUR the number of what is possible, of FIRE (untimed) that of the timer.
+    ``argument``: of OCCUR the number of what is possible, of FIRE that of the timer (untimed; in
+    zones: in the order in which they were armed). ``ticks``: how long ELAPSE is, 0 for a unit.
     """
 
     action: Action
     machine: int = 0
     argument: int = 0
     choices: tuple[int, ...] = ()
+    ticks: Fraction = Fraction(0)
 
 
 @dataclass(frozen=True, slots=True)

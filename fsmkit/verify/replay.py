@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -41,8 +42,8 @@ def perform(recorded: Mapping[str, Any]) -> list[list[str]]:
     closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])
     trail = tuple(
         tuple(
-            Step(Action(action), machine, argument, tuple(choices))
-            for action, machine, argument, choices in steps
+            Step(Action(action), machine, argument, tuple(choices), *map(Fraction, ticks))
+            for action, machine, argument, choices, *ticks in steps
         )
         for steps in recorded["trail"]
     )

@@ -78,7 +78,7 @@ def document(
         "silent": closed.silent,
         "loop": trace.loop,
         "trail": [
-            [[s.action.value, s.machine, s.argument, list(s.choices)] for s in steps]
+            [[s.action.value, s.machine, s.argument, list(s.choices), str(s.ticks)] for s in steps]
             for steps in trace.trail
         ],
         "steps": as_json(trace),

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import assert_never
 
 from fsmkit.model.chart import Chart
@@ -129,10 +130,10 @@ class LocalSteps:
             machine, timer.what.transition
         )
 
-    def elapsed(self, snapshot: Snapshot) -> Snapshot:
-        """Return a machine after a unit of time."""
-        unit = self.closed.unit
-        timers = tuple(Timer(t.deadline - unit, t.what) for t in snapshot.timers)
+    def elapsed(self, snapshot: Snapshot, ticks: Fraction = Fraction(0)) -> Snapshot:
+        """Return a machine after some ticks, or a unit of time."""
+        passed = self.closed.unit if not ticks else as_number(ticks)
+        timers = tuple(Timer(t.deadline - passed, t.what) for t in snapshot.timers)
         return replace(snapshot, timers=timers)
 
     def delivered(self, snapshot: Snapshot, message: Message) -> tuple[Snapshot, bool]:
@@ -189,6 +190,8 @@ class LocalSteps:
             if self._is_silent(machine, timer):
                 return None
             snapshot = replace(snapshot, timers=(timer, *timers))
+        elif not timers or timers[0].deadline > 0:
+            return None
         return step_timer(self.charts[machine], snapshot, chooser)
 
     def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
@@ -317,6 +320,14 @@ class LocalSteps:
                 machine, snapshot, Step(Action.OCCUR, machine, number), Who.ENVIRONMENT
             )
         ]
+
+
+def as_number(ticks: Fraction) -> int:
+    """Return an instant as deadlines have it: whole where it is, else a fraction that counts alike.
+
+    The interpreter only adds and compares deadlines, so fractions of a tick do no harm to it.
+    """
+    return ticks.numerator if ticks.denominator == 1 else ticks  # type: ignore[return-value]
 
 
 def _untimed_order(timer: Timer) -> tuple[int, int, str]:

@@ -186,7 +186,8 @@ class _Judge:
             return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
         result = self._absent(name, kind, text, span)
         if not self.found.traps_known and result.verdict is Verdict.HOLDS:
-            return Result(name, kind, text, Verdict.UNDECIDED, "memory ran out", span=span)
+            reason = self.found.doubt or "memory ran out"
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
         return result
 
     def _livelock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:

@@ -183,6 +183,7 @@ def _table(out: Emitter, closed: Closed) -> None:
         out.line(f".property_count = {len(system.properties)}u,")
         out.line(".judge = judge,")
         out.line(f".untimed = {str(closed.untimed).lower()},")
+        out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")
         out.line(f".unit = {closed.unit}u,")
         out.line(f".patience = {PATIENCE}u,")

@@ -18,6 +18,7 @@ typedef struct {
     uint32_t messages, message_count;
     uint32_t notes, note_count;
     uint32_t choices, choice_count;
+    uint32_t clocks; /* zones: for each timer of the next state, which one it was; see `unmark` */
     fsm_action action;
     fsm_kind kind;
 } fsm_local_step;
@@ -54,7 +55,8 @@ struct fsm_composition {
     unsigned char *states_seen[FSM_MOST_MACHINES], *transitions_seen[FSM_MOST_MACHINES];
     fsm_local_step *steps;
     size_t step_count, step_room;
-    fsm_numbers numbers;          /* messages, notes and choices of steps */
+    fsm_numbers numbers;          /* messages, notes, choices and clocks of steps */
+    uint32_t clocks[UINT8_MAX + 1]; /* zones: those of the step run last */
     fsm_store messages;
     fsm_memo deliveries;          /* (local state, message) -> (local state, full) */
     unsigned char *before, *after; /* room for the largest struct */

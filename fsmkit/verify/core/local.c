@@ -132,6 +132,8 @@ static bool perform(const fsm_composition *self, uint32_t machine, void *state, 
 {
     const fsm_machine *m = self->system->machines[machine];
     const fsm_possible *possible = &self->system->possible[argument];
+    if (m->mark != NULL)
+        m->mark(state);
     if (m->choose_inputs != NULL)
         m->choose_inputs(state);
     switch (action) {
@@ -201,12 +203,14 @@ static bool same_numbers(const fsm_composition *self, uint32_t a, uint32_t b, ui
 }
 
 /* Whether an outcome of the same action, from `first` on, had the same effect. */
-static bool is_repeated(const fsm_composition *self, size_t first, const fsm_local_step *step)
+static bool is_repeated(const fsm_composition *self, uint32_t machine, size_t first, const fsm_local_step *step)
 {
+    uint32_t armed = self->system->zones ? fsm_info(self, machine, step->next)->view.armed : 0;
     for (size_t i = first; i < self->step_count; i++) {
         const fsm_local_step *other = &self->steps[i];
         if (other->next == step->next && other->message_count == step->message_count
             && other->note_count == step->note_count
+            && same_numbers(self, other->clocks, step->clocks, armed)
             && same_numbers(self, other->messages, step->messages, step->message_count)
             && same_numbers(self, other->notes, step->notes, step->note_count))
             return true;
@@ -245,7 +249,29 @@ static bool push_recorded(fsm_composition *self, uint32_t machine, fsm_local_ste
     for (uint32_t i = 0; fine && i < r->choice_at; i++)
         fine = fsm_push_number(self, &self->numbers, r->chosen[i]);
     step->choice_count = (uint32_t)self->numbers.count - step->choices;
+    step->clocks = (uint32_t)self->numbers.count;
+    uint32_t armed = self->system->zones ? fsm_info(self, machine, step->next)->view.armed : 0;
+    for (uint32_t i = 0; fine && i < armed; i++)
+        fine = fsm_push_number(self, &self->numbers, self->clocks[i]);
     return fine;
+}
+
+/* Clears what is no state, and notes which timers were armed before. */
+static void settle(fsm_composition *self, const fsm_machine *m, void *after, const void *before)
+{
+    m->settle(after);
+    if (m->unmark != NULL)
+        m->unmark(after, before, self->clocks);
+}
+
+/* Whether a step that led to the same local state armed none of its timers again. */
+static bool keeps_clocks(const fsm_composition *self, uint32_t machine, uint32_t local)
+{
+    uint32_t armed = self->system->zones ? fsm_info(self, machine, local)->view.armed : 0;
+    for (uint32_t i = 0; i < armed; i++)
+        if (self->clocks[i] != i + 1)
+            return false;
+    return true;
 }
 
 static bool settle_step(fsm_composition *self, uint32_t machine, uint32_t local, size_t first,
@@ -255,7 +281,7 @@ static bool settle_step(fsm_composition *self, uint32_t machine, uint32_t local,
     fsm_bounds *bounds = &self->bounds[machine];
     if (fsm_recording.budget <= m->microsteps)
         bounds->microsteps = larger(bounds->microsteps, m->microsteps - fsm_recording.budget);
-    m->settle(self->after);
+    settle(self, m, self->after, self->before);
     step->next = fsm_intern(self, machine, self->after);
     if (step->next == FSM_NONE)
         return false;
@@ -263,9 +289,9 @@ static bool settle_step(fsm_composition *self, uint32_t machine, uint32_t local,
     if (!push_recorded(self, machine, step))
         return false;
     bool idle = step->kind == FSM_STEP_ENVIRONMENT && step->next == local && step->message_count == 0
-        && step->note_count == 0;
+        && step->note_count == 0 && keeps_clocks(self, machine, local);
     bool still = step->action == FSM_DO_EVENTLESS && step->next == local && !fsm_recording.took;
-    if (!idle && !still && !is_repeated(self, first, step))
+    if (!idle && !still && !is_repeated(self, machine, first, step))
         return push_step(self, step);
     self->numbers.count = numbers;
     return true;
@@ -303,10 +329,11 @@ bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_ac
     return true;
 }
 
-void fsm_run_again(const fsm_composition *self, fsm_description what, void *after)
+void fsm_run_again(fsm_composition *self, fsm_description what, void *after)
 {
     const fsm_machine *m = self->system->machines[what.machine];
-    memcpy(after, fsm_store_at(&self->locals[what.machine], what.before), m->size);
+    const void *before = fsm_store_at(&self->locals[what.machine], what.before);
+    memcpy(after, before, m->size);
     fsm_recorder_forget();
     for (uint32_t i = 0; i < what.choice_count; i++)
         fsm_recording.chosen[i] = what.choices[i];
@@ -316,7 +343,7 @@ void fsm_run_again(const fsm_composition *self, fsm_description what, void *afte
     fsm_recording.tracing = true;
     (void)perform(self, what.machine, after, what.action, what.argument);
     fsm_recording.tracing = false;
-    m->settle(after);
+    settle(self, m, after, before);
 }
 
 /* --- all local steps ------------------------------------------------------------------------ */
@@ -333,6 +360,8 @@ static bool explore_spontaneous(fsm_composition *self, uint32_t machine, uint32_
 
 static bool explore_timers(fsm_composition *self, uint32_t machine, uint32_t local, fsm_view view)
 {
+    if (self->system->zones)
+        return true; /* it depends on the clocks, which are no part of this state: timed.c */
     if (!self->system->untimed)
         return !view.due || fsm_explore(self, machine, local, FSM_DO_FIRE, 0, FSM_STEP_INTERNAL);
     for (uint32_t timer = 0; timer < view.armed; timer++)

@@ -1,12 +1,14 @@
 /* main.c: the explorer as a program. It prints one JSON document a line: progress, then a result;
  * or, with --replay, the steps of one path as the machines perform them.
  *
- *   explore [--memory BYTES] [--timeout SECONDS] [--progress] [--livelock] [--traps]
- *           [--until MARK,MARK,...]
+ *   explore [--memory BYTES] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list]
+ *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "cycles.h"
+#include "report.h"
 #include "search.h"
 #include "system.h"
+#include "timed_main.h"
 
 #include <inttypes.h>
 #include <signal.h>
@@ -15,7 +17,6 @@
 #include <string.h>
 #include <time.h>
 
-extern const fsm_system fsm_the_system;
 
 static volatile sig_atomic_t interrupted;
 
@@ -28,7 +29,7 @@ static void interrupt(int signal_number)
 typedef struct {
     size_t memory;
     double timeout; /* seconds; 0: none */
-    bool progress, livelock, traps;
+    bool progress, livelock, traps, list;
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     time_t started, last_shown;
 } options;
@@ -50,25 +51,6 @@ static bool keep_on(fsm_search *search)
         (void)fflush(stdout);
     }
     return search->outcome == FSM_COMPLETE;
-}
-
-static const char *outcome_name(fsm_outcome outcome)
-{
-    switch (outcome) {
-    case FSM_COMPLETE:
-        return "complete";
-    case FSM_DECIDED:
-        return "decided";
-    case FSM_OUT_OF_MEMORY:
-        return "memory";
-    case FSM_OUT_OF_TIME:
-        return "time";
-    case FSM_INTERRUPTED:
-        return "interrupted";
-    case FSM_MODEL_FAILED:
-        break;
-    }
-    return "failed";
 }
 
 /* Prints the path to a state and one more step, unless that is FSM_NONE. */
@@ -156,32 +138,6 @@ static void print_traps(const traps *found, bool known)
     printf("]");
 }
 
-static void print_seen(const char *name, const unsigned char *seen, uint32_t count)
-{
-    printf(", \"%s\": \"", name);
-    for (uint32_t i = 0; i < count; i++)
-        printf("%c", seen[i] ? '1' : '0');
-    printf("\"");
-}
-
-static void print_machines(const fsm_composition *composition)
-{
-    const fsm_system *system = &fsm_the_system;
-    printf(", \"machines\": [");
-    for (uint32_t i = 0; i < system->machine_count; i++) {
-        fsm_bounds bounds = fsm_composition_bounds(composition, i);
-        printf("%s{\"locals\": %" PRIu32 ", \"queue\": %" PRIu32 ", \"timers\": %" PRIu32
-               ", \"microsteps\": %" PRIu32,
-               i == 0 ? "" : ", ", fsm_local_count(composition, i), bounds.queue, bounds.timers,
-               bounds.microsteps);
-        print_seen("states", fsm_states_seen(composition, i), system->machines[i]->state_count);
-        print_seen("transitions", fsm_transitions_seen(composition, i),
-                   system->machines[i]->transition_count);
-        printf("}");
-    }
-    printf("]");
-}
-
 static void await_marks(fsm_search *search, bool *awaited, const char *until)
 {
     while (*until != '\0') {
@@ -220,12 +176,12 @@ static int explore(fsm_composition *composition, options *o)
     const char *why = search.model->failure(search.model->self);
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"expanded\": %" PRIu32
            ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, ",
-           outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.next,
+           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.next,
            search.transitions, search.depth, fsm_search_bytes(&search));
     print_marks(&search);
     print_livelock(&search, &cycle, livelock_known);
     print_traps(&trapped, traps_known);
-    print_machines(composition);
+    fsm_print_machines(composition);
     printf(", \"seconds\": %.3f}}\n", (double)(clock() - begin) / CLOCKS_PER_SEC);
     free(cycle.steps);
     free(awaited);
@@ -236,7 +192,7 @@ static int explore(fsm_composition *composition, options *o)
 /* --- replay ----------------------------------------------------------------------------------- */
 
 typedef struct {
-    const fsm_composition *composition;
+    fsm_composition *composition;
     uint32_t wanted, at;
     fsm_description what[FSM_MOST_MACHINES];
     uint32_t choices[FSM_MOST_MACHINES][FSM_MOST_CHOICES];
@@ -261,17 +217,11 @@ static bool pick(void *context, const fsm_step *step)
     return false;
 }
 
-static const char *action_name(fsm_action action)
-{
-    static const char *const names[] = {"start", "take", "fire", "eventless", "occur", "elapse"};
-    return names[action];
-}
-
-static bool run_described(const fsm_composition *composition, fsm_description what)
+static bool run_described(fsm_composition *composition, fsm_description what)
 {
     const fsm_machine *m = fsm_the_system.machines[what.machine];
     printf("{\"step\": {\"action\": \"%s\", \"machine\": %" PRIu32 ", \"argument\": %" PRIu32 ", \"choices\": [",
-           action_name(what.action), what.machine, what.argument);
+           fsm_action_name(what.action), what.machine, what.argument);
     for (uint32_t i = 0; i < what.choice_count; i++)
         printf("%s%" PRIu32, i == 0 ? "" : ", ", what.choices[i]);
     printf("]}}\n");
@@ -305,7 +255,7 @@ static bool replay_step(replay *self, uint32_t ordinal, bool first)
     return true;
 }
 
-static int replay_path(const fsm_composition *composition, const char *path)
+static int replay_path(fsm_composition *composition, const char *path)
 {
     replay self = {.composition = composition};
     bool first = true;
@@ -322,16 +272,30 @@ static int replay_path(const fsm_composition *composition, const char *path)
     return 0;
 }
 
+static bool is_interrupted(void)
+{
+    return interrupted != 0;
+}
+
+static int run_timed(fsm_composition *composition, const options *o, const char *path, const char *watch)
+{
+    fsm_timed_options timed = {o->memory, o->timeout, o->progress, o->livelock, o->traps, o->list, o->until, watch,
+                               is_interrupted};
+    return path != NULL ? fsm_timed_replay(composition, path) : fsm_timed_explore(composition, &timed);
+}
+
 int main(int argc, char **argv)
 {
     options o = {.memory = (size_t)1 << 32, .started = time(NULL)};
-    const char *path = NULL;
+    const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
         bool more = i + 1 < argc;
         if (strcmp(argv[i], "--progress") == 0)
             o.progress = true;
         else if (strcmp(argv[i], "--livelock") == 0)
             o.livelock = true;
+        else if (strcmp(argv[i], "--list") == 0)
+            o.list = true;
         else if (strcmp(argv[i], "--traps") == 0)
             o.traps = true;
         else if (more && strcmp(argv[i], "--memory") == 0)
@@ -340,6 +304,8 @@ int main(int argc, char **argv)
             o.timeout = strtod(argv[++i], NULL);
         else if (more && strcmp(argv[i], "--until") == 0)
             o.until = argv[++i];
+        else if (more && strcmp(argv[i], "--watch") == 0)
+            watch = argv[++i];
         else if (more && strcmp(argv[i], "--replay") == 0)
             path = argv[++i];
         else
@@ -349,7 +315,9 @@ int main(int argc, char **argv)
     fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);
     if (composition == NULL)
         return 2;
-    int code = path != NULL ? replay_path(composition, path) : explore(composition, &o);
+    int code = fsm_the_system.zones ? run_timed(composition, &o, path, watch)
+        : path != NULL             ? replay_path(composition, path)
+                                   : explore(composition, &o);
     fsm_composition_free(composition);
     return code;
 }

@@ -15,6 +15,7 @@
 
 #include "model.h"
 #include "recorder.h"
+#include "zones.h"
 
 enum { FSM_MOST_MACHINES = 64 };
 
@@ -40,7 +41,7 @@ typedef struct {
     void (*init)(void *m);
     void (*start)(void *m);
     void (*take)(void *m);
-    bool (*fire)(void *m, uint32_t timer);  /* the first due one; untimed: that armed one, false: silent */
+    bool (*fire)(void *m, uint32_t timer);  /* the first due one; untimed, zones: that armed one; false: silent */
     void (*eventless)(void *m);             /* NULL where no eventless guard reads an input */
     void (*occur)(void *m, uint32_t event, const fsm_value *values); /* at once, ahead of the queue */
     bool (*post)(void *m, uint32_t event, const fsm_value *values);  /* false: full */
@@ -49,6 +50,12 @@ typedef struct {
     fsm_value (*output)(const void *m, uint32_t output);
     void (*choose_inputs)(void *m);         /* of an open chart, before each step; else NULL */
     void (*settle)(void *m);                /* after each step: what does not count as state is cleared */
+    /* Zones: timers lie in the order in which they were armed, with their durations as deadlines. `mark`
+     * comes before a step; `unmark` after it restores that, given the state before, and tells for each
+     * timer which of those before it is, counted from 1, or 0 for one that was armed in the step. */
+    void (*mark)(void *m);
+    void (*unmark)(void *m, const void *before, uint32_t *source);
+    void (*limits)(const void *m, fsm_limits *limits); /* of each timer: the least and the greatest duration */
     fsm_view (*view)(const void *m);
     void (*configuration)(const void *m, unsigned char *shown);
     void (*dump)(const void *m);            /* data and outputs, as trace lines */
@@ -78,8 +85,8 @@ typedef struct {
     const fsm_possible *possible;
     uint32_t machine_count, event_link_count, input_link_count, possible_count, property_count;
     bool (*judge)(const void *const *machines, uint32_t property); /* whether to mark the state */
-    bool untimed, open;
-    uint32_t unit;     /* ticks that pass at once; 0: none ever do */
+    bool untimed, zones, open;
+    uint32_t unit;     /* ticks that pass at once, of which all delays are multiples; 0: no delays */
     uint32_t patience;
 } fsm_system;
 
@@ -122,6 +129,6 @@ typedef struct {
 fsm_description fsm_describe(const fsm_composition *self, uint32_t machine);
 
 /* Runs a described step again, into `after` (of the machine's size), tracing. */
-void fsm_run_again(const fsm_composition *self, fsm_description what, void *after);
+void fsm_run_again(fsm_composition *self, fsm_description what, void *after);
 
 #endif

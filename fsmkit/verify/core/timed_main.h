@@ -1,0 +1,20 @@
+/* timed_main.h: the program for exploration in dense time; see main.c for its options. */
+#ifndef FSM_TIMED_MAIN_H
+#define FSM_TIMED_MAIN_H
+
+#include "timed.h"
+
+typedef struct {
+    size_t memory;
+    double timeout;            /* seconds; 0: none */
+    bool progress, livelock, traps, list;
+    const char *until, *watch; /* "begin,end,most": two properties, and units */
+    bool (*interrupted)(void);
+} fsm_timed_options;
+
+int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *options);
+
+/* Performs a path; after a `!` no time passes. */
+int fsm_timed_replay(fsm_composition *composition, const char *path);
+
+#endif
