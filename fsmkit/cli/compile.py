@@ -44,6 +44,7 @@ Examples:
 @click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
 @click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
 @click.option("--no-build", is_flag=True, help="pyext: write the sources, build nothing.")
+@click.option("--with", "extras", help="C, Python: add parts, with commas: save.")
 @click.option("--without", help="C: leave out parts, with commas: queue, counters.")
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
@@ -53,6 +54,7 @@ def command(
     prefix: str | None,
     trace: bool,
     no_build: bool,
+    extras: str | None,
     without: str | None,
     as_json_document: bool,
 ) -> int:
@@ -71,6 +73,7 @@ def command(
     for option, is_given, wanted in (
         ("--trace", trace, ("python", "pyext")),
         ("--no-build", no_build, ("pyext",)),
+        ("--with", extras is not None, ("c", "python")),
         ("--without", without is not None, ("c",)),
     ):
         if is_given and name not in wanted:
@@ -78,6 +81,8 @@ def command(
     options = {} if prefix is None else {"prefix": prefix}
     if trace:
         options["trace"] = "on"
+    if extras is not None:
+        options["with"] = extras
     if not no_build:
         options["build"] = "on"
     if without is not None:

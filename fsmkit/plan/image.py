@@ -20,7 +20,8 @@ A machine, every part as long as the chart says, whatever it holds:
 
 An event is its index plus one (2), its fields, and zeros up to the longest payload of the chart.
 A value takes the fewest bytes of 1, 2, 4, 8 that hold its type; a symbol is its place in ``texts``
-(4); durations and floats are 4 or 8 bytes. What is beyond a count is zero.
+(4); durations and floats are 4 or 8 bytes. What is beyond a count is zero. Of a machine that does
+not run, events, timers and slots are zero.
 """
 
 from __future__ import annotations
@@ -222,13 +223,17 @@ class Image:
     @cached_property
     def size(self) -> int:
         """Bytes of a machine, head and CRC left out."""
-        event = 2 + self.payload
         found = 2 + 2 * (len(self.plan.regions) + len(self.histories)) + size_of(codes(self.values))
-        found += 1 + event * self.chart.capacities.queue
+        return found + self.waiting + sum(image.size for image in self.inner)
+
+    @cached_property
+    def waiting(self) -> int:
+        """Bytes of all events and timers of a machine."""
+        event = 2 + self.payload
+        found = 1 + event * self.chart.capacities.queue
         found += 1 + event * self.deferred if self.deferred else 0
         found += 1 + 6 * self.timers if self.timers else 0
-        found += (6 + event) * self.delayed
-        return found + sum(image.size for image in self.inner)
+        return found + (6 + event) * self.delayed
 
     @property
     def total(self) -> int:

@@ -111,12 +111,15 @@ class _Writer:
         for history, region in image.histories:
             self._put("H", _recorded(image, history, region, recorded.get(history, frozenset())))
         self.values(image.values, (*snapshot.data, *snapshot.inputs))
-        self._events(snapshot.queue, self._chart.capacities.queue)
-        if image.deferred:
-            self._events(snapshot.deferred, image.deferred)
-        self._timers(snapshot.timers, now)
+        if snapshot.running:
+            self._events(snapshot.queue, self._chart.capacities.queue)
+            if image.deferred:
+                self._events(snapshot.deferred, image.deferred)
+            self._timers(snapshot.timers, now)
+        else:
+            self.data += bytes(image.waiting)
         for inner, child in zip(image.inner, snapshot.invoked, strict=True):
-            if child is None:
+            if child is None or not snapshot.running:
                 self.data += bytes(inner.size)
             else:
                 _Writer(inner, self.data).machine(child, now)

@@ -95,7 +95,7 @@ def expected(jobs: Sequence[Job]) -> list[list[str]]:
 
 def write_player(folder: Path, jobs: Sequence[Job], *, board: bool) -> str:
     """Write the C that plays the scripts; return the text that it reads."""
-    machines = [generate_machine(job.chart, f"x{i}") for i, job in enumerate(jobs)]
+    machines = [generate_machine(job.chart, f"x{i}", harness.OPTIONS) for i, job in enumerate(jobs)]
     harness._write(folder, machines)
     text = "".join(f"{line}\n" for job in jobs for line in (*job.script, harness.END))
     if board:
@@ -116,6 +116,7 @@ def _use_board(path: Path, machine: Machine) -> None:
         (f"static {p} {p}_machine;\n", MEMORY.format(p=p, upper=upper)),
         (f"{p}_start(&{p}_machine, {p}_now)", f"{p}_start(&{p}_machine, board_start({p}_now))"),
         (f"{p}_run(&{p}_machine, {p}_now)", f"{p}_run(&{p}_machine, board_wait({p}_now))"),
+        (f"{p}_restore(&{p}_machine, {p}_now,", f"{p}_restore(&{p}_machine, board_start({p}_now),"),
         (f"{p}_post(&{p}_machine, &e)", f"{p}_post_by_interrupt(&e)"),
     ):
         assert text.count(before) == 1, before
@@ -158,8 +159,14 @@ def build_for_board(folder: Path, compiler: str, optimization: str) -> Path:
 
 def ticks(script: Sequence[str]) -> int:
     """Return for how many ticks a script waits."""
-    times = [int(line.split()[1]) for line in script if line.split()[0] in ("start", "run")]
-    return sum((after - before) % 2**32 for before, after in pairwise(times))
+    lines = (line.split() for line in script)
+    times = [
+        (words[0], int(words[1])) for words in lines if words[0] in ("start", "restore", "run")
+    ]
+    waits = [
+        (now - before) % 2**32 for (_, before), (verb, now) in pairwise(times) if verb == "run"
+    ]
+    return sum(waits)
 
 
 def traces(printed: str) -> list[list[str]]:

@@ -11,6 +11,7 @@ from fsmkit.codegen.c.layout import Member, Needs, members, timers_needed
 from fsmkit.codegen.c.names import Names, name_everything
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.pruning import touched
+from fsmkit.codegen.c.saving import saving_source
 from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.types import computed
 from fsmkit.expressions import Expr, FloatType, IntType
@@ -18,6 +19,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.model.content import all_statements
 from fsmkit.model.statements import Reply
 from fsmkit.plan import lower
+from fsmkit.plan.image import image_of
 
 LIBRARY = Path(fsmkit.__file__).parent / "runtime" / "c"
 
@@ -31,6 +33,8 @@ class Machine:
     figures: dict[str, int]
     alignment: int = 1
     """Of the struct, in bytes."""
+    family: tuple[tuple[Names, list[Member]], ...] = ()
+    """The machines in its slots, innermost first, then itself: names and members."""
 
 
 def generate_machine(
@@ -40,17 +44,25 @@ def generate_machine(
 
     A chart that it invokes gives a header and a source of its own, for each slot.
     """
-    machine = _generate(name_everything(lower(chart), prefix, options))
-    for name in ("fsm.h", "fsm.c"):
+    is_saved = options is not None and "save" in options.extras
+    machine = _generate(name_everything(lower(chart), prefix, options), is_saved=is_saved)
+    library = ["fsm.h", "fsm.c"]
+    if is_saved:
+        machine.files[f"{machine.names.prefix}_save.c"] = saving_source(machine.family)
+        library.append("fsm_bytes.h")
+    for name in library:
         machine.files[name] = (LIBRARY / name).read_text(encoding="utf-8")
     return machine
 
 
-def _generate(names: Names) -> Machine:
+def _generate(names: Names, *, is_saved: bool) -> Machine:
     """Return a machine after those in its slots: the strings of all stand in the outermost."""
-    inside = [_generate(inner) for inner in names.invoked]
+    inside = [_generate(inner, is_saved=is_saved) for inner in names.invoked]
     chart = names.chart
     source = SourcePrinter(names)
+    if is_saved:
+        for symbol in image_of(chart).texts:
+            names.symbol(symbol)
     text = source.text()
     payload, alignment = payload_storage(names)
     width = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4, "uint64_t": 8}[event_type(names)]
@@ -65,13 +77,16 @@ def _generate(names: Names) -> Machine:
     )
     layout = members(names, needs, declaration)
     figures = _figures(names, layout, needs)
+    if is_saved and not names.is_invoked:
+        figures["saved_bytes"] = image_of(chart).total
     texts = {
         f"{names.prefix}.h": header(names, layout, figures),
         f"{names.prefix}.c": text,
     }
     for machine in inside:
         texts |= machine.files
-    return Machine(names, texts, figures, max(member.alignment for member in layout))
+    family = (*(each for machine in inside for each in machine.family), (names, layout))
+    return Machine(names, texts, figures, max(m.alignment for m in layout), family)
 
 
 def _figures(names: Names, layout: list[Member], needs: Needs) -> dict[str, int]:

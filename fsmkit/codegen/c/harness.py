@@ -13,6 +13,7 @@ from fsmkit.codegen.c.generate import LIBRARY, Machine, generate_machine
 from fsmkit.codegen.c.harness_text import HOOKS, VERBS
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.names import Names, sent_events
+from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.types import storage
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
@@ -29,6 +30,7 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart, Event
 
+OPTIONS = Options(extras=frozenset({"save"}))
 FLAGS = ("-std=c99", "-O0", "-w")
 FOLDER = Path(__file__).parent / "harness"
 SECONDS = 60
@@ -37,13 +39,15 @@ END = "%"
 """The line after a script, and after its trace."""
 
 
-def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
+def run_many(
+    pairs: Sequence[tuple[Chart, Sequence[str]]], options: Options = OPTIONS
+) -> list[list[str]]:
     """Build all charts in one run of the compiler and return the trace of each one's script."""
     if not pairs:
         return []
     with tempfile.TemporaryDirectory(prefix="fsmkit-") as name:
         folder = Path(name)
-        machines = [generate_machine(chart, f"x{i}") for i, (chart, _) in enumerate(pairs)]
+        machines = [generate_machine(chart, f"x{i}", options) for i, (chart, _) in enumerate(pairs)]
         _write(folder, machines)
         compile_c([*FLAGS, "main.c", "-o", "harness"], folder, QUICKEST)
         return _run(folder, [lines for _, lines in pairs])
@@ -52,7 +56,7 @@ def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
 def _write(folder: Path, machines: list[Machine]) -> None:
     for name in ("harness.c", "harness.h"):
         (folder / name).write_text((FOLDER / name).read_text(encoding="utf-8"), encoding="utf-8")
-    for name in ("fsm.c", "fsm.h"):
+    for name in ("fsm.c", "fsm.h", "fsm_bytes.h"):
         (folder / name).write_text((LIBRARY / name).read_text(encoding="utf-8"), encoding="utf-8")
     for machine in machines:
         for name, text in machine.files.items():
@@ -286,7 +290,9 @@ def _reading(out: Emitter, names: Names) -> None:
 def _play(out: Emitter, names: Names) -> None:
     p = names.prefix
     chart = names.chart
+    out.line(f'#include "{p}_save.c"')
     out.line(f"static {p} {p}_machine;")
+    out.line(f"static uint8_t {p}_saved[{names.upper}_SAVED_BYTES];")
     out.line(f"void {p}_play(void)")
     with out.block("{"):
         out.line(f"{p}_init(&{p}_machine);")

@@ -132,5 +132,18 @@ if (strcmp(verb, "start") == 0) {
 } else if (strcmp(verb, "dispatch") == 0) {
     @_event e = @_read_event();
     (void)@_dispatch(&@_machine, &e, @_now);
+} else if (strcmp(verb, "save") == 0) {
+    if (!@_save(&@_machine, @_now, @_saved))
+        printf("not saved\\n");
+    printf("saved ");
+    for (unsigned i = 0; i < sizeof @_saved; i++)
+        printf("%02x", @_saved[i]);
+    printf("\\n");
+} else if (strcmp(verb, "restore") == 0) {
+    @_now = (uint32_t)read_integer();
+    memset(&@_machine, 0xA5, sizeof @_machine);
+    @_init(&@_machine);
+    if (@_restore(&@_machine, @_now, @_saved, sizeof @_saved) != FSM_RESTORED)
+        printf("not restored\\n");
 }
 """

@@ -16,6 +16,11 @@ PARTS = {
 }
 """What a machine can be made without, and what that is."""
 
+EXTRAS = {
+    "save": "a source that saves the machine to bytes and restores it",
+}
+"""What a machine can be made with, and what that is."""
+
 
 @dataclass(frozen=True, slots=True)
 class Options:
@@ -23,19 +28,28 @@ class Options:
 
     without: frozenset[str] = frozenset()
     """Of `PARTS`."""
+    extras: frozenset[str] = frozenset()
+    """Of `EXTRAS`."""
 
 
 def read_options(options: Mapping[str, str]) -> Options:
     """Return the options of a target; an error where one names what is not there."""
-    without = frozenset(
-        filter(None, (part.strip() for part in options.get("without", "").split(",")))
-    )
-    for part in sorted(without - PARTS.keys()):
-        known = "; ".join(f"`{name}`: {what}" for name, what in PARTS.items())
+    without = _named(options, "without", PARTS)
+    extras = _named(options, "with", EXTRAS)
+    return Options(without, extras)
+
+
+def _named(options: Mapping[str, str], option: str, known: Mapping[str, str]) -> frozenset[str]:
+    """Return the names that an option lists with commas; an error for one that is not known."""
+    listed = (name.strip() for name in options.get(option, "").split(","))
+    found = frozenset(filter(None, listed))
+    for name in sorted(found - known.keys()):
+        what = "leave out" if option == "without" else "add"
+        there = "; ".join(f"`{each}`: {meaning}" for each, meaning in known.items())
         raise fail(
-            "unknown-part", f"there is no part `{part}` to leave out", help=f"known are {known}"
+            "unknown-part", f"there is no part `{name}` to {what}", help=f"known are {there}"
         )
-    return Options(without)
+    return found
 
 
 def report_missing(chart: Chart, options: Options, findings: Findings) -> None:

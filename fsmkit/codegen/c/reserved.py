@@ -38,7 +38,8 @@ FUNCTIONS = _words(
     "truncate_f fault_i fault_u fault_f arm delay undelay cancel add selection conflict "
     "remove_conflicts microstep take take_eventless react settle begin macrostep unhandled leave "
     "act enter record domain answer answers stopped respond respond_any may_go_on rest emit "
-    "is_deferred select_event select_eventless event_symbol no_event last_below source_of"
+    "is_deferred select_event select_eventless event_symbol no_event last_below source_of "
+    "save restore put_event get_event put_machine get_machine head routes ids peers texts"
 )
 """What follows the prefix in the names of functions and types that every machine has."""
 

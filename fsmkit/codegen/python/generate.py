@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 
-from fsmkit.codegen.python import invoking, movement, plain, relations, sending, template
+from fsmkit.codegen.python import invoking, movement, plain, relations, saving, sending, template
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
@@ -28,6 +28,7 @@ from fsmkit.expressions import ArrayType, EnumType, RecordType
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
 from fsmkit.plan import Plan, lower
+from fsmkit.plan.image import Image
 
 WIDTH = 100
 """Columns of the generated text, comments and long expressions aside."""
@@ -39,9 +40,9 @@ Made by fsmkit from {source}: change that, not this. Times are ticks of {tick} u
 
 from __future__ import annotations
 
-{imports}from collections.abc import Callable
+{imports}from collections.abc import {abstract}
 from enum import IntEnum
-from typing import Any, ClassVar, Protocol
+{tools}from typing import Any, ClassVar, Protocol
 
 CLOCK = 0xFFFFFFFF
 FAR = 0x80000000
@@ -49,22 +50,25 @@ NOTHING = -1
 '''
 
 
-def module_text(chart: Chart, *, traced: bool = False, prefix: str | None = None) -> str:
+def module_text(
+    chart: Chart, *, traced: bool = False, prefix: str | None = None, saved: bool = False
+) -> str:
     """Return the text of the module: the same for the same chart. ``prefix`` names the class.
 
-    Without a trace there is no `trace` to set, and nothing is spent on it; machines that invoke
-    others always have it.
+    ``saved``: the machine can be saved and restored. Without a trace there is no `trace` to set,
+    and nothing is spent on it; machines that invoke others always have it.
     """
     family = family_of(chart, prefix)
     members = tuple(family.everyone)
-    shared = template.machine() if is_alone(chart) else template.invoking()
+    kind = template.machine if is_alone(chart) else template.invoking
+    shared = kind(saved=saved)
     needs = tuple(Needs() for _ in members)
     pairs = zip(members, needs, strict=True)
-    classes = [_class(*pair, shared, traced=traced) for pair in pairs]
+    classes = [_class(*pair, shared, traced=traced, saved=saved) for pair in pairs]
     parts = [shared.bases, *classes]
     arithmetic = template.arithmetic("\n".join(parts))
     pieces = (
-        _header(chart, arithmetic),
+        _header(chart, "\n".join((arithmetic, *parts))),
         *enumerations(members),
         *(_bits(member.chart, member.names) for member in members),
         arithmetic,
@@ -74,10 +78,13 @@ def module_text(chart: Chart, *, traced: bool = False, prefix: str | None = None
     return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n"
 
 
-def _class(member: Member, needs: Needs, shared: template.Template, *, traced: bool) -> str:
+def _class(
+    member: Member, needs: Needs, shared: template.Template, *, traced: bool, saved: bool
+) -> str:
     """Return a class: alone with all that it needs, else derived from what several share."""
     chart, names = member.chart, member.names
     plan = lower(chart)
+    image = Image(plan) if saved else None
     content = ContentPrinter(chart, names, needs)
     body = Lines(1)
     _moves(body, plan, names, content, is_seen=traced or bool(shared.bases))
@@ -95,18 +102,24 @@ def _class(member: Member, needs: Needs, shared: template.Template, *, traced: b
     _conditions(body, needs)
     _tables(body, names, shared)
     head = Lines(1)
-    _class_head(head, plan, member, needs, shared)
+    if image is not None:
+        saving.print_histories(body, image, names)
+    _class_head(head, plan, member, needs, shared, image)
     if shared.bases:
         return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{body.finish()}"
     own = body.finish()
     text = f"{head.finish()}\n{template.without(shared.body, own)}\n{own}"
-    text = without_suites(text if traced else without_trace(text), features.unneeded)
+    unneeded = [features.unneeded, *([] if image is None else [saving.unneeded(image)])]
+    text = text if traced else without_trace(text)
+    for openings in unneeded:
+        text = without_suites(text, openings)
     table = "" if answered is None else f"\n\n\n{plain.print_table(chart, names, answered)}"
     return f"class {names.machine}:\n{trimmed(text)}{table}"
 
 
-def _header(chart: Chart, arithmetic: str) -> str:
-    used = [name for name in ("math", "struct") if re.search(rf"\b{name}\.", arithmetic)]
+def _header(chart: Chart, text: str) -> str:
+    used = [name for name in ("math", "struct", "zlib") if re.search(rf"\b{name}\.\w+\(", text)]
+    iterates = "islice(" in text
     source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
     doc = chart.doc or f"The machine {chart.name}."
     return HEADER.format(
@@ -114,6 +127,8 @@ def _header(chart: Chart, arithmetic: str) -> str:
         source=source.replace("\\", "/"),
         tick=chart.capacities.tick,
         imports="".join(f"import {name}\n" for name in used),
+        abstract="Callable, Iterator" if iterates else "Callable",
+        tools="from itertools import islice\n" if iterates else "",
     )
 
 
@@ -166,7 +181,12 @@ def host(names: Names, members: list[tuple[Member, Needs]]) -> str:
 
 
 def _class_head(
-    out: Lines, plan: Plan, member: Member, needs: Needs, shared: template.Template
+    out: Lines,
+    plan: Plan,
+    member: Member,
+    needs: Needs,
+    shared: template.Template,
+    image: Image | None,
 ) -> None:
     chart, names = plan.chart, member.names
     variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
@@ -190,6 +210,8 @@ def _class_head(
     constants = _constants(plan, names, needs)
     if shared.bases:
         constants |= invoking.constants(chart, needs)
+    if image is not None:
+        constants |= saving.constants(image, names, needs)
     for name, value in constants.items():
         _constant(out, f"{name}: {shared.constants[name]} = ", value)
     out.line(f"_BITS: {shared.constants['_BITS']} = {{")

@@ -85,7 +85,7 @@ def load_machine(chart: Chart, *, traced: bool = False) -> type[Any]:
     """Return the generated class of a chart."""
     machine = family_of(chart).names.machine
     space: dict[str, Any] = {"__name__": f"fsmkit_generated_{machine}"}
-    text = module_text(chart, traced=traced)
+    text = module_text(chart, traced=traced, saved=True)
     code = compile(text, f"<{chart.name}.py>", "exec", dont_inherit=True)
     exec(code, space)  # noqa: S102  (the text is our own)
     found: type[Any] = space[machine]
@@ -128,10 +128,17 @@ class Driven:
         self._chart = chart
         self.family = family_of(chart)
         self._host = SeededHost(self.family)
-        self._machine = machine_class(self._host)
+        self._class = machine_class
+        self._is_traced = traced
+        self._saved = b""
         self.told: list[str] = []
-        if traced:
-            self._machine.trace = self.told.append
+        self._machine = self._made()
+
+    def _made(self) -> Any:
+        machine = self._class(self._host)
+        if self._is_traced:
+            machine.trace = self.told.append
+        return machine
 
     def dump(self) -> None:
         """Add the data to the trace."""
@@ -162,6 +169,12 @@ class Driven:
                 self._host.state = int(words[0])
             case "dump":
                 self.dump()
+            case "save":
+                self._saved = machine.save()
+                self.told.append(f"saved {self._saved.hex()}")
+            case "restore":
+                self._machine = machine = self._made()
+                machine.restore(self._saved, int(words[0]))
             case _:
                 raise ValueError(f"there is no script line `{verb}`")
         status = (machine.running, machine.finished, machine.fault, machine.next_deadline())

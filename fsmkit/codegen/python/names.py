@@ -11,6 +11,8 @@ from fsmkit.emit import snake
 from fsmkit.emit.identifiers import legal
 from fsmkit.model.chart import Chart
 
+OFFERED = frozenset({"save", "restore"})
+"""Methods of machines that are made so."""
 ESCAPES = {'"': '\\"', "\\": "\\\\"}
 
 
@@ -40,7 +42,7 @@ def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = No
     machine = identifier(prefix or chart.name)
     events = distinct([identifier(event.name) for event in chart.events])
     methods = [f"{verb}_{event}" for event in events for verb in ("post", "dispatch", "send")]
-    taken = template().names | set(methods)
+    taken = template().names | OFFERED | set(methods)
     variables = [v.name for group in (chart.data, chart.inputs, chart.outputs) for v in group]
     attributes = distinct([_public(name) for name in variables], taken)
     states = distinct([identifier(state.id) for state in chart.states])

@@ -9,7 +9,7 @@ from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.harness import run
 from fsmkit.codegen.python.limits import check
 from fsmkit.codegen.python.names import file_name
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, fail
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated
 
@@ -27,12 +27,20 @@ class PythonTarget:
         """Return the module, or None after saying what Python cannot express.
 
         Options: ``trace``, if it is ``on``, gives the machine a `trace`; ``prefix`` names module
-        and class instead of the chart.
+        and class instead of the chart; ``with`` may be ``save``.
         """
+        extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
+        for name in sorted(extras - {"save"}):
+            raise fail("unknown-part", f"there is no part `{name}` to add", help="there is `save`")
         if not check(chart, findings):
             return None
         prefix = options.get("prefix")
-        text = module_text(chart, traced=options.get("trace") == "on", prefix=prefix)
+        text = module_text(
+            chart,
+            traced=options.get("trace") == "on",
+            prefix=prefix,
+            saved="save" in extras,
+        )
         figures = {
             "states": len(chart.states) - 1,
             "transitions": len(chart.transitions),

@@ -15,6 +15,7 @@ FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
 FILES = ("machine.py", "stepping.py", "timers.py", "queues.py", "trace.py")
 """What a host calls comes first; each stands on the next."""
 INVOKING = "invoking.py"
+SAVING = "saving.py"
 BASES = ("_Machine", "_Invoking")
 """Classes that a module of several machines holds once, the second derived from the first."""
 MARK = "    # --- copied from here on into each generated class "
@@ -37,16 +38,17 @@ class Template:
 
 
 @cache
-def machine() -> Template:
-    """Return the part of a machine that does not depend on its chart."""
-    return _read(FILES)
+def machine(*, saved: bool = False) -> Template:
+    """Return the part of a machine that does not depend on its chart; ``saved``: it can be."""
+    return _read((*FILES, SAVING) if saved else FILES)
 
 
 @cache
-def invoking() -> Template:
+def invoking(*, saved: bool = False) -> Template:
     """Return what machines that invoke each other derive from: two classes, whole."""
-    alone, more = machine(), _read((INVOKING,))
-    first = _class(BASES[0], "What all machines share.", alone, _declared(FILES[-1]))
+    alone, more = machine(saved=saved), _read((INVOKING,))
+    declared = [_declared(FILES[-1]), *([_declared(SAVING)] if saved else [])]
+    first = _class(BASES[0], "What all machines share.", alone, "\n\n".join(declared))
     doc = "A machine with slots for others, which know it."
     second = _class(f"{BASES[1]}({BASES[0]})", doc, more, _declared(INVOKING))
     constants, names = alone.constants | more.constants, alone.names | more.names

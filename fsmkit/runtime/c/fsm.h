@@ -87,6 +87,14 @@ typedef enum {
     FSM_STOPPED  /* not started, finished, or in a fault */
 } fsm_result;
 
+/* What became of saved bytes. */
+typedef enum {
+    FSM_RESTORED,
+    FSM_DAMAGED, /* not all there, or changed */
+    FSM_FOREIGN, /* of another chart */
+    FSM_IN_STEP  /* called from within a step of the same machine */
+} fsm_restored;
+
 /* Why a machine stopped. */
 typedef enum {
     FSM_NO_FAULT,

@@ -1,0 +1,125 @@
+"""What a class has to know to save itself and be restored: the tables of `plan.image`."""
+
+from __future__ import annotations
+
+import re
+
+from fsmkit.codegen.python.content import ROUTES, Needs
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.names import Names
+from fsmkit.expressions import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.model.statements import Destination
+from fsmkit.plan.image import Image, code, head
+
+UNKNOWN = 0xFFFF
+"""The number of a way or an id that the machine never uses."""
+
+
+def constants(image: Image, names: Names, needs: Needs) -> dict[str, object]:
+    """Return the tables by name."""
+    chart, timed = image.chart, (Trigger.AFTER, Trigger.EVERY)
+    return {
+        "SAVED_BYTES": image.total,
+        "_HEAD": head(chart),
+        "_REGIONS": tuple(region.states for region in image.plan.regions),
+        "_ABOVE": tuple(_mask((s.index, *chart.ancestors(s.index))) for s in chart.states),
+        "_RECORDED": tuple(_recorded(image, *each) for each in image.histories),
+        "_VARIABLES": tuple((names.variables[v.name], _type(v.type)) for v in image.values),
+        "_EVENT_TYPES": tuple(tuple(_type(f.type) for f in e.fields) for e in chart.events),
+        "_PAYLOAD": image.payload,
+        "_DEFERRABLE": image.deferred,
+        "_ARMED": image.timers,
+        "_LATER": image.delayed,
+        "_TIMED": tuple(t.index for t in chart.transitions if t.trigger in timed),
+        "_ROUTES": tuple(_route(needs, *route) for route in image.routes),
+        "_IDS": tuple(-1 if i is None else needs.marks.get(i, UNKNOWN) for i in image.ids),
+        "_PEERS": image.peers,
+        "_TEXTS": image.texts,
+        "_SLOT_BYTES": tuple(inner.size for inner in image.inner),
+    }
+
+
+def unneeded(image: Image) -> re.Pattern[str]:
+    """Return what opens the suites that a machine alone does not need to be saved."""
+    openings = [r"for slot, size in enumerate\(self\._SLOT_BYTES\):"]
+    openings += [] if image.deferred else [r"if self\._DEFERRABLE:"]
+    openings += [] if image.timers else [r"if self\._ARMED:"]
+    return re.compile("|".join(openings))
+
+
+def _mask(states: tuple[int, ...]) -> int:
+    return sum(1 << state for state in states)
+
+
+def print_histories(out: Lines, image: Image, names: Names) -> None:
+    """Print the methods that read and write what histories recorded."""
+    held = [f"self._history_{names.bare[history]}" for history, _ in image.histories]
+    if not held:
+        return
+    doc = "Return what each history recorded, as often as it has an entry in `_RECORDED`."
+    with out.method("_recorded", doc, result="tuple[int, ...]"):
+        out.line("return (")
+        with out.indented():
+            out.lines(f"{name}," for name in held)
+        out.line(")")
+    doc = "Let the history of an entry of `_RECORDED` remember some states more."
+    with out.method("_remember", doc, "place: int, states: int"):
+        for place, name in enumerate(held):
+            with out.suite(f"if place == {place}:"):
+                out.line(f"{name} |= states")
+
+
+def _recorded(image: Image, history: int, region: int) -> tuple[object, ...]:
+    """Return the region, what lies below the parent, what may be recorded of it.
+
+    And whether that is recorded as a whole or not at all: by a shallow history of a parallel state.
+    """
+    chart = image.chart
+    parent = chart.states[chart.states[history].parent or 0]
+    below = tuple(
+        s for s in range(parent.index + 1, parent.last_descendant + 1)
+        if not chart.states[s].is_history
+    )  # fmt: skip
+    is_deep = chart.states[history].kind is Kind.DEEP_HISTORY
+    kept = [s for s in below if (chart.states[s].is_leaf if is_deep else s in parent.children)]
+    is_whole = not is_deep and parent.kind is Kind.PARALLEL
+    return region, _mask(below), _mask(tuple(kept)), is_whole
+
+
+def _type(type_: Type) -> tuple[object, ...]:
+    """Return the code of a type and its bounds, or those of its parts."""
+    match type_:
+        case ArrayType(element, length):
+            return ("[", *[_type(element)] * length)
+        case RecordType(_, fields):
+            return ("[", *(_type(part.type) for part in fields))
+        case BoolType():
+            return ("?",)
+        case SymbolType():
+            return ("text",)
+        case FloatType():
+            return (code(type_), None, None)
+        case IntType(lo, hi):
+            return (code(type_), lo, hi)
+        case EnumType(_, members):
+            return (code(type_), 0, len(members) - 1)
+        case DurationType():
+            return (code(type_), 0, 2**31 - 1)
+
+
+def _route(needs: Needs, destination: Destination, slots: tuple[int, ...]) -> int:
+    if destination is not Destination.INVOKED:
+        return ROUTES[destination]
+    known = needs.addresses
+    return ROUTES[destination] + known.index(slots) if slots in known else UNKNOWN

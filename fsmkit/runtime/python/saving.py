@@ -1,0 +1,284 @@
+"""Saving a machine to bytes and restoring it; what they mean is said in `fsmkit.plan.image`."""
+
+# ruff: noqa: SLF001  (machines of one family know each other)
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any, ClassVar
+
+from fsmkit.runtime.python.machine import Machine
+from fsmkit.runtime.python.trace import CLOCK
+
+
+class Saving(Machine):
+    """A machine that can be saved; a generated class that is to be able to holds a copy of this."""
+
+    __slots__ = ()
+
+    SAVED_BYTES: ClassVar[int]
+    _HEAD: ClassVar[bytes]
+    _REGIONS: ClassVar[tuple[tuple[int, ...], ...]]
+    _ABOVE: ClassVar[tuple[int, ...]]
+    _RECORDED: ClassVar[tuple[tuple[int, int, int, bool], ...]]
+    _VARIABLES: ClassVar[tuple[tuple[str, Any], ...]]
+    _EVENT_TYPES: ClassVar[tuple[tuple[Any, ...], ...]]
+    _PAYLOAD: ClassVar[int]
+    _DEFERRABLE: ClassVar[int]
+    _ARMED: ClassVar[int]
+    _LATER: ClassVar[int]
+    _TIMED: ClassVar[tuple[int, ...]]
+    _ROUTES: ClassVar[tuple[int, ...]]
+    _IDS: ClassVar[tuple[int, ...]]
+    _PEERS: ClassVar[tuple[str | None, ...]]
+    _TEXTS: ClassVar[tuple[str, ...]]
+    _SLOT_BYTES: ClassVar[tuple[int, ...]]
+
+    _children: tuple[Any, ...]
+
+    # --- copied from here on into each generated class --------------------------------------------
+
+    # --- saving -----------------------------------------------------------------------------------
+
+    _FAULTS: ClassVar[tuple[str, ...]] = (
+        "", "microsteps", "internal", "range", "error.*", "invoked",
+    )  # fmt: skip
+
+    def save(self, now: int | None = None) -> bytes:
+        """Return the machine as bytes, timers with the time they have left.
+
+        At a time in ticks, else at that of the last call. ValueError for a text that the chart
+        nowhere mentions.
+        """
+        self._claim()
+        try:
+            data = bytearray(self._HEAD)
+            self._put_machine(data, self._now if now is None else now & CLOCK)
+        finally:
+            self._busy = False
+        return bytes(data) + struct.pack("<I", zlib.crc32(data))
+
+    def restore(self, saved: bytes, now: int = 0) -> None:
+        """Go on from what was saved, at a time in ticks.
+
+        ValueError for what is damaged, which leaves a machine that has not been started, or of
+        another chart.
+        """
+        self._claim()
+        try:
+            crc = struct.pack("<I", zlib.crc32(saved[:-4]))
+            if saved[:4] != self._HEAD[:4] or saved[-4:] != crc:
+                raise ValueError(f"this is no saved {self.NAME}, or damaged")
+            if not saved.startswith(self._HEAD):
+                raise ValueError(f"this was saved by another chart than {self.NAME}")
+            if len(saved) != self.SAVED_BYTES:
+                raise ValueError(f"a saved {self.NAME} has another length than {len(saved)}")
+            try:
+                self._get_machine(iter(saved[len(self._HEAD) : -4]), now & CLOCK)
+            except ValueError:
+                self._forget(0)
+                raise
+        finally:
+            self._busy = False
+
+    def _forget(self, now: int) -> None:
+        """Be as one that has not been started."""
+        self._reset_data()
+        self._clear(now)
+        self._running = False
+
+    def _recorded(self) -> tuple[int, ...]:
+        """Return what each history recorded, as often as it has an entry in `_RECORDED`."""
+        return ()
+
+    def _remember(self, place: int, states: int) -> None:
+        """Let the history of an entry of `_RECORDED` remember some states more."""
+
+    def _put_machine(self, data: bytearray, now: int) -> None:
+        fault = self._fault or ""
+        reason = "error.*" if fault.startswith("error.") else fault
+        status = self._running | self._finished << 1
+        data += struct.pack("<BB", status, self._FAULTS.index(reason))
+        for states in self._REGIONS:
+            data += struct.pack("<H", self._deepest(states, self._active))
+        pairs = zip(self._RECORDED, self._recorded(), strict=True)
+        for (region, below, _, _), held in pairs:
+            recorded = self._deepest(self._REGIONS[region], self._path(held) & below)
+            data += struct.pack("<H", recorded)
+        for name, type_ in self._VARIABLES:
+            self._put_value(data, type_, getattr(self, name))
+        if not self._running:
+            data += bytes(self._rest_bytes() + sum(self._SLOT_BYTES))
+            return
+        full = len(data) + self._rest_bytes()
+        data.append(self._queue_count)
+        for i in range(self._queue_count):
+            at = (self._queue_head + i) % self.QUEUE
+            self._put_event(data, self._queue_event[at], self._queue_fields, at * self.WIDTH)
+        data += bytes((self.QUEUE - self._queue_count) * (2 + self._PAYLOAD))
+        if self._DEFERRABLE:
+            data.append(self._deferred_count)
+            for i in range(self._deferred_count):
+                at = i * self.WIDTH
+                self._put_event(data, self._deferred_event[i], self._deferred_fields, at)
+            data += bytes((self._DEFERRABLE - self._deferred_count) * (2 + self._PAYLOAD))
+        if self._ARMED:
+            self._put_timers(data, now)
+        data += bytes(full - len(data))
+        for slot, size in enumerate(self._SLOT_BYTES):
+            if self._children[slot].running:
+                self._children[slot]._put_machine(data, now)
+            else:
+                data += bytes(size)
+
+    def _put_timers(self, data: bytearray, now: int) -> None:
+        data.append(self._timer_count)
+        for i in range(self._timer_count):
+            left = (self._timer_due[i] - now) & CLOCK
+            what = self._timer_what[i]
+            data += struct.pack("<IH", left, what if what >= 0 else 0x8000)
+        data += bytes((self._ARMED - self._timer_count) * 6)
+        for i in range(self._timer_count):
+            if self._timer_what[i] < 0:
+                route = self._ROUTES.index(self._timer_route[i])
+                name = self._IDS.index(self._timer_mark[i])
+                data += struct.pack("<HHH", route, name, self._PEERS.index(self._timer_peer[i]))
+                self._put_event(data, ~self._timer_what[i], self._timer_fields, i * self.WIDTH)
+
+    def _rest_bytes(self) -> int:
+        """Return the size of all events and timers."""
+        size = 1 + self.QUEUE * (2 + self._PAYLOAD)
+        if self._DEFERRABLE:
+            size += 1 + self._DEFERRABLE * (2 + self._PAYLOAD)
+        if self._ARMED:
+            size += 1 + self._ARMED * 6
+        return size + self._LATER * (8 + self._PAYLOAD)
+
+    def _deepest(self, states: tuple[int, ...], active: int) -> int:
+        """Return the number of the last of some states that is active, from 1."""
+        for number in range(len(states), 0, -1):
+            if active >> states[number - 1] & 1:
+                return number
+        return 0
+
+    def _path(self, recorded: int) -> int:
+        """Return what a history recorded, with all above it."""
+        found = state = 0
+        while recorded >> state:
+            if recorded >> state & 1:
+                found |= self._ABOVE[state]
+            state += 1
+        return found
+
+    def _put_event(self, data: bytearray, event: int, fields: list[Any], at: int) -> None:
+        data += struct.pack("<H", event + 1)
+        end = len(data) + self._PAYLOAD
+        for place, type_ in enumerate(self._EVENT_TYPES[event]):
+            self._put_value(data, type_, fields[at + place])
+        data += bytes(end - len(data))
+
+    def _put_value(self, data: bytearray, type_: Any, value: Any) -> None:
+        if type_[0] == "[":
+            for place, part in enumerate(type_[1:]):
+                self._put_value(data, part, value[place])
+        elif type_[0] == "text":
+            data += struct.pack("<I", self._TEXTS.index(value))
+        else:
+            data += struct.pack("<" + type_[0], value)
+
+    def _get_machine(self, read: Iterator[int], now: int) -> None:
+        self._forget(now)
+        status, fault = self._take(read, "B", 0, 3), self._take(read, "B", 0, 5)
+        active = 1
+        for states in self._REGIONS:
+            number = self._take(read, "H", 0, len(states))
+            active |= self._ABOVE[states[number - 1]] if number else 0
+        for place, (region, _, kept, is_whole) in enumerate(self._RECORDED):
+            number = self._take(read, "H", 0, len(self._REGIONS[region]))
+            if number:
+                found = kept if is_whole else 1 << self._REGIONS[region][number - 1] & kept
+                self._remember(place, found)
+        for name, type_ in self._VARIABLES:
+            setattr(self, name, self._get_value(read, type_, list))
+        for i in range(self._get_count(read, self.QUEUE, "queue")):
+            self._queue_event[i] = self._get_event(read, self._queue_fields, i * self.WIDTH)
+            self._queue_count = i + 1
+        self._skip(read, (self.QUEUE - self._queue_count) * (2 + self._PAYLOAD))
+        if self._DEFERRABLE:
+            for i in range(self._get_count(read, self._DEFERRABLE, "deferred events")):
+                at = i * self.WIDTH
+                self._deferred_event[i] = self._get_event(read, self._deferred_fields, at)
+                self._deferred_count = i + 1
+            self._skip(read, (self._DEFERRABLE - self._deferred_count) * (2 + self._PAYLOAD))
+        if self._ARMED:
+            self._get_timers(read, now)
+        for slot, size in enumerate(self._SLOT_BYTES):
+            within = bytes(islice(read, size))
+            if within[:2] != b"\0\0":
+                self._children[slot]._get_machine(iter(within), now)
+            else:
+                self._children[slot]._forget(now)
+        self._active = active
+        self._running, self._finished = status & 1 == 1, status & 2 == 2
+        self._fault = self._FAULTS[fault] or None
+
+    def _get_timers(self, read: Iterator[int], now: int) -> None:
+        count = self._get_count(read, self._ARMED, "timers")
+        for i in range(count):
+            self._timer_due[i] = (self._take(read, "I", 0, CLOCK) + now) & CLOCK
+            self._timer_what[i] = what = self._take(read, "H", 0, 0x8000)
+            self._timer_mark[i], self._timer_route[i], self._timer_peer[i] = -1, 0, None
+            if what != 0x8000 and what not in self._TIMED:
+                raise ValueError(f"{self.NAME} has no timer {what}")
+        self._timer_count = count
+        self._skip(read, (self._ARMED - count) * 6)
+        for i in range(count):
+            if self._timer_what[i] == 0x8000:
+                route = self._take(read, "H", 0, len(self._ROUTES) - 1)
+                self._timer_route[i] = self._ROUTES[route]
+                self._timer_mark[i] = self._IDS[self._take(read, "H", 0, len(self._IDS) - 1)]
+                self._timer_peer[i] = self._PEERS[self._take(read, "H", 0, len(self._PEERS) - 1)]
+                self._timer_what[i] = ~self._get_event(read, self._timer_fields, i * self.WIDTH)
+                self._sends += 1
+        self._skip(read, (self._LATER - self._sends) * (8 + self._PAYLOAD))
+
+    def _get_count(self, read: Iterator[int], most: int, what: str) -> int:
+        count: int = self._take(read, "B", 0, 255)
+        if count > most:
+            raise ValueError(f"{self.NAME} holds {most} {what}, not {count}")
+        return count
+
+    def _get_event(self, read: Iterator[int], fields: list[Any], at: int) -> int:
+        event: int = self._take(read, "H", 1, len(self._EVENT_TYPES)) - 1
+        within = islice(read, self._PAYLOAD)
+        for place, type_ in enumerate(self._EVENT_TYPES[event]):
+            fields[at + place] = self._get_value(within, type_, tuple)
+        self._skip(within, self._PAYLOAD)
+        return event
+
+    def _get_value(self, read: Iterator[int], type_: Any, make: type[Any]) -> Any:
+        if type_[0] == "[":
+            return make([self._get_value(read, part, make) for part in type_[1:]])
+        if type_[0] == "text":
+            return self._TEXTS[self._take(read, "I", 0, len(self._TEXTS) - 1)]
+        if type_[0] == "?":
+            return self._take(read, "B", 0, 1) == 1
+        return self._take(read, type_[0], type_[1], type_[2])
+
+    def _take(self, read: Iterator[int], code: str, lo: Any, hi: Any) -> Any:
+        """Take a number; it must lie between bounds, if there are any."""
+        size = struct.calcsize("<" + code)
+        data = bytes(islice(read, size))
+        if len(data) < size:
+            raise ValueError(f"this ends before it is a whole {self.NAME}")
+        (value,) = struct.unpack("<" + code, data)
+        if lo is not None and not lo <= value <= hi:
+            raise ValueError(f"{value} is not within {lo}..{hi}")
+        return value
+
+    def _skip(self, read: Iterator[int], size: int) -> None:
+        for _ in islice(read, size):
+            pass
