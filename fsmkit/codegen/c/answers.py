@@ -24,10 +24,10 @@ def print_answers(
     to the host.
     """
     p = names.prefix
-    out.line(f"typedef fsm_result {p}_answer({p} *m, const {p}_event *cause);")
+    out.line(f"typedef fsm_result {p}_answer_function({p} *m, const {p}_event *cause);")
     out.line()
     out.line(f"/* {what} */")
-    with out.block(f"static {p}_answer *const {p}_answers[{len(rows)}] = {{", "};"):
+    with out.block(f"static {p}_answer_function *const {p}_answer_table[{len(rows)}] = {{", "};"):
         for name, note in rows:
             out.line(f"{name}, {names.remark(note)}")
     out.line()
@@ -35,5 +35,5 @@ def print_answers(
     with out.block("{"):
         out.line(f"if ({index} >= {len(rows)}u)")
         out.line(f"    return {p}_{otherwise}(m, cause);")
-        out.line(f"return {p}_answers[{index}](m, cause);")
+        out.line(f"return {p}_answer_table[{index}](m, cause);")
     out.line()

@@ -129,6 +129,10 @@ class LeavePrinter:
         region = self.plan.regions[self.plan.region_of[domain]]
         return f"{self._leave_name(region)}(m, {self.plan.number[domain]}u, false);"
 
+    def leave_machine(self) -> str:
+        """Return the call that leaves everything, but lets the regions tell where it was."""
+        return f"{self._leave_name(self.plan.regions[0])}(m, 0u, true);"
+
     def record(self, out: Emitter) -> None:
         """Print the function that records the histories of the states about to be left."""
         histories = [state for state in self.chart.states if state.is_history]

@@ -54,7 +54,7 @@ $FORGET
 [stops][ends]        return $ACTED;
 [stops]    }
 [ends]    if (!m->running) {
-[ends]        @_leave_0(m, 0u, true);
+[ends]        $LEAVE
 [ends][raises]        while (m->internal_count > 0u)
 [ends][raises]            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
 [ends][queued]        while (m->queue_count > 0u)
@@ -201,7 +201,7 @@ void @_abandon(@ *m, uint32_t now)
 {
     m->now = now;
     m->running = false;
-    @_leave_0(m, 0u, true);
+    $LEAVE
 }
 """
 

@@ -20,9 +20,13 @@ class MovePrinter(LeavePrinter):
 
     def enter_state(self, out: Emitter, state: int) -> None:
         """Print the number, the timers and the entry handlers of a state."""
-        names, plan = self.names, self.plan
-        region = plan.region_of[state]
-        out.line(f"m->{names.regions[region]} = {plan.number[state]}u;")
+        region = self.plan.region_of[state]
+        out.line(f"m->{self.names.regions[region]} = {self.plan.number[state]}u;")
+        self.entry(out, state)
+
+    def entry(self, out: Emitter, state: int) -> None:
+        """Print what is done when a state is entered, once it is active."""
+        names = self.names
         out.line(f"FSM_HOOK_ENTER(m, {names.states[state]});")
         for transition in self._timed(state):
             delay = self.chart.transitions[transition].delay

@@ -191,8 +191,15 @@ def name_everything(plan: Plan, prefix: str | None, options: Options | None = No
     if lower in KEYWORDS:
         lower += "_machine"
     names = _name(plan, lower, None)
-    names.options = options or Options()
+    _choose(names, options or Options())
     return names
+
+
+def _choose(names: Names, options: Options) -> None:
+    """Keep the options of a machine; those in its slots are whole, and as small."""
+    names.options = options
+    for inner in names.invoked:
+        _choose(inner, Options(is_small=options.is_small))
 
 
 def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names:

@@ -21,6 +21,9 @@ EXTRAS = {
 }
 """What a machine can be made with, and what that is."""
 
+AIMS = ("speed", "size")
+"""What code can be optimized for."""
+
 
 @dataclass(frozen=True, slots=True)
 class Options:
@@ -30,13 +33,20 @@ class Options:
     """Of `PARTS`."""
     extras: frozenset[str] = frozenset()
     """Of `EXTRAS`."""
+    is_small: bool = False
+    """Whether code is to be small rather than fast."""
 
 
 def read_options(options: Mapping[str, str]) -> Options:
     """Return the options of a target; an error where one names what is not there."""
     without = _named(options, "without", PARTS)
     extras = _named(options, "with", EXTRAS)
-    return Options(without, extras)
+    aim = options.get("optimize", AIMS[0])
+    if aim not in AIMS:
+        raise fail(
+            "unknown-aim", f"C cannot be optimized for `{aim}`", help=f"use {' or '.join(AIMS)}"
+        )
+    return Options(without, extras, is_small=aim == "size")
 
 
 def _named(options: Mapping[str, str], option: str, known: Mapping[str, str]) -> frozenset[str]:

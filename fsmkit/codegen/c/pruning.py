@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 WORD = re.compile(r"[A-Za-z_]\w*")
 MEMBER = re.compile(r"\b(?:m|before)->(\w+)|\bbefore\.(\w+)")
-DEFINED = re.compile(r"(\w+)(?:\[[^\]]*\])?\s*(?:\(|=|;|$)")
+DEFINED = re.compile(r"(\w+)(?:\[[^\]]*\])*\s*(?:\(|=|;|$)")
 
 
 @dataclass(frozen=True, slots=True)

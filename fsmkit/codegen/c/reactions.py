@@ -92,6 +92,9 @@ class ReactionPrinter:
 
     def step(self, transition: Transition, leaf: int | None) -> Step:
         """Return what a transition does; ``leaf``: the deepest active state, if that is known."""
+        if self.names.options.is_small:
+            verb = "take" if self.plan.is_single else "take_one"
+            return Step(act=(f"{self.prefix}_{verb}(m, {transition.index + 1}u);",))
         move = self.plan.moves[transition.index]
         if move.is_static:
             return self._variant(transition, move.variants[0], leaf)
@@ -261,17 +264,17 @@ class ReactionPrinter:
             with out.block("{"):
                 self._over_events(out, answers)
             out.line()
-        out.line(f"static fsm_result {p}_stopped({p} *m, const {p}_event *cause)")
+        out.line(f"static fsm_result {p}_not_running({p} *m, const {p}_event *cause)")
         with out.block("{"):
             out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
         out.line()
-        rows = [(f"{p}_stopped", "not started, or finished")]
+        rows = [(f"{p}_not_running", "not started, or finished")]
         leaves = set(self._leaves(self.plan.regions[0]))
         for state in self.plan.regions[0].states:
-            name = calls.get(state, f"{p}_unhandled") if state in leaves else f"{p}_stopped"
+            name = calls.get(state, f"{p}_unhandled") if state in leaves else f"{p}_not_running"
             rows.append((name, self.chart.states[state].id))
         index = f"m->{self.names.regions[0]}"
-        print_answers(out, self.names, "By the deepest active state.", rows, index, "stopped")
+        print_answers(out, self.names, "By the deepest active state.", rows, index, "not_running")
 
     def _where(self, state: int) -> str:
         place = self.names.place(self.chart.states[state].span)

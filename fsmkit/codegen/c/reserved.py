@@ -37,7 +37,10 @@ FUNCTIONS = _words(
     "take_out has_room enqueue raise error end_block send holds guard_holds clamp clamp_u clamp_f "
     "truncate_f fault_i fault_u fault_f arm delay undelay cancel add selection conflict "
     "remove_conflicts microstep take take_eventless react settle begin macrostep unhandled leave "
-    "act enter record domain answer answers stopped respond respond_any may_go_on rest emit "
+    "act enter record domain domain_of answer_function answer_table not_running respond "
+    "respond_any may_go_on rest emit take_one place_above places_before place_last path_places "
+    "path_of path_step enter_path enter_place enter_recorded entry_of exit_of leave_until "
+    "guard_of select_at row_table row_first region_at "
     "is_deferred select_event select_eventless event_symbol no_event last_below source_of "
     "save restore put_event get_event put_machine get_machine head routes ids peers texts"
 )

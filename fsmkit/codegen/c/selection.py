@@ -32,7 +32,7 @@ class SelectionPrinter:
         self.chart = names.chart
         self.content = content
         self.prefix = names.prefix
-        self.shapes = Shapes(self.plan)
+        self.shapes = Shapes(self.plan, is_small=names.options.is_small)
         self.remembered = self._remembered()
         self._asked = {t: place for place, t in enumerate(self.remembered)}
         self._interesting: frozenset[int] = frozenset()

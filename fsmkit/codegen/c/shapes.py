@@ -26,8 +26,12 @@ class Shape(Enum):
 class Shapes:
     """The shapes of a chart."""
 
-    def __init__(self, plan: Plan) -> None:
-        """Find how each event is answered, and how eventless transitions are taken."""
+    def __init__(self, plan: Plan, *, is_small: bool = False) -> None:
+        """Find how each event is answered, and how eventless transitions are taken.
+
+        ``is_small``: all are selected in the same way, whatever is known of them.
+        """
+        self._is_small = is_small
         self.chart = plan.chart
         self.plan = plan
         self._known: dict[int, Shape] = {}
@@ -49,7 +53,7 @@ class Shapes:
     def _shape(self, transitions: Sequence[Transition]) -> Shape:
         if not transitions:
             return Shape.NONE
-        if any(state.defer for state in self.chart.states):
+        if self._is_small or any(state.defer for state in self.chart.states):
             return Shape.ANY
         regions = self.regions(transitions)
         if len(regions) == 1:
@@ -91,4 +95,5 @@ class Shapes:
     def is_general(self) -> bool:
         """Whether something is left for `selection`."""
         shapes = [self.eventless, *map(self.shape, self.by_event)]
-        return Shape.ANY in shapes
+        is_timed = any(t.trigger is not Trigger.INITIAL for t in self.chart.transitions)
+        return Shape.ANY in shapes or (self._is_small and is_timed)

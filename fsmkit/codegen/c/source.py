@@ -13,8 +13,9 @@ from fsmkit.codegen.c.names import Names, comment, file_name, sent_events
 from fsmkit.codegen.c.pruning import pruned
 from fsmkit.codegen.c.reactions import ReactionPrinter
 from fsmkit.codegen.c.selection import SelectionPrinter
+from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.codegen.c.steps import StepPrinter
-from fsmkit.codegen.c.taking import ADD, CONFLICTS, SELECTION
+from fsmkit.codegen.c.taking import ADD, CONFLICTS, RESPOND, SELECTION
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import RecordType
@@ -37,7 +38,11 @@ class SourcePrinter:
         self.content = content
         self.guards = Emitter()
         self.selection = SelectionPrinter(names, content, self.guards)
-        self.moves = MovePrinter(names, content)
+        self.moves = (
+            SmallPrinter(names, content, self.selection)
+            if names.options.is_small
+            else MovePrinter(names, content)
+        )
         self.invocation = InvocationPrinter(names, content)
         self.reactions = ReactionPrinter(names, content, self.moves, self.selection)
         self.answers = Emitter()
@@ -144,6 +149,9 @@ class SourcePrinter:
     def _print_states(self) -> None:
         out, moves, names = self.states, self.moves, self.names
         p = names.prefix
+        if isinstance(moves, SmallPrinter):
+            moves.print_states(out)
+            return
         reached = entered(names.plan)
         for state in self.chart.states[1:]:
             if not state.is_history:
@@ -166,8 +174,11 @@ class SourcePrinter:
         """Print leaving, acting and entering for transitions that may preempt each other."""
         out, moves, names = self.states, self.moves, self.names
         p = names.prefix
-        moves.record(out)
-        self._domains(out)
+        if isinstance(moves, SmallPrinter):
+            moves.print_moves(out)
+        else:
+            moves.record(out)
+            self._domains(out)
         taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
         out.line(f"static void {p}_act({p} *m, uint16_t taken)")
         with out.block("{"):
@@ -183,6 +194,9 @@ class SourcePrinter:
                 with default(out):
                     pass
         out.line()
+        if isinstance(moves, SmallPrinter):
+            moves.print_entries(out)
+            return
         out.line(f"static void {p}_enter({p} *m, uint16_t taken)")
         with out.block("{"):
             out.line("(void)m;")
@@ -252,22 +266,31 @@ class SourcePrinter:
         self._defer_test(out)
         if names.defers:
             return
-        if names.plan.is_single:
+        if names.options.is_small:
+            answer = "respond_any" if reactions.shapes.is_general else "unhandled"
+            self.answers.lines(fill(names, RESPOND, ANSWER=answer))
+        elif names.plan.is_single:
             reactions.print_by_state(self.answers)
         else:
             reactions.print_by_event(self.answers)
 
     def _select(self, out: Emitter) -> None:
-        names = self.names
-        out.line(f"#define {names.upper}_DEFER 0xFFFFu")
-        out.line(f"#define {names.upper}_REGIONS {len(names.plan.regions)}")
-        out.line()
+        names, moves = self.names, self.moves
+        if isinstance(moves, SmallPrinter):
+            moves.print_selection(out)
+        else:
+            out.line(f"#define {names.upper}_DEFER 0xFFFFu")
+            out.line(f"#define {names.upper}_REGIONS {len(names.plan.regions)}")
+            out.line()
         if not names.plan.is_single:
             out.lines(fill(names, SELECTION))
             out.line()
             if any(state.transitions or state.defer for state in self.chart.states):
                 out.lines(fill(names, ADD))
                 out.line()
+        if isinstance(moves, SmallPrinter):
+            moves.print_selectors(out)
+            return
         for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
             calls = self.selection.finders(out, trigger)
             self.selection.over_regions(out, trigger, calls)

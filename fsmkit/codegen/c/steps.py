@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.codegen.c.content import ContentPrinter, quoted
-from fsmkit.codegen.c.effects import reads_input
+from fsmkit.codegen.c.effects import can_fail, has_effect, reads_input
 from fsmkit.codegen.c.helpers import called, fill
 from fsmkit.codegen.c.invocation import InvocationPrinter
 from fsmkit.codegen.c.loop import (
@@ -26,7 +26,7 @@ from fsmkit.codegen.c.moves import MovePrinter
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions import ReactionPrinter
 from fsmkit.codegen.c.selection import SelectionPrinter
-from fsmkit.codegen.c.shapes import Shape
+from fsmkit.codegen.c.shapes import Shape, Shapes
 from fsmkit.codegen.c.taking import (
     EVENTLESS_MANY,
     EVENTLESS_SINGLE,
@@ -34,7 +34,9 @@ from fsmkit.codegen.c.taking import (
     REACT_MANY,
     REACT_SINGLE,
     RESPOND_ANY,
+    RESPOND_SINGLE,
     TAKE_MANY,
+    TAKE_ONE,
     TAKE_SINGLE,
 )
 from fsmkit.codegen.c.timeouts import TimeoutPrinter
@@ -163,6 +165,7 @@ class StepPrinter:
                 TIMER_DUE=due,
                 RUNNING=names.running,
                 STOPPED=names.stopped,
+                LEAVE=self.moves.leave_machine(),
                 ACTED="acted" if names.does["loops"] else "false",
                 MAY_DEFER=", bool may_defer" if names.defers else "",
                 DEFER=", may_defer" if names.defers else "",
@@ -183,18 +186,35 @@ class StepPrinter:
             if remembered
             else "~"
         )
+        may_fault = any(
+            t.guard is not None and (can_fail(t.guard) or has_effect(t.guard))
+            for t in self.chart.transitions
+        )
+        preempts = Shapes(names.plan).is_general
         texts = [MAY_GO_ON] if names.does["eventless"] else []
         if reactions.shapes.is_general:
             texts.append(TAKE_SINGLE if single else TAKE_MANY)
+            if not single:
+                texts.append(TAKE_ONE)
         if reactions.shapes.eventless is Shape.ANY:
             texts.append(EVENTLESS_SINGLE if single else EVENTLESS_MANY)
         if names.defers:
             texts.append(REACT_SINGLE if single else REACT_MANY)
         elif reactions.shapes.is_general:
-            texts.append(RESPOND_ANY)
+            texts.append(RESPOND_SINGLE if single else RESPOND_ANY)
         for text in texts:
             record = "@_record(m, domain);" if has_histories else "~"
-            out.lines(fill(names, text, RECORD=record, FORGET=forget))
+            out.lines(
+                fill(
+                    names,
+                    text,
+                    RECORD=record,
+                    FORGET=forget,
+                    PREEMPT="@_remove_conflicts(m, &found);" if preempts else "~",
+                    FAULTY=" || m->fault != FSM_NO_FAULT" if may_fault else "",
+                    SOUND=" && m->fault == FSM_NO_FAULT" if may_fault else "",
+                )
+            )
             out.line()
         if not names.defers:
             out.lines(self.answers.finish().rstrip("\n").split("\n"))
@@ -227,7 +247,10 @@ class StepPrinter:
         )
         running = loops or ends or "m->running" in text
         return {
-            "checked": running or names.defers or not names.plan.is_single,
+            "checked": running
+            or names.defers
+            or names.options.is_small
+            or not names.plan.is_single,
             "queued": queued,
             "counted": "counters" not in without,
             "polls": polls or queued,
@@ -280,7 +303,7 @@ class StepPrinter:
             out.line("FSM_HOOK_END(m);")
         out.line()
         if names.is_invoked:
-            out.lines(fill(names, ABANDON))
+            out.lines(fill(names, ABANDON, LEAVE=self.moves.leave_machine()))
             out.line()
 
     def _begin_anew(self, out: Emitter) -> None:

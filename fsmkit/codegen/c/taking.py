@@ -94,7 +94,7 @@ $RECORD_ALL
 TAKE_SINGLE = """
 static void @_take(@ *m, uint16_t taken)
 {
-    if (taken == 0u || m->fault != FSM_NO_FAULT)
+    if (taken == 0u$FAULTY)
         return;
     uint16_t domain = @_domain(m, taken);
     $RECORD
@@ -107,8 +107,27 @@ static void @_take(@ *m, uint16_t taken)
 TAKE_MANY = """
 static void @_take(@ *m, const @_selection *found)
 {
-    if (found->count != 0u && m->fault == FSM_NO_FAULT)
+    if (found->count != 0u$SOUND)
         @_microstep(m, found);
+}
+"""
+
+TAKE_ONE = """
+static void @_take_one(@ *m, uint16_t taken)
+{
+    const @_selection found = {{taken}, 1u, false};
+    @_take(m, &found);
+}
+"""
+
+RESPOND_SINGLE = """
+static fsm_result @_respond_any(@ *m, const @_event *e)
+{
+    uint16_t taken = @_select_event(m, (uint16_t)e->event);
+    if (taken == 0u)
+        return @_unhandled(m, e);
+    @_take(m, taken);
+    return FSM_HANDLED;
 }
 """
 
@@ -119,11 +138,18 @@ static fsm_result @_respond_any(@ *m, const @_event *e)
     @_selection found = {{0}, 0, false};
     @_select_event_0(m, (uint16_t)e->event, &found);
     $FORGET
-    @_remove_conflicts(m, &found);
+    $PREEMPT
     if (found.count == 0u)
         return @_unhandled(m, e);
     @_take(m, &found);
     return FSM_HANDLED;
+}
+"""
+
+RESPOND = """
+static fsm_result @_respond(@ *m, const @_event *e)
+{
+    return @_$ANSWER(m, e);
 }
 """
 
@@ -154,7 +180,7 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 [event]    m->event = *e;
     @_select_event_0(m, (uint16_t)e->event, &found);
     $FORGET
-    @_remove_conflicts(m, &found);
+    $PREEMPT
     if (found.count == 0u && found.defers && may_defer) {
         m->deferred[m->deferred_count] = *e;
         m->deferred_count++;
@@ -198,7 +224,7 @@ static bool @_take_eventless(@ *m)
     @_selection found = {{0}, 0, false};
     @_select_eventless_0(m, &found);
     $FORGET
-    @_remove_conflicts(m, &found);
+    $PREEMPT
     if (found.count == 0u)
         return false;
     if (@_may_go_on(m))

@@ -1,0 +1,108 @@
+"""What is entered, as bytes: places of states, and codes for what has to be asked or done between.
+
+A path ends with 0. A code greater than all places stands for a special step, which says how many
+bytes to skip: so the branches of histories need no code of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from fsmkit.codegen.c.moves import MovePrinter
+from fsmkit.codegen.c.small.places import Places
+from fsmkit.emit import Emitter
+from fsmkit.model.document import Kind
+from fsmkit.plan import Branch, Content, Enter, Op, Restore
+from fsmkit.plan.entries import entry_by_default
+
+Lines = tuple[str, ...]
+
+
+class Paths:
+    """All paths of a machine, one after the other."""
+
+    def __init__(self, moves: MovePrinter, places: Places) -> None:
+        """Begin without any."""
+        self._moves = moves
+        self._places = places
+        self._chart = moves.chart
+        self._plan = moves.plan
+        self.codes: list[int] = []
+        self.specials: dict[Lines, int] = {}
+        """The code of each special step, by its lines in C."""
+        self.restores = False
+        """Whether one enters what a deep history recorded."""
+        self._known: dict[tuple[Op, ...], int] = {}
+
+    def add(self, ops: tuple[Op, ...]) -> int:
+        """Return where the path of operations begins; it may be an end of another."""
+        if ops not in self._known:
+            path = [*self._encoded(ops), 0]
+            ends = (at for at in range(len(self.codes)) if self.codes[at : at + len(path)] == path)
+            at = next(ends, len(self.codes))
+            if at == len(self.codes):
+                self.codes += path
+            self._known[ops] = at
+        return self._known[ops]
+
+    def at(self, ops: tuple[Op, ...]) -> int:
+        """Return where a path begins that was added before the machine was printed."""
+        return self._known[ops]
+
+    def _encoded(self, ops: Sequence[Op]) -> list[int]:
+        found: list[int] = []
+        for op in ops:
+            match op:
+                case Enter(state, defaults):
+                    found.append(self._places.place(state))
+                    found += map(self._content, defaults)
+                case Content(transition):
+                    found.append(self._content(transition))
+                case Branch(history, recorded, unrecorded):
+                    test = self._moves.is_recorded(history)
+                    found += self._either(test, self._encoded(recorded), self._encoded(unrecorded))
+                case Restore(history, below):
+                    found += self._restored(history, below)
+        return found
+
+    def _special(self, lines: Sequence[str], skip: str = "0u") -> int:
+        key = (*lines, f"return {skip};")
+        return self.specials.setdefault(key, self._places.count + 1 + len(self.specials))
+
+    def _lines(self, print_: Callable[[Emitter], None]) -> Lines:
+        out = Emitter()
+        print_(out)
+        return tuple(out.finish().rstrip("\n").split("\n"))
+
+    def _content(self, transition: int) -> int:
+        return self._special(self._lines(lambda out: self._moves.take_content(out, transition)))
+
+    def _either(self, test: str, first: list[int], second: list[int]) -> list[int]:
+        """Return the first path if a test holds, else the second."""
+        if second:
+            first = [*first, self._special((), f"{len(second)}u")]
+        return [self._special((), f"{test} ? 0u : {len(first)}u"), *first, *second]
+
+    def _restored(self, history: int, below: int) -> list[int]:
+        chart, plan, names = self._chart, self._plan, self._moves.names
+        if chart.states[history].kind is Kind.SHALLOW_HISTORY:
+            region = plan.region_of[below]
+            member = f"m->{names.histories[history, region]}"
+            found: list[int] = []
+            for child in reversed(chart.states[below].children):
+                if not chart.states[child].is_history:
+                    path = self._encoded(entry_by_default(chart, child))
+                    found = self._either(f"{member} == {plan.number[child]}u", path, found)
+            return found
+        self.restores = True
+        calls = []
+        for index in plan.recorded_regions[history]:
+            top = plan.regions[index].top
+            own = plan.region_of[below] == index and chart.states[below].kind is Kind.COMPOUND
+            if not own and not chart.is_descendant(top, below):
+                continue
+            base = self._places.base[index]
+            begin = base + (plan.number[below] if own else 0)
+            end = self._places.of(base, f"m->{names.histories[history, index]}")
+            calls.append(f"{names.prefix}_enter_recorded(m, {begin}u, {end});")
+        return [self._special(calls)]

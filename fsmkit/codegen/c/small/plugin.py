@@ -1,0 +1,35 @@
+"""C for size, as the tests run it: it is covered as a runtime of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from fsmkit.codegen.c.harness import OPTIONS, run_many
+from fsmkit.codegen.c.limits import report_limits
+from fsmkit.diagnostics import Findings
+from fsmkit.model.chart import Chart
+
+SMALL = replace(OPTIONS, is_small=True)
+
+
+class SmallC:
+    """Runs scripts on small machines; to write one, ask the target `c` for it."""
+
+    name = "c-size"
+
+    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
+        """Build a chart and return the trace of a script."""
+        (lines,) = self.harness_run_all([(chart, script_lines)])
+        return lines
+
+    def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
+        """Build several charts at once and return the trace of each one's script."""
+        findings = Findings()
+        for chart, _ in pairs:
+            report_limits(chart, findings)
+        findings.stop_on_errors()
+        return run_many(pairs, SMALL)
+
+
+PLUGIN = SmallC()

@@ -1,0 +1,322 @@
+"""A machine as tables, and functions that read them: each thing is there once, whatever is active.
+
+Every transition is selected by Appendix D; what it leaves and enters is looked up. That takes more
+time than straight code, the more states lie above each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import accumulate
+
+from fsmkit.codegen.c.content import ContentPrinter
+from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.leaving import ungrouped
+from fsmkit.codegen.c.moves import MovePrinter
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.selection import SelectionPrinter, askable
+from fsmkit.codegen.c.small.paths import Paths
+from fsmkit.codegen.c.small.places import Places
+from fsmkit.codegen.c.small.text import (
+    ENTER_MANY,
+    ENTER_ONE,
+    FIND,
+    LEAVE_MANY,
+    LEAVE_ONE,
+    RESTORE,
+    SELECT_MANY,
+    SELECT_ONE,
+    WALK,
+    WALK_PLAIN,
+)
+from fsmkit.emit import Emitter
+from fsmkit.model.chart import Transition
+from fsmkit.model.document import Kind, Trigger
+from fsmkit.plan import Op
+
+
+class SmallPrinter(MovePrinter):
+    """Prints the tables and the functions."""
+
+    def __init__(self, names: Names, content: ContentPrinter, selection: SelectionPrinter) -> None:
+        """Find all paths, so that they can be named before the tables are printed."""
+        super().__init__(names, content)
+        self.selection = selection
+        self.places = Places(self.plan)
+        self.paths = Paths(self, self.places)
+        self.taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
+        for transition in self.taken:
+            for variant in self.plan.moves[transition.index].variants:
+                self.paths.add(variant.entry)
+        self.paths.add(self.plan.start)
+
+    # --- calls ----------------------------------------------------------------------------
+
+    def ops(self, out: Emitter, ops: tuple[Op, ...]) -> None:
+        """Print the call that goes a path."""
+        out.line(f"{self.prefix}_enter_path(m, {self.paths.at(ops)}u);")
+
+    def leave_below(self, domain: int) -> str:
+        """Return the call that leaves all states strictly below a domain."""
+        return self._leave(domain, keep="false")
+
+    def leave_machine(self) -> str:
+        """Return the call that leaves everything, but lets the regions tell where it was."""
+        return self._leave(0, keep="true")
+
+    def _leave(self, domain: int, keep: str) -> str:
+        last = ""
+        if not self.plan.is_single:
+            end = self.chart.states[domain].last_descendant if domain else len(self.chart.states)
+            within = [r.index for r in self.plan.regions if r.top <= end]
+            last = f"{within[-1]}u, "
+        return f"{self.prefix}_leave_until(m, {self.places.place(domain)}u, {last}{keep});"
+
+    # --- states ---------------------------------------------------------------------------
+
+    def print_states(self, out: Emitter) -> None:
+        """Print how states are entered and left."""
+        above = [0, *(self.places.place(self.chart.states[s].parent or 0) for s in self._states)]
+        self._table(out, "place_above", above, "By place: the place of the state around it.")
+        if not self.plan.is_single:
+            self._table(
+                out, "places_before", self.places.base[:-1], "By region: the places before it."
+            )
+            self._region(out)
+        self._over_states(out, "entry", self.entry)
+        self._fill(out, ENTER_ONE if self.plan.is_single else ENTER_MANY)
+        self._over_states(out, "exit", self.leave_state)
+        self._fill(out, LEAVE_ONE if self.plan.is_single else LEAVE_MANY)
+        if self.paths.restores:
+            last = [self.plan.last_number[s] - self.plan.number[s] for s in self._states]
+            ends = [0, *(place + more for place, more in enumerate(last, 1))]
+            self._table(out, "place_last", ends, "By place: the last one below it in its region.")
+            self._fill(out, RESTORE)
+        self._walk(out)
+
+    @property
+    def _states(self) -> list[int]:
+        return self.places.states
+
+    @property
+    def _width(self) -> str:
+        return "uint8_t" if self.places.count < 255 else "uint16_t"
+
+    def _table(self, out: Emitter, name: str, values: Sequence[int], note: str) -> None:
+        ctype = "uint8_t" if max(values) < 256 else "uint16_t"
+        out.line(f"/* {note} */")
+        with out.block(f"static const {ctype} {self.prefix}_{name}[{len(values)}] = {{", "};"):
+            for at in range(0, len(values), 16):
+                out.line(", ".join(f"{value}u" for value in values[at : at + 16]) + ",")
+        out.line()
+
+    def _fill(self, out: Emitter, text: str, **parts: str) -> None:
+        parts = {
+            "NUMBER": self._width,
+            "ACTIVE": f"m->{self.names.regions[0]}",
+            "REGIONS": str(len(self.plan.regions)),
+            "PLACES": str(self.places.count),
+            **parts,
+        }
+        out.lines(fill(self.names, text, **parts))
+        out.line()
+
+    def _region(self, out: Emitter) -> None:
+        out.line(f"static {self._width} *{self.prefix}_region_at({self.prefix} *m, uint8_t region)")
+        with out.block("{"), out.block("switch (region) {"):
+            for index, name in enumerate(self.names.regions[1:], 1):
+                out.lines([f"case {index}u:", f"    return &m->{name};"])
+            out.lines(["default:", f"    return &m->{self.names.regions[0]};"])
+        out.line()
+
+    def _over_states(self, out: Emitter, verb: str, body: Callable[[Emitter, int], None]) -> None:
+        """Print a function that does what one state does when it is entered or left."""
+        head = f"static void {self.prefix}_{verb}_of({self.prefix} *m, {self._width} place)"
+        out.line(head)
+        with out.block("{"):
+            out.line("(void)m;")
+            with out.block("switch (place) {"):
+                for place, state in enumerate(self._states, 1):
+                    out.line(f"case {place}u: {self.names.note(state)}")
+                    with out.indented():
+                        body(out, state)
+                        out.line("break;")
+                out.lines(["default:", "    break;"])
+        out.line()
+
+    def _walk(self, out: Emitter) -> None:
+        p, specials = self.prefix, self.paths.specials
+        self._table(
+            out,
+            "path_places",
+            self.paths.codes,
+            "Places of states to enter; each path ends with 0.",
+        )
+        if not specials:
+            self._fill(out, WALK_PLAIN)
+            return
+        out.line("/* What is asked or done on a path; returns how much of it to skip. */")
+        out.line(f"static uint16_t {p}_path_step({p} *m, uint16_t code)")
+        with out.block("{"):
+            out.line("(void)m;")
+            with out.block("switch (code) {"):
+                for lines, code in specials.items():
+                    out.line(f"case {code}u:")
+                    with out.indented():
+                        out.lines(lines)
+                out.lines(["default:", "    return 0u;"])
+        out.line()
+        self._fill(out, WALK)
+
+    # --- transitions ----------------------------------------------------------------------
+
+    def print_moves(self, out: Emitter) -> None:
+        """Print what each transition leaves and enters; its content is printed elsewhere."""
+        p, moves = self.prefix, self.plan.moves
+        self.record(out)
+        domains = [_domain(moves[t.index].variants[-1].domain) for t in self.chart.transitions]
+        self._table(
+            out, "domain_of", domains, "By transition: the state plus one below which it acts."
+        )
+        out.line(f"static uint16_t {p}_domain(const {p} *m, uint16_t taken)")
+        with out.block("{"):
+            self._variants(out, entering=False)
+            out.line(f"return {p}_domain_of[taken - 1u];")
+        out.line()
+        out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
+        with out.block("{"), out.block("switch (domain) {"):
+            for domain in sorted({d for d in domains if d} | self._domains_of_variants()):
+                out.line(f"case {domain}u: {self.names.note(domain - 1)}")
+                out.lines([f"    {self.leave_below(domain - 1)}", "    break;"])
+            out.lines(["default:", "    break;"])
+        out.line()
+
+    def _domains_of_variants(self) -> set[int]:
+        found = (v.domain for t in self.taken for v in self.plan.moves[t.index].variants)
+        return {domain + 1 for domain in found if domain is not None}
+
+    def print_entries(self, out: Emitter) -> None:
+        """Print what each transition enters."""
+        p, moves = self.prefix, self.plan.moves
+        begins = [
+            self.paths.at(moves[t.index].variants[-1].entry) if t in self.taken else 0
+            for t in self.chart.transitions
+        ]
+        self._table(out, "path_of", begins, "By transition: where its path begins.")
+        out.line(f"static void {p}_enter({p} *m, uint16_t taken)")
+        with out.block("{"):
+            self._variants(out, entering=True)
+            out.line(f"{p}_enter_path(m, {p}_path_of[taken - 1u]);")
+        out.line()
+
+    def _variants(self, out: Emitter, *, entering: bool) -> None:
+        """Print the transitions whose domain depends on what was recorded."""
+        found = [t for t in self.taken if not self.plan.moves[t.index].is_static]
+        if not found:
+            if not entering:
+                out.line("(void)m;")
+            return
+        with out.block("switch (taken) {"):
+            for t in found:
+                out.line(f"case {t.index + 1}u: /* {self.selection.comment(t)} */")
+                with out.indented():
+                    for variant in self.plan.moves[t.index].variants[:-1]:
+                        tests = " && ".join(map(self.within, variant.conditions))
+                        with out.block(f"if ({tests}) {{"):
+                            if entering:
+                                out.line(
+                                    f"{self.prefix}_enter_path(m, {self.paths.at(variant.entry)}u);"
+                                )
+                                out.line("return;")
+                            else:
+                                out.line(f"return {_domain(variant.domain)}u;")
+                    out.line("break;")
+            out.lines(["default:", "    break;"])
+
+    # --- selection ------------------------------------------------------------------------
+
+    def print_selection(self, out: Emitter) -> None:
+        """Print how transitions are selected."""
+        self._holds(out)
+        rows = [self._rows(state) for state in self._states]
+        flat = [row for own in rows for row in own] or [(0, 0, "none")]
+        widest = max(max(event, taken) for event, taken, _ in flat)
+        ctype = "uint8_t" if widest < 255 else "uint16_t"
+        defer = 255 if ctype == "uint8_t" else 65535
+        p, upper = self.prefix, self.names.upper
+        out.line(f"#define {upper}_DEFER {defer}u")
+        if not self.plan.is_single:
+            out.line(f"#define {upper}_REGIONS {len(self.plan.regions)}u")
+        out.line()
+        out.line("/* What is asked in each state: the event, the transition plus one. */")
+        with out.block(f"static const {ctype} {p}_row_table[{len(flat)}][2] = {{", "};"):
+            for event, taken, note in flat:
+                answer = f"{upper}_DEFER" if taken < 0 else f"{taken}u"
+                out.line(f"{{{event}u, {answer}}}, /* {note} */")
+        out.line()
+        first = [0, 0, *accumulate(map(len, rows))]
+        self._table(
+            out, "row_first", first, "By place: the first row of a state; the last are not one's."
+        )
+        self._fill(out, FIND)
+
+    def _holds(self, out: Emitter) -> None:
+        """Print the function that evaluates a guard."""
+        guarded = [t for t in self.taken if t.guard is not None and _is_selected(t)]
+        texts: dict[str, list[Transition]] = {}
+        for transition in guarded:
+            texts.setdefault(self.selection.guard(transition), []).append(transition)
+        out.line(f"static bool {self.prefix}_guard_of({self.prefix} *m, uint16_t taken)")
+        with out.block("{"):
+            out.line("(void)m;")
+            with out.block("switch (taken) {"):
+                for text, members in texts.items():
+                    for t in members:
+                        out.line(f"case {t.index + 1}u: /* {self.selection.comment(t)} */")
+                    out.line(f"    return {ungrouped(text)};")
+                out.lines(["default:", "    return true;"])
+        out.line()
+
+    def _rows(self, state: int) -> list[tuple[int, int, str]]:
+        """Return event, transition plus one, and note of what a state asks; -1: it defers."""
+        chart = self.chart
+        found: list[tuple[int, int, str]] = []
+        for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
+            for transition in askable(self.selection.own(state, trigger)):
+                note = self.selection.comment(transition)
+                is_event = trigger is Trigger.EVENT
+                events = transition.events if is_event else (len(chart.events),)
+                found += [(event + 1, transition.index + 1, note) for event in events]
+        closed = {e for e, t, _ in found if chart.transitions[t - 1].guard is None}
+        defers = f"{chart.states[state].id} defers"
+        kept = (event + 1 for event in chart.states[state].defer)
+        return found + [(event, -1, defers) for event in kept if event not in closed]
+
+    def print_selectors(self, out: Emitter) -> None:
+        """Print the functions that the loop calls, after the type of what they find."""
+        parallel = [p for p, s in enumerate(self._states, 1) if self._is_parallel(s)]
+        tests = "".join(f" && place != {place}u" for place in parallel)
+        eventless = any(t.trigger is Trigger.EVENTLESS for t in self.taken)
+        count = len(self.chart.events)
+        event = f"event <= {count}u ? event : 0u" if eventless else "event"
+        for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
+            is_event = trigger is Trigger.EVENT
+            self._fill(
+                out,
+                SELECT_ONE if self.plan.is_single else SELECT_MANY,
+                NAME="select_event" if is_event else "select_eventless",
+                PARAMETER=", uint16_t event" if is_event else "",
+                EVENT=event if is_event else f"{count + 1}u",
+                ATOMIC=tests,
+            )
+
+    def _is_parallel(self, state: int) -> bool:
+        return self.chart.states[state].kind is Kind.PARALLEL
+
+
+def _domain(domain: int | None) -> int:
+    return 0 if domain is None else domain + 1
+
+
+def _is_selected(transition: Transition) -> bool:
+    return transition.trigger in (Trigger.EVENT, Trigger.EVENTLESS)

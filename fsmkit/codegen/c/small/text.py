@@ -1,0 +1,115 @@
+"""What reads the tables of a small machine: C with the prefix filled in (see `helpers.fill`)."""
+
+ENTER_ONE = """
+static void @_enter_place(@ *m, $NUMBER place)
+{
+    $ACTIVE = place;
+    @_entry_of(m, place);
+}
+"""
+
+ENTER_MANY = """
+static void @_enter_place(@ *m, $NUMBER place)
+{
+    uint8_t region = $REGIONSu - 1u;
+    while (place <= @_places_before[region])
+        region--;
+    *@_region_at(m, region) = ($NUMBER)(place - @_places_before[region]);
+    @_entry_of(m, place);
+}
+"""
+
+LEAVE_ONE = """
+/* Leave what is active, innermost first, until a state. */
+static void @_leave_until(@ *m, $NUMBER until, bool keep)
+{
+    $NUMBER place = $ACTIVE;
+    while (place > until) {
+        @_exit_of(m, place);
+        place = @_place_above[place];
+        if (!keep)
+            $ACTIVE = place;
+    }
+}
+"""
+
+LEAVE_MANY = """
+/* Leave what is active, innermost first, until a state; `last` is the last region below it. */
+static void @_leave_until(@ *m, $NUMBER until, uint8_t last, bool keep)
+{
+    for (uint8_t region = last;; region--) {
+        const $NUMBER before = @_places_before[region];
+        const bool is_own = region == 0u || before < until;
+        $NUMBER *active = @_region_at(m, region);
+        $NUMBER place = ($NUMBER)(before + *active);
+        while (place > (is_own ? until : before)) {
+            @_exit_of(m, place);
+            place = @_place_above[place] > before ? @_place_above[place] : before;
+            if (!keep)
+                *active = ($NUMBER)(place - before);
+        }
+        if (is_own)
+            return;
+    }
+}
+"""
+
+RESTORE = """
+/* Enter the states around a place and that itself, after those that are active. */
+static void @_enter_recorded(@ *m, uint16_t after, uint16_t last)
+{
+    for (uint16_t place = after; place < last; place++)
+        if (@_place_last[place + 1u] >= last)
+            @_enter_place(m, ($NUMBER)(place + 1u));
+}
+"""
+
+WALK_PLAIN = """
+static void @_enter_path(@ *m, uint16_t at)
+{
+    for (; @_path_places[at] != 0u; at++)
+        @_enter_place(m, @_path_places[at]);
+}
+"""
+
+WALK = """
+static void @_enter_path(@ *m, uint16_t at)
+{
+    for (; @_path_places[at] != 0u; at++)
+        if (@_path_places[at] <= $PLACESu)
+            @_enter_place(m, ($NUMBER)@_path_places[at]);
+        else
+            at = (uint16_t)(at + @_path_step(m, @_path_places[at]));
+}
+"""
+
+FIND = """
+/* Appendix D, selectTransitions, for one atomic state. */
+static uint16_t @_select_at(@ *m, $NUMBER place, uint16_t event)
+{
+    for (; place != 0u; place = @_place_above[place])
+        for (uint16_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++)
+            if (@_row_table[row][0] == event && @_guard_of(m, @_row_table[row][1]))
+                return @_row_table[row][1];
+    return 0u;
+}
+"""
+
+SELECT_ONE = """
+static uint16_t @_$NAME(@ *m$PARAMETER)
+{
+    return @_select_at(m, $ACTIVE, $EVENT);
+}
+"""
+
+SELECT_MANY = """
+static void @_$NAME_0(@ *m$PARAMETER, @_selection *found)
+{
+    for (uint8_t region = 0u; region < $REGIONSu; region++) {
+        const $NUMBER number = *@_region_at(m, region);
+        const $NUMBER place = ($NUMBER)(@_places_before[region] + number);
+        if (number != 0u$ATOMIC)
+            @_add(found, @_select_at(m, place, $EVENT));
+    }
+}
+"""
