@@ -45,6 +45,9 @@ Examples:
 @click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
 @click.option("--no-build", is_flag=True, help="pyext: write the sources, build nothing.")
 @click.option("--with", "extras", help="C, Python: add parts, with commas: save.")
+@click.option(
+    "--optimize", type=click.Choice(("speed", "size")), help="C: make the code fast, or small."
+)
 @click.option("--without", help="C: leave out parts, with commas: queue, counters.")
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
@@ -55,6 +58,7 @@ def command(
     trace: bool,
     no_build: bool,
     extras: str | None,
+    optimize: str | None,
     without: str | None,
     as_json_document: bool,
 ) -> int:
@@ -74,6 +78,7 @@ def command(
         ("--trace", trace, ("python", "pyext")),
         ("--no-build", no_build, ("pyext",)),
         ("--with", extras is not None, ("c", "python")),
+        ("--optimize", optimize is not None, ("c",)),
         ("--without", without is not None, ("c",)),
     ):
         if is_given and name not in wanted:
@@ -85,6 +90,8 @@ def command(
         options["with"] = extras
     if not no_build:
         options["build"] = "on"
+    if optimize is not None:
+        options["optimize"] = optimize
     if without is not None:
         options["without"] = without
     generated = []
