@@ -97,12 +97,13 @@ class Totals:
         self.divergences += other.divergences
 
 
-def random_case(seed: int, number: int) -> Case:
+def random_case(seed: int, number: int, *, is_saved: bool = False) -> Case:
     """Return one example; the same for the same seed and number."""
     choices = SeededChoices(f"{seed}:{number}")
     documents = random_documents(choices)
     chart = elaborated(documents)
-    return Case(documents, chart, random_script(choices, chart), f"chart {number} of seed {seed}")
+    script = random_script(choices, chart, is_saved=is_saved)
+    return Case(documents, chart, script, f"chart {number} of seed {seed}")
 
 
 def random_documents(choices: Choices) -> Documents:
@@ -214,9 +215,11 @@ def reduced(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, Dive
 # --- the long run -----------------------------------------------------------------------------
 
 
-def run_batch(seed: int, numbers: Sequence[int], targets: Sequence[str]) -> Totals:
+def run_batch(
+    seed: int, numbers: Sequence[int], targets: Sequence[str], *, is_saved: bool = False
+) -> Totals:
     """Compare some charts of a seed; what one process does at a time."""
-    cases = [random_case(seed, number) for number in numbers]
+    cases = [random_case(seed, number, is_saved=is_saved) for number in numbers]
     return compare_all(cases, [harness(name) for name in targets])
 
 

@@ -6,6 +6,7 @@ begin shortly before the clock wraps around.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from hypothesis import strategies as st
@@ -23,6 +24,7 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Direction
+from fsmkit.plan.image import image_of
 from fsmkit.runtime.values import part_types
 from fsmkit.testing.choices import Choices, DrawnChoices
 from fsmkit.testing.vocabulary import SYMBOLS
@@ -41,13 +43,18 @@ def scripts(draw: DrawFn, chart: Chart, length: int = 90) -> tuple[str, ...]:
     return random_script(DrawnChoices(draw), chart, length)
 
 
-def random_script(choices: Choices, chart: Chart, length: int = 90) -> tuple[str, ...]:
-    """Return a script of about that many lines at most."""
+def random_script(
+    choices: Choices, chart: Chart, length: int = 90, *, is_saved: bool = False
+) -> tuple[str, ...]:
+    """Return a script of about that many lines at most; ``is_saved``: it saves and restores."""
     now = choices.pick(STARTS)
+    symbols: tuple[str, ...] = (*SYMBOLS, "never heard of")
+    if is_saved:  # as bytes, which name the symbols of the chart alone
+        symbols = image_of(chart).texts
     lines = []
     if choices.chance(50):
         lines.append(f"seed {choices.integer(0, 10_000)}")
-    lines += _inputs(choices, chart)
+    lines += _inputs(choices, chart, symbols)
     lines.append(f"start {now}")
     received = [e for e in chart.events if e.directions and e.directions != {Direction.OUT}]
     events = [e for e in received if Direction.IN in e.directions]
@@ -57,15 +64,19 @@ def random_script(choices: Choices, chart: Chart, length: int = 90) -> tuple[str
     for _ in range(choices.integer(1, length)):
         kind = choices.integer(0, 9)
         if kind < 5 and events:
-            lines.append(f"post {_event(choices, chart, choices.pick(events).index)}")
+            lines.append(f"post {_event(choices, chart, choices.pick(events).index, symbols)}")
         elif kind == 7 and events and choices.chance(60):
-            lines.append(f"dispatch {_event(choices, chart, choices.pick(events).index)}")
-        elif kind == 8:
-            lines += _inputs(choices, chart)
+            lines.append(f"dispatch {_event(choices, chart, choices.pick(events).index, symbols)}")
+        elif kind == 8 and not (is_saved and choices.chance(30)):
+            lines += _inputs(choices, chart, symbols)
         elif kind == 9 and choices.chance(25):
             lines.append("dump")
         elif kind == 9 and choices.chance(15):
             lines.append(f"start {now}")
+        elif kind >= 8 and is_saved:
+            lines.append("save")
+            now = (now + choices.pick((0, 0, 7, 1000, CLOCK // 2))) % CLOCK
+            lines.append(f"restore {now}")
         else:
             now = (now + choices.pick(JUMPS)) % CLOCK
             lines.append(f"run {now}")
@@ -74,19 +85,19 @@ def random_script(choices: Choices, chart: Chart, length: int = 90) -> tuple[str
     return tuple(lines)
 
 
-def _inputs(choices: Choices, chart: Chart) -> list[str]:
+def _inputs(choices: Choices, chart: Chart, symbols: Sequence[str]) -> list[str]:
     if not chart.inputs:
         return []
     chosen = choices.pick(chart.inputs)
-    return [f"input {chosen.name} {value(choices, chosen.type)}"]
+    return [f"input {chosen.name} {value(choices, chosen.type, symbols)}"]
 
 
-def _event(choices: Choices, chart: Chart, index: int) -> str:
+def _event(choices: Choices, chart: Chart, index: int, symbols: Sequence[str]) -> str:
     event = chart.events[index]
-    return " ".join((event.name, *(value(choices, field.type) for field in event.fields)))
+    return " ".join((event.name, *(value(choices, field.type, symbols) for field in event.fields)))
 
 
-def value(choices: Choices, type_: Type) -> str:
+def value(choices: Choices, type_: Type, symbols: Sequence[str] = SYMBOLS) -> str:
     """Return a value of a type, as scripts and traces spell it."""
     match type_:
         case BoolType():
@@ -103,6 +114,6 @@ def value(choices: Choices, type_: Type) -> str:
         case DurationType():
             return str(choices.integer(0, 1000))
         case SymbolType():
-            return f'"{choices.pick((*SYMBOLS, "never heard of"))}"'
+            return f'"{choices.pick(symbols)}"'
         case ArrayType() | RecordType():
-            return f"[{' '.join(value(choices, part) for part in part_types(type_))}]"
+            return f"[{' '.join(value(choices, part, symbols) for part in part_types(type_))}]"

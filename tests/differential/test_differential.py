@@ -44,6 +44,17 @@ def test_random_charts(target: str) -> None:
         assert totals.macrosteps > BATCH
 
 
+@pytest.mark.parametrize("target", ["c", "python"])
+def test_random_charts_that_are_saved_and_restored(target: str) -> None:
+    totals = run_batch(SEED, range(1000, 1000 + BATCH), [target], is_saved=True)
+    for name, found in totals.divergences[:1]:
+        case = random_case(SEED, int(name.split()[1]), is_saved=True)
+        small, less = reduced(case, harness(target), 300)
+        pytest.fail(explain(small, less or found))
+    assert (totals.charts, totals.refused) == (BATCH, 0)
+    assert totals.macrosteps > BATCH
+
+
 @settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck), database=None)
 @given(st.data())
 def test_drawn_charts_in_python(data: st.DataObject) -> None:
