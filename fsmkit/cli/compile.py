@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -12,9 +12,10 @@ from rich.markup import escape
 
 from fsmkit.cli.console import out, print_json, report
 from fsmkit.cli.writing import write_files
+from fsmkit.composition.glue import compose
+from fsmkit.composition.parts import named_charts
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
-from fsmkit.emit import legal
 from fsmkit.loading import load_with_findings
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated, Target, plugin
@@ -62,16 +63,23 @@ def command(
     without: str | None,
     as_json_document: bool,
 ) -> int:
-    """Write the machine of a chart, or all machines of a system.
+    """Write the machine of a chart; or all machines of a system, in C with what connects them.
 
     Prints the files, what the machine takes, and its capacities. Either all files are written or
     none.
     """
     target = plugin(Target, name)
     findings = Findings()
-    charts = machines(file, findings)
-    if prefix is not None and len(charts) > 1:
+    system = load_system(file, findings) if is_system_file(file) else None
+    is_joined = system is not None and name == "c"
+    if system is None:
+        charts: tuple[Chart, ...] = (load_with_findings(file, findings),)
+    else:
+        charts = named_charts(system, is_joined=is_joined)
+    if prefix is not None and system is not None:
         raise click.UsageError("--prefix names one machine; a system has several")
+    if is_joined and "queue" in (without or "").split(","):
+        raise click.UsageError("the machines of a system need their queues")
     if prefix is not None and not re.fullmatch(r"[A-Za-z]\w*", prefix, re.ASCII):
         raise click.UsageError(f"--prefix `{prefix}` is no identifier")
     for option, is_given, wanted in (
@@ -95,13 +103,17 @@ def command(
     if without is not None:
         options["without"] = without
     generated = []
-    for chart in charts:
+    for chart in different(charts):
         made = target.generate(chart, findings, options)
         if made is not None:
             generated.append((chart, made))
-    if len(generated) < len(charts) or findings.has_errors:
+    if len(generated) < len(different(charts)) or findings.has_errors:
         raise FsmkitError(findings)
-    united_files = united(made for _, made in generated)
+    parts = [made for _, made in generated]
+    if system is not None and is_joined:
+        texts = {path: text for made in parts for path, text in made.files.items()}
+        parts.append(Generated(compose(system, charts, texts, findings), {}))
+    united_files = united(parts)
     files = {folder / path: content for path, content in united_files.items()}
     write_files(files)
     report(findings)
@@ -115,23 +127,9 @@ def command(
     return 0
 
 
-def machines(file: Path, findings: Findings) -> tuple[Chart, ...]:
-    """Return the chart of a file, or each chart of a system once, in the order of the file.
-
-    Of charts that differ in what a system gives them, all but the first are called as the machine.
-    """
-    if not is_system_file(file):
-        return (load_with_findings(file, findings),)
-    system = load_system(file, findings)
-    found: list[Chart] = []
-    written: list[Chart] = []
-    for machine in system.machines:
-        if machine.chart not in found:
-            is_known = machine.chart.name in (chart.name for chart in found)
-            name = legal(machine.name).strip("_") if is_known else machine.chart.name
-            found.append(machine.chart)
-            written.append(replace(machine.chart, name=name))
-    return tuple(written)
+def different(charts: tuple[Chart, ...]) -> list[Chart]:
+    """Return each chart once."""
+    return [chart for place, chart in enumerate(charts) if chart not in charts[:place]]
 
 
 def united(generated: Iterable[Generated]) -> dict[str, str | bytes]:
