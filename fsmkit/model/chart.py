@@ -65,8 +65,9 @@ class State:
 class Transition:
     """A transition. ``events``: indices of all events it matches; ``descriptors``: as written.
 
-    ``delay`` (type duration, in ticks, constant) is given for AFTER and EVERY only. No targets:
-    a targetless transition, which exits and enters nothing. ``guard`` None is true.
+    ``delay`` (type duration, in ticks, constant) is given for AFTER and EVERY only. In a chart of
+    an environment that of an AFTER may be an interval, from ``least`` to ``delay``. No targets: a
+    targetless transition, which exits and enters nothing. ``guard`` None is true.
     """
 
     index: int
@@ -80,6 +81,7 @@ class Transition:
     content: Block
     span: Span = field(compare=False, repr=False)
     delay: int = 0
+    least: int | None = None
     id: str | None = None
     watchdog: bool = False
     ordered: bool = False

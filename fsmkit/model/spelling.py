@@ -101,7 +101,9 @@ def spell_trigger(transition: Transition, chart: Chart) -> str:
         case Trigger.EVENTLESS:
             return "always"
         case Trigger.AFTER:
-            return f"after {delay}"
+            least = transition.least
+            low = "" if least is None else spell_value(least, DURATION, chart.capacities.tick)
+            return f"after {low}..{delay}" if low else f"after {delay}"
         case Trigger.EVERY:
             return f"every {delay}"
         case Trigger.SOMETIMES:

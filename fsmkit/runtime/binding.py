@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from random import Random
 from typing import Any
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
@@ -25,9 +26,14 @@ class Delivery:
 class BoundHost:
     """Performs operations by calling Python; values go out and in as Python has them."""
 
-    def __init__(self, chart: Chart, operations: object) -> None:
+    def __init__(self, chart: Chart, operations: object, seed: int = 0) -> None:
         self._operations = every_operation(chart)
+        self._random = Random(seed)  # noqa: S311  (no secret)
         self._functions = bind_operations(chart, operations)
+
+    def delay(self, least: int, greatest: int) -> int:
+        """Return how long a delay takes that a chart of an environment gives as an interval."""
+        return self._random.randint(least, greatest)
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Call the function of an operation; what it raises goes through to the caller."""

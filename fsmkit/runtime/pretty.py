@@ -175,7 +175,10 @@ class Printer:
             case Trigger.EVENTLESS:
                 return "no event"
             case Trigger.AFTER | Trigger.EVERY:
-                delay = duration_text(transition.delay * self.chart.capacities.tick)
+                tick = self.chart.capacities.tick
+                delay = duration_text(transition.delay * tick)
+                if transition.least is not None:
+                    delay = f"{duration_text(transition.least * tick)}..{delay}"
                 return f"{transition.trigger.value} {delay}"
             case Trigger.SOMETIMES:
                 return "sometimes"

@@ -43,7 +43,8 @@ class Session:
     by name), to ``on_event``, and kept in ``sent``. ``clock`` gives the time (simulated unless
     given). ``inputs`` holds values by name to begin with. The machine is started unless ``start``
     is False.
-    ``keep`` is the number of macrosteps that ``trace`` remembers.
+    ``keep`` is the number of macrosteps that ``trace`` remembers. ``seed`` picks the delays that a
+    chart of an environment gives as intervals.
 
     Enumeration members are their names, arrays lists, records dictionaries. Not thread-safe.
     """
@@ -58,6 +59,7 @@ class Session:
         on_event: Callable[[Delivery], object] | None = None,
         start: bool = True,
         keep: int = KEPT,
+        seed: int = 0,
     ) -> None:
         self.chart = chart
         self.clock: Clock = SimulatedClock() if clock is None else clock
@@ -67,7 +69,7 @@ class Session:
         self.sent: deque[Delivery] = deque(maxlen=keep)
         self.inputs: MutableMapping[str, object] = Inputs(self)
         self._operations = operations
-        self._host = BoundHost(chart, operations)
+        self._host = BoundHost(chart, operations, seed)
         self._on_event = on_event
         self._is_stepping = False
         self._late: list[Occurrence] = []

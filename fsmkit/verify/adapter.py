@@ -7,6 +7,7 @@ leave it; `verify.wiring` writes the file of the system.
 from __future__ import annotations
 
 from fsmkit.diagnostics import fail
+from fsmkit.model.chart import Transition
 from fsmkit.verify.adapter_timers import TimerWriter
 from fsmkit.verify.steps import tries_eventless
 
@@ -144,7 +145,8 @@ class MachineAdapter(TimerWriter):
                 out.line("    return true;")
             out.lines(["default:", "    return false;"])
         out.line()
-        if not self.closed.untimed and not self.closed.zones:
+        self._slack()
+        if not self.closed.untimed and not self.closed.zones and not self._intervals:
             out.text(f"""
             static bool fire(void *m, uint32_t timer)
             {{
@@ -181,6 +183,30 @@ class MachineAdapter(TimerWriter):
         }}
         """)
         out.line()
+
+    @property
+    def _intervals(self) -> list[Transition]:
+        return [t for t in self.chart.transitions if t.least is not None]
+
+    def _slack(self) -> None:
+        """Write how long before its deadline each timer may fire, and whether one may now."""
+        out, t = self.out, self.type
+        with out.block("static uint32_t slack(uint32_t what)\n{"), out.block("switch (what) {"):
+            for found in self._intervals:
+                out.line(f"case {found.index}u:")
+                out.line(f"    return {found.delay - (found.least or 0)}u;")
+            out.lines(["default:", "    return 0u;"])
+        out.line()
+        if self._intervals:
+            out.text(f"""
+            static bool early(const void *state, uint32_t timer)
+            {{
+                const {t} *m = state;
+                uint32_t most = slack(m->timers[timer].what);
+                return most > 0u && m->timers[timer].deadline <= most;
+            }}
+            """)
+            out.line()
 
     def _table(self) -> None:
         chart, t = self.chart, self.type
@@ -226,5 +252,6 @@ class MachineAdapter(TimerWriter):
             ]:
                 out.line(f".{name} = {name},")
             self._clock_members()
+            out.line(f".early = {'early' if self._intervals else 'NULL'},")
             out.line(f".eventless = {'eventless' if self._tries_inputs else 'NULL'},")
             out.line(f".choose_inputs = {'choose_inputs' if self.closed.is_open else 'NULL'},")

@@ -49,7 +49,7 @@ class TimerWriter(StateWriter):
             const {t} *m = state;
             for (uint32_t i = 0u; i < m->timer_count; i++) {{
                 of[i].upper = (int32_t)m->timers[i].deadline;
-                of[i].lower = of[i].upper;
+                of[i].lower = of[i].upper - (int32_t)slack(m->timers[i].what);
             }}
         }}
         """)

@@ -211,6 +211,8 @@ def delays_of(chart: Chart) -> Iterator[int | None]:
     """Yield every delay of a chart in ticks, None for one that is known only when running."""
     for transition in chart.transitions:
         yield transition.delay
+        if transition.least is not None:
+            yield transition.least
     for node in nodes((chart.states, chart.transitions, chart.script)):
         if isinstance(node, Send) and node.delay is not None:
             is_known = isinstance(node.delay, Literal) and isinstance(node.delay.value, int)

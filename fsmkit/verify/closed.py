@@ -16,7 +16,8 @@ machine that runs can, by the order of SEMANTICS:
 * take eventless transitions that its inputs enable (*eventless*; then nothing else of this list),
 * or take the next event of its queue (*take*),
 * or, its queue being empty, fire the first timer that is due (*fire*; untimed: any armed one,
-  and that counts as the passing of time), or take a spontaneous transition;
+  and that counts as the passing of time), or take a spontaneous transition; a timer whose delay is
+  an interval can fire from the least delay on, and does not stop time before the greatest;
 * an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*):
   that covers every place in the queue it could have waited at. This is possible while at most
   `PATIENCE` events wait in all queues: nobody presses a button faster than machines talk.
@@ -168,6 +169,11 @@ def without_spontaneous(chart: Chart) -> Chart:
         )
         events.append(Event(len(events), name, (), frozenset({Direction.IN})))
     return replace(chart, events=tuple(events), transitions=tuple(transitions))
+
+
+def with_greatest_delays(chart: Chart) -> Chart:
+    """Return the chart as code can be generated for it: each interval is its greatest delay."""
+    return replace(chart, transitions=tuple(replace(t, least=None) for t in chart.transitions))
 
 
 def _all_events(chart: Chart, uses: Uses, samples: list[str]) -> list[Possible]:

@@ -23,7 +23,7 @@ from fsmkit.diagnostics import Findings, fail
 from fsmkit.plugins import Target, plugin
 from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_values import Built, describe, prefix_of
-from fsmkit.verify.closed import Closed
+from fsmkit.verify.closed import Closed, with_greatest_delays
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.exploration import AT_ONCE, End, Exploration, Figures, Mark, Trail
 from fsmkit.verify.instants import Armed, Performed, scheduled
@@ -49,7 +49,7 @@ def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
     for number, chart in enumerate(closed.charts):
         prefix = prefix_of(number, closed.system.machines[number].name)
         own = Findings()
-        generated = target.generate(chart, own, {"prefix": prefix})
+        generated = target.generate(with_greatest_delays(chart), own, {"prefix": prefix})
         findings.extend(d for d in own if generated is None)
         findings.stop_on_errors()
         if generated is None:

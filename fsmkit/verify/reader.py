@@ -101,6 +101,7 @@ def read_system(
     )
     scope = Scope(constants=constants_of(machines), types=types_of(machines))
     machines = read_shared(parts.get("shared"), machines, scope, findings)
+    _demand_fixed_delays(machines, findings)
     links = connect(parts.get("connect"), machines, surroundings.possible, findings)
     properties = tuple(_properties(parts.get("properties"), machines, findings))
     return System(
@@ -113,6 +114,19 @@ def read_system(
         replaced=tuple((name, str(file)) for name, file in replacing.items()),
         source=source,
     )
+
+
+def _demand_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:
+    """Report intervals of machines that are no environment: no machine can choose so."""
+    for machine in machines:
+        for transition in machine.chart.transitions:
+            if transition.least is not None and not machine.environment:
+                findings.add(
+                    "interval-of-machine",
+                    f"a delay of `{machine.name}` is an interval",
+                    transition.span,
+                    help=f"give it one delay, or name `{machine.name}` under `will`",
+                )
 
 
 def _refuse_what_is_not_there_yet(parts: dict[str, Node], findings: Findings) -> None:

@@ -76,7 +76,7 @@ def counterexample(result: Result) -> RenderableType:
     assert trace is not None  # noqa: S101  (asked for only where there is one)
     count = len(trace.steps)
     title = f"{result.name}: {result.text}" if result.text else result.name
-    table = Table(title=title, title_justify="left", title_style="bold red", box=None)
+    table = Table(title=Text(title), title_justify="left", title_style="bold red", box=None)
     for heading in ("step", "time", "machine", "what happens", "goes to", "sends"):
         table.add_column(heading, style="cyan" if heading == "time" else None)
     for number, end, step in _grouped(trace):

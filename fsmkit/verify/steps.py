@@ -130,6 +130,14 @@ class LocalSteps:
             machine, timer.what.transition
         )
 
+    def _is_early(self, machine: int, timer: Timer) -> bool:
+        """Whether a timer may fire before its deadline: its delay is an interval."""
+        if not isinstance(timer.what, Timeout):
+            return False
+        transition = self.charts[machine].transitions[timer.what.transition]
+        least = transition.least
+        return least is not None and timer.deadline <= transition.delay - least
+
     def elapsed(self, snapshot: Snapshot, ticks: Fraction = Fraction(0)) -> Snapshot:
         """Return a machine after some ticks, or a unit of time."""
         passed = self.closed.unit if not ticks else as_number(ticks)
@@ -185,13 +193,16 @@ class LocalSteps:
         self, machine: int, snapshot: Snapshot, place: int, chooser: Chooser
     ) -> Macrostep | None:
         timers = list(snapshot.timers)
+        if place >= len(timers):
+            return None
+        timer = timers.pop(place)
         if self.closed.untimed:
-            timer = timers.pop(place)
             if self._is_silent(machine, timer):
                 return None
-            snapshot = replace(snapshot, timers=(timer, *timers))
-        elif not timers or timers[0].deadline > 0:
+        elif timer.deadline > 0 and not self._is_early(machine, timer):
             return None
+        first = replace(timer, deadline=min(timer.deadline, 0))
+        snapshot = replace(snapshot, timers=(first, *timers))
         return step_timer(self.charts[machine], snapshot, chooser)
 
     def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
@@ -301,9 +312,14 @@ class LocalSteps:
             for place in range(len(snapshot.timers)):
                 fire = Step(Action.FIRE, machine, place)
                 found += self.explore(machine, snapshot, fire, Who.TIME)
-        elif view.due:
-            fire = Step(Action.FIRE, machine)
-            found += self.explore(machine, snapshot, fire, Who.INTERNAL)
+        else:
+            if view.due:
+                fire = Step(Action.FIRE, machine)
+                found += self.explore(machine, snapshot, fire, Who.INTERNAL)
+            for place in range(int(view.due), len(snapshot.timers)):
+                if self._is_early(machine, snapshot.timers[place]):
+                    fire = Step(Action.FIRE, machine, place)
+                    found += self.explore(machine, snapshot, fire, Who.ENVIRONMENT)
         for number, possible in self._possible[machine]:
             if possible.spontaneous:
                 occur = Step(Action.OCCUR, machine, number)

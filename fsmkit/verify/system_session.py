@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from random import Random
 
 from fsmkit.expressions import Value, default_value
 from fsmkit.runtime.interpreter.macrostep import initial, start
@@ -38,9 +39,16 @@ class Happening:
 class _Host:
     """Answers the operations of a machine."""
 
-    def __init__(self, answers: Mapping[str, Answer], defaults: Mapping[str, Value | None]) -> None:
+    def __init__(
+        self, answers: Mapping[str, Answer], defaults: Mapping[str, Value | None], random: Random
+    ) -> None:
+        self._random = random
         self._answers = answers
         self._defaults = defaults
+
+    def delay(self, least: int, greatest: int) -> int:
+        """Return how long a delay takes that a chart gives as an interval."""
+        return self._random.randint(least, greatest)
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Perform an operation: the answer given for it, else the least value of its type."""
@@ -52,8 +60,18 @@ class _Host:
 class SystemSession:
     """All machines of a system, wired, on one simulated clock."""
 
-    def __init__(self, system: System, answers: Mapping[str, Mapping[str, Answer]] | None = None):
-        """Stand before the start; ``answers`` by machine and operation, for those with a result."""
+    def __init__(
+        self,
+        system: System,
+        answers: Mapping[str, Mapping[str, Answer]] | None = None,
+        *,
+        seed: int = 0,
+    ):
+        """Stand before the start; ``answers`` by machine and operation, for those with a result.
+
+        ``seed`` picks the delays that environment charts give as intervals.
+        """
+        random = Random(seed)  # noqa: S311  (no secret)
         self.system = system
         self.now = 0
         """Ticks since the start."""
@@ -68,6 +86,7 @@ class SystemSession:
                     o.name: None if o.result is None else default_value(o.result)
                     for o in machine.chart.operations
                 },
+                random,
             )
             for machine in system.machines
         ]

@@ -211,10 +211,60 @@ properties:
   D: deadlock_free
 """
 
+PLANT = """
+chart: Plant
+outputs: {warm: bool = false}
+events: {in: [heat], out: [ready, cold]}
+initial: work
+states:
+  work:
+    regions:
+      heater:
+        initial: off_
+        states:
+          off_: {rest: true, on: {heat: heating}}
+          heating:
+            after:
+              20ms..40ms: {target: off_, do: warm = true; send ready}
+              30ms: {if: warm, target: off_, do: send cold}
+      door:
+        initial: shut
+        states:
+          shut: {after: {10ms..50ms: open_}}
+          open_: {after: {0ms..20ms: {if: not warm, target: shut}}}
+"""
+
+COOK = """
+chart: Cook
+inputs: {warm: bool}
+events: {in: [ready, cold], out: [heat]}
+initial: waits
+states:
+  waits: {after: {50ms: {target: hopes, do: send heat}}}
+  hopes:
+    on: {ready: eats, cold: waits}
+    after: {40ms: gone}
+  eats: {rest: true, always: {if: not warm, target: gone}}
+  gone: {rest: true}
+"""
+
+KITCHEN = """
+system: Kitchen
+machines: {cook: cook.yaml, plant: plant.yaml}
+connect: [cook.heat -> plant.heat, plant.ready -> cook.ready, plant.cold -> cook.cold,
+          plant.warm -> cook.warm]
+environment: {will: [plant]}
+properties:
+  eaten: {reachable: cook.In(eats)}
+  gone: {reachable: cook.In(gone)}
+  open: {never: plant.In(open_) and plant.warm}
+"""
+
 SYSTEMS: dict[str, dict[str, str]] = {
     "livelock": {"rally": LIVELOCK, "ping": PING, "pong": PONG},
     "deadlock": {"stuck": DEADLOCK, "left": LEFT, "right": RIGHT},
     "shared": {"shared": SHARED, "looker": LOOKER, "writer": WRITER},
+    "kitchen": {"kitchen": KITCHEN, "cook": COOK, "plant": PLANT},
     "ring": {"ring": RING, "node": NODE},
     "drive": {"drive": DRIVE, "driver": DRIVER, "axis": AXIS},
 }

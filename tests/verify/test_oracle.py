@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.verify.closed import unit_of
 from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.moves import Action
 from fsmkit.verify.verdict import Report, Verdict
@@ -182,3 +183,42 @@ def test_unanswered_events_of_a_system_are_told(load: Load) -> None:
         "`arrived` can reach `driver` where nothing answers",
         "`move`, `stop` can reach `axis` where nothing answers",
     ]
+
+
+INTERVAL = """
+chart: Late
+events: {out: [came]}
+initial: waits
+states:
+  waits: {after: {20ms..50ms: {target: over, do: send came}}}
+  over: {rest: true}
+"""
+
+WATCH = """
+chart: Watch
+events: {in: [came]}
+initial: waits
+states:
+  waits: {on: {came: over}, after: {TIME: late}}
+  over: {rest: true}
+  late: {rest: true, on: {came: {}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("time", "late", "over"),
+    [("10ms", "holds", "violated"), ("20ms", "holds", "holds"), ("50ms", "holds", "holds"),
+     ("60ms", "violated", "holds")],
+)  # fmt: skip
+def test_an_interval_ends_somewhere_within(load: Load, time: str, late: str, over: str) -> None:
+    text = """
+system: S
+machines: {late: late.yaml, watch: watch.yaml}
+connect: [late.came -> watch.came]
+environment: {will: [late]}
+properties: {late: {reachable: watch.In(late)}, over: {reachable: watch.In(over)}}
+"""
+    system = load(system=text, late=INTERVAL, watch=WATCH.replace("TIME", time))
+    found = verdicts(check(system, Findings(), manner=PYTHON))
+    assert (found["late"], found["over"]) == (late, over)
+    assert unit_of(system) == 10

@@ -204,6 +204,15 @@ def test_a_misspelt_name_is_underlined_where_it_stands(load: Load) -> None:
     assert found.help == "did you mean `at_end`?"
 
 
+def test_machines_have_no_intervals(load: Load) -> None:
+    findings = Findings()
+    axis = AXIS.replace("300ms:", "300ms..400ms:")
+    with pytest.raises(FsmkitError):
+        load(findings, system=MACHINES, driver=DRIVER, axis=axis)
+    assert "interval-of-machine" in {f.rule.name for f in findings}
+    load(system=MACHINES + "environment: {will: [axis]}", driver=DRIVER, axis=axis)
+
+
 def test_what_is_not_connected_is_told(load: Load) -> None:
     findings = Findings()
     load(findings, system=MACHINES, driver=DRIVER, axis=AXIS)

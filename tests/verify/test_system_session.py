@@ -41,3 +41,17 @@ def test_shared_data_are_the_same_everywhere(load: Load) -> None:
     session.run(60)
     assert session.active("w[1]") == ("third",)
     assert [session.value(name, "load") for name in ("w[0]", "w[1]")] == [1.0, 1.0]
+
+
+def test_delays_that_are_intervals_are_chosen_by_a_seed(load: Load) -> None:
+    def opened(seed: int) -> int:
+        session = SystemSession(load(**SYSTEMS["kitchen"]), seed=seed)
+        session.start()
+        while not session.run(session.now + 1):
+            pass
+        return session.now
+
+    times = [opened(seed) for seed in range(20)]
+    assert times == [opened(seed) for seed in range(20)]
+    assert len(set(times)) > 3
+    assert all(10 <= time <= 50 for time in times)

@@ -55,6 +55,11 @@ def report_limits(chart: Chart, findings: Findings) -> None:
                 "c-limit", "a transition that may come at any time is for models of surroundings",
                 transition.span, help="give it an event or a delay",
             )  # fmt: skip
+        if transition.least is not None:
+            findings.add(
+                "c-limit", "a delay that is an interval is for models of surroundings",
+                transition.span, help="give it one delay",
+            )  # fmt: skip
         for node in _nodes((transition.guard, transition.content)):
             _check(chart, node, transition.events, findings)
     for state in chart.states:

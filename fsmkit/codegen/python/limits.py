@@ -19,5 +19,13 @@ def check(chart: Chart, findings: Findings) -> bool:
                 transition.span,
                 help="give it an event, or use the chart only as an environment of `fsmkit check`",
             )
+        if transition.least is not None:
+            is_fine = False
+            findings.add(
+                "python-sometimes",
+                "a generated machine cannot choose how long a delay takes",
+                transition.span,
+                help="give it one delay, or use the chart only as an environment",
+            )
     within = [check(invocation.chart, findings) for invocation in chart.invocations]
     return is_fine and all(within)

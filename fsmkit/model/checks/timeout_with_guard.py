@@ -30,6 +30,7 @@ def check(chart: Chart, findings: Findings) -> None:
 
 
 def _covers(chart: Chart, timeout: Transition, other: Transition) -> bool:
-    if other.delay != timeout.delay or timeout.guard is None:
+    same = (other.least, other.delay) == (timeout.least, timeout.delay)
+    if not same or timeout.guard is None:
         return False
     return other.guard is None or are_complementary(chart, timeout.guard, other.guard)

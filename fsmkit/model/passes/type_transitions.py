@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, Text
 from fsmkit.expressions import BOOL, Expr, Literal, read_duration
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import DocTransition, Trigger
@@ -26,6 +26,7 @@ def _transition(arrow: Arrow, context: Context) -> Transition:
     written = arrow.written
     events = match_events(written, context)
     here = at_hand(written, events, context)
+    least, delay = _delays(written, context)
     return Transition(
         index=arrow.index,
         source=arrow.source,
@@ -37,7 +38,8 @@ def _transition(arrow: Arrow, context: Context) -> Transition:
         internal=written.internal,
         content=type_block(written.content or (), here),
         span=written.span,
-        delay=_delay(written, context),
+        delay=delay,
+        least=least,
         id=None if written.id is None else written.id.value,
         watchdog=written.watchdog,
         ordered=written.ordered,
@@ -103,18 +105,37 @@ def _guard(written: DocTransition, context: Context) -> Expr | None:
     return type_condition(written.guard, replace(context, scope=scope))
 
 
-def _delay(written: DocTransition, context: Context) -> int:
-    """Return the delay of a timed transition, in ticks."""
-    if written.trigger not in TIMED or written.delay is None:
-        return 0
-    ticks = read_duration(written.delay, context.scope, context.findings)
+def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
+    """Return the delay of a timed transition, in ticks; of an interval the least one before it."""
+    text = written.delay
+    if written.trigger not in TIMED or text is None:
+        return None, 0
+    low, dots, _ = text.value.partition("..")
+    if not dots:
+        return None, _delay(written, text, context)
+    least = _delay(written, text.part(0, len(low)).stripped(), context)
+    rest = text.part(len(low) + len(dots), len(text.value)).stripped()
+    greatest = _delay(written, rest, context)
+    if written.trigger is Trigger.EVERY or greatest < least:
+        is_every = written.trigger is Trigger.EVERY
+        context.findings.add(
+            "bad-delay",
+            "`every` takes one delay" if is_every else "this delay ends before it begins",
+            text,
+            help="use `after`, and enter the state again" if is_every else "swap the two",
+        )
+    return (None if least == greatest else least), greatest
+
+
+def _delay(written: DocTransition, text: Text, context: Context) -> int:
+    ticks = read_duration(text, context.scope, context.findings)
     if ticks is None:
         return 0
     if ticks <= 0 and written.trigger is Trigger.EVERY:
         context.findings.add(
             "bad-delay",
             "`every` with a delay of 0 would never let time pass",
-            written.delay,
+            text,
             help="write a delay of one tick at least",
         )
     return ticks

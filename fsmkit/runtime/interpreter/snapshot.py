@@ -8,7 +8,7 @@ times are ticks.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from fsmkit.expressions import Value
 from fsmkit.model.statements import Destination
@@ -320,6 +320,15 @@ class Macrostep:
         """The value of the last ``reply``, if there was one."""
         replies = [effect.value for effect in self.effects if isinstance(effect, Replied)]
         return replies[-1] if replies else None
+
+
+@runtime_checkable
+class Chance(Protocol):
+    """A host that says how long a delay of an environment takes; without it, as long as it can."""
+
+    def delay(self, least: int, greatest: int) -> int:
+        """Return a number of ticks within the bounds."""
+        ...
 
 
 class Host(Protocol):

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from fsmkit.model.document import Trigger
 from fsmkit.runtime.interpreter.globals import Globals
-from fsmkit.runtime.interpreter.snapshot import Delayed, Timeout, Timer
+from fsmkit.runtime.interpreter.snapshot import Chance, Delayed, Timeout, Timer
 
 
 def arm(g: Globals, state: int) -> None:
     """Arm the ``after`` and ``every`` of a state that is being entered, in document order."""
     for transition in g.index.timed[state]:
-        g.insert_timer(Timer(g.now + transition.delay, Timeout(transition.index)))
+        delay = transition.delay
+        if transition.least is not None and isinstance(g.host, Chance):
+            delay = g.host.delay(transition.least, delay)
+        g.insert_timer(Timer(g.now + delay, Timeout(transition.index)))
 
 
 def disarm(g: Globals, state: int) -> None:

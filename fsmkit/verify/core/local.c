@@ -358,12 +358,25 @@ static bool explore_spontaneous(fsm_composition *self, uint32_t machine, uint32_
     return true;
 }
 
+/* Those that may fire before their deadlines, and those that are due but not the next: between
+ * timers whose delays are intervals there is no order. */
+static bool explore_early(fsm_composition *self, uint32_t machine, uint32_t local, fsm_view view)
+{
+    const fsm_machine *m = self->system->machines[machine];
+    for (uint32_t timer = view.due ? 1 : 0; m->early != NULL && timer < view.armed; timer++)
+        if (m->early(fsm_store_at(&self->locals[machine], local), timer)
+            && !fsm_explore(self, machine, local, FSM_DO_FIRE, timer, FSM_STEP_ENVIRONMENT))
+            return false;
+    return true;
+}
+
 static bool explore_timers(fsm_composition *self, uint32_t machine, uint32_t local, fsm_view view)
 {
     if (self->system->zones)
         return true; /* it depends on the clocks, which are no part of this state: timed.c */
     if (!self->system->untimed)
-        return !view.due || fsm_explore(self, machine, local, FSM_DO_FIRE, 0, FSM_STEP_INTERNAL);
+        return (!view.due || fsm_explore(self, machine, local, FSM_DO_FIRE, 0, FSM_STEP_INTERNAL))
+            && explore_early(self, machine, local, view);
     for (uint32_t timer = 0; timer < view.armed; timer++)
         if (!fsm_explore(self, machine, local, FSM_DO_FIRE, timer, FSM_STEP_TIME))
             return false;
