@@ -33,6 +33,11 @@ VARIANTS = (
     Variant("fsmkit", {}, ("FSM_NO_NAMES",)),
     Variant("fsmkit, no counters", {"without": "counters"}, ("FSM_NO_NAMES",)),
     Variant("fsmkit, no queue", {"without": "queue,counters"}, ("FSM_NO_NAMES",)),
+    Variant(
+        "fsmkit, size",
+        {"without": "queue,counters", "optimize": "size"},
+        ("FSM_NO_NAMES",),
+    ),
 )
 """The first is what is written without any option; a later one with equal text is left out."""
 

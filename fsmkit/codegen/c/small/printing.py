@@ -184,6 +184,12 @@ class SmallPrinter(MovePrinter):
             out.line(f"return {p}_domain_of[taken - 1u];")
         out.line()
         out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
+        if self.plan.is_single and self.places.is_same:
+            with out.block("{"):
+                out.line("if (domain != 0u)")
+                out.line(f"    {p}_leave_until(m, ({self._width})(domain - 1u), false);")
+            out.line()
+            return
         with out.block("{"), out.block("switch (domain) {"):
             for domain in sorted({d for d in domains if d} | self._domains_of_variants()):
                 out.line(f"case {domain}u: {self.names.note(domain - 1)}")
@@ -273,8 +279,11 @@ class SmallPrinter(MovePrinter):
                 for text, members in texts.items():
                     for t in members:
                         out.line(f"case {t.index + 1}u: /* {self.selection.comment(t)} */")
-                    out.line(f"    return {ungrouped(text)};")
-                out.lines(["default:", "    return true;"])
+                    out.lines(
+                        [f"    if (!({ungrouped(text)}))", "        return false;", "    break;"]
+                    )
+                out.lines(["default:", "    break;"])
+            out.line("return true;")
         out.line()
 
     def _rows(self, state: int) -> list[tuple[int, int, str]]:
