@@ -13,6 +13,9 @@ from fsmkit.cli._system_stepping import SystemStepper
 from fsmkit.cli.console import out, print_json, report
 from fsmkit.diagnostics import Findings, Severity
 from fsmkit.loading import load_with_findings, read_bytes
+from fsmkit.model.chart import Chart
+from fsmkit.runtime import replaying
+from fsmkit.runtime.recording import RING, ring_lines
 from fsmkit.testing.harness import harness
 from fsmkit.verify.reader import is_system_file, load_system
 
@@ -21,6 +24,7 @@ Examples:
   fsmkit run feeder.yaml --events 'arrived; fault code=lost; wait 500ms'
   fsmkit run feeder.yaml --script steps.txt --target c
   fsmkit run feeder.yaml              (interactively; type help)
+  fsmkit run feeder.yaml --replay feeder.log
   fsmkit run cell.yaml --events 'plant.press_start; wait 10s; feeder.pause'
 """
 
@@ -32,6 +36,10 @@ Examples:
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
 @click.option("--target", default="interpreter", show_default=True, help="What runs the chart.")
 @click.option("--trace", is_flag=True, help="Print the lines that all targets print alike.")
+@click.option(
+    "--replay", type=click.Path(path_type=Path), help="A log (or ring) of a machine in C."
+)
+@click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of a log.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path,
@@ -40,6 +48,8 @@ def command(
     seed: int,
     target: str,
     trace: bool,
+    replay: Path | None,
+    instance: int | None,
     as_json: bool,
 ) -> int:
     """Step a chart or a system on a simulated clock; interactively, if nothing says what happens.
@@ -49,6 +59,8 @@ def command(
     """
     if events is not None and script is not None:
         raise click.UsageError("give --events or --script, not both")
+    if replay is not None and (events is not None or script is not None or is_system_file(file)):
+        raise click.UsageError("--replay takes a chart, and nothing else says what happens")
     findings = Findings()
     if is_system_file(file):
         if target != "interpreter":
@@ -64,6 +76,8 @@ def command(
         return int(bool(machines.faults))
     chart = load_with_findings(file, findings)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
+    if replay is not None:
+        return _replay(chart, read_bytes(replay), instance, as_json=as_json)
     if target != "interpreter" or (script is not None and not as_json):
         if script is None and events is None:
             raise click.UsageError("only the interpreter runs interactively; give --events")
@@ -81,6 +95,18 @@ def command(
     if stepper.snapshot.fault is not None and not as_json:
         out.print(f"the machine stopped with the fault {stepper.snapshot.fault}", style="bold red")
     return int(stepper.snapshot.fault is not None)
+
+
+def _replay(chart: Chart, data: bytes, instance: int | None, *, as_json: bool) -> int:
+    """Print the interpreter's trace of a log, up to where it does not do as the C did."""
+    is_ring = data.startswith(RING)
+    lines = ring_lines(chart, data) if is_ring else replaying.replay(chart, data, instance)
+    if as_json:
+        print_json({"chart": chart.name, "trace": list(lines)})
+        return 0
+    for line in lines:
+        sys.stdout.write(f"{line}\n")
+    return 0
 
 
 def _step(stepper: Stepper | SystemStepper, events: str | None, script: list[str] | None) -> None:

@@ -1,9 +1,9 @@
 """Scripts: what a host does with a machine, line by line, the same for every runtime.
 
 Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``input NAME VALUE``,
-``run NOW``, ``seed N``, ``dump``, ``save``, ``restore NOW`` (a new machine takes the place of the
-one that was saved last). Times are ticks modulo 2^32. Operations return pseudo-random values, the
-same in every harness.
+``run NOW``, ``at NOW`` (for the next ``dispatch``), ``seed N``, ``dump``, ``save``, ``restore NOW``
+(a new machine takes the place of the one that was saved last). Times are ticks modulo 2^32.
+Operations return pseudo-random values, the same in every harness.
 """
 
 from __future__ import annotations
@@ -124,6 +124,8 @@ class Player:
                 self._pass_time(self._number(words, line))
                 done = interpreter.run(self.chart, self.snapshot, self._now, self.host)
                 return self._done(*done)
+            case "at":
+                self._pass_time(self._number(words, line))
             case "post":
                 event = read_event(self.chart, words, line)
                 posted = interpreter.post(self.chart, self.snapshot, event)

@@ -13,6 +13,7 @@ from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.pruning import touched
 from fsmkit.codegen.c.saving import saving_source
 from fsmkit.codegen.c.source import SourcePrinter
+from fsmkit.codegen.c.tracing import tracing_source
 from fsmkit.codegen.c.types import computed
 from fsmkit.expressions import Expr, FloatType, IntType
 from fsmkit.model.chart import Chart
@@ -44,23 +45,27 @@ def generate_machine(
 
     A chart that it invokes gives a header and a source of its own, for each slot.
     """
-    is_saved = options is not None and "save" in options.extras
-    machine = _generate(name_everything(lower(chart), prefix, options), is_saved=is_saved)
+    extras = frozenset() if options is None else options.extras
+    machine = _generate(name_everything(lower(chart), prefix, options), extras)
     library = ["fsm.h", "fsm.c"]
-    if is_saved:
-        machine.files[f"{machine.names.prefix}_save.c"] = saving_source(machine.family)
+    if extras:
         library.append("fsm_bytes.h")
+    if "save" in extras:
+        machine.files[f"{machine.names.prefix}_save.c"] = saving_source(machine.family)
+    if "trace" in extras:
+        machine.files[f"{machine.names.prefix}_trace.c"] = tracing_source(machine.family)
+        library += ["fsm_trace.h", "fsm_trace.c"]
     for name in library:
         machine.files[name] = (LIBRARY / name).read_text(encoding="utf-8")
     return machine
 
 
-def _generate(names: Names, *, is_saved: bool) -> Machine:
+def _generate(names: Names, extras: frozenset[str]) -> Machine:
     """Return a machine after those in its slots: the strings of all stand in the outermost."""
-    inside = [_generate(inner, is_saved=is_saved) for inner in names.invoked]
+    inside = [_generate(inner, extras) for inner in names.invoked]
     chart = names.chart
     source = SourcePrinter(names)
-    if is_saved:
+    if extras:
         for symbol in image_of(chart).texts:
             names.symbol(symbol)
     text = source.text()
@@ -77,7 +82,7 @@ def _generate(names: Names, *, is_saved: bool) -> Machine:
     )
     layout = members(names, needs, declaration)
     figures = _figures(names, layout, needs)
-    if is_saved and not names.is_invoked:
+    if "save" in extras and not names.is_invoked:
         figures["saved_bytes"] = image_of(chart).total
     texts = {
         f"{names.prefix}.h": header(names, layout, figures),

@@ -194,7 +194,7 @@ class InvocationPrinter:
                         out.line("break;")
                 out.line("default:")
                 out.line(f"    return {p}_has_room({holder});")
-            out.line(f"return {p}_post({holder}, &coming);")
+            out.line(f"return {holder}->running && {p}_enqueue({holder}, &coming);")
         out.line()
 
     def _convert(self, out: Emitter, slot: int, event: int, known: int) -> None:

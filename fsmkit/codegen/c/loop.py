@@ -158,9 +158,12 @@ POST = """
 [queued]{
 [queued]    if ($STOPPED) {
 [queued][counted]        @_count(&m->rejected);
+[queued]        FSM_HOOK_POST(m, e, false);
 [queued]        return false;
 [queued]    }
-[queued]    return @_enqueue(m, e);
+[queued]    const bool fits = @_enqueue(m, e);
+[queued]    FSM_HOOK_POST(m, e, fits);
+[queued]    return fits;
 [queued]}
 """
 

@@ -18,6 +18,7 @@ PARTS = {
 
 EXTRAS = {
     "save": "a source that saves the machine to bytes and restores it",
+    "trace": "a source with a trace and a log, to be compiled instead of the machine's own",
 }
 """What a machine can be made with, and what that is."""
 

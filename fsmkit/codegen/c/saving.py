@@ -137,6 +137,17 @@ def saving_source(machines: Machines) -> str:
     return out.finish()
 
 
+def symbol_table(out: Emitter, names: Names, image: Image) -> None:
+    """Print the numbers that the symbols of the image have in C."""
+    _table(out, f"{names.prefix}_texts", [names.symbol(text) for text in image.texts])
+
+
+def _table(out: Emitter, name: str, numbers: list[int]) -> None:
+    listed = ", ".join(f"{number}u" for number in numbers)
+    out.line(f"static const uint16_t {name}[] = {{{listed}}};")
+    out.line()
+
+
 class _Saver:
     """Prints what writes and reads one machine."""
 
@@ -179,24 +190,23 @@ class _Saver:
             peers = [names.numbers.get(peer or "", UNPRINTED) for peer in image.peers]
             self._table(out, "peers", peers)
         if image.stores_symbols:
-            self._table(out, "texts", [names.symbol(text) for text in image.texts])
+            symbol_table(out, names, image)
 
     def _table(self, out: Emitter, name: str, numbers: list[int]) -> None:
-        listed = ", ".join(f"{number}u" for number in numbers)
-        out.line(f"static const uint16_t {self._names.prefix}_{name}[] = {{{listed}}};")
-        out.line()
+        _table(out, f"{self._names.prefix}_{name}", numbers)
 
     # --- events ---------------------------------------------------------------------------
 
     def _put_event(self, out: Emitter) -> None:
-        p, payload = self._names.prefix, self._image.payload
+        names, payload = self._names, self._image.payload
+        p = names.prefix
         out.line(f"static void {p}_put_event(fsm_writer *w, const {p}_event *e)")
         with out.block("{"):
             if payload:
                 out.line(f"const uint8_t *end = w->at + {2 + payload}u;")
             out.line("fsm_put(w, (uint32_t)e->event, 2u);")
             if payload:
-                self._payloads(out, self._values.put)
+                self._values.payloads(out, names, self._values.put)
                 out.line("fsm_fill(w, end);")
         out.line()
 
@@ -214,24 +224,9 @@ class _Saver:
             out.line("*e = none;")
             out.line(f"e->event = ({event_type(names)})event;")
             if payload:
-                self._payloads(out, self._values.get)
+                self._values.payloads(out, names, self._values.get)
                 out.line("r->at = end;")
         out.line()
-
-    def _payloads(self, out: Emitter, each) -> None:  # type: ignore[no-untyped-def]
-        names = self._names
-        with out.block("switch (e->event) {"):
-            for event in names.chart.events:
-                if event.fields:
-                    out.line(f"case {names.events[event.index]}:")
-                    with out.indented():
-                        for part in event.fields:
-                            payload = names.payloads[event.index]
-                            each(out, part.type, f"e->of.{payload}.{names.field(part.name)}")
-                        out.line("break;")
-            out.line("default:")
-            with out.indented():
-                out.line("break;")
 
     # --- machines -------------------------------------------------------------------------
 

@@ -23,6 +23,7 @@ from fsmkit.expressions import (
 from fsmkit.plan.image import code, size_of
 
 Leaf = Callable[[Type, str], str]
+Each = Callable[[Emitter, Type, str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +41,21 @@ class Values:
     def get(self, out: Emitter, type_: Type, place: str) -> None:
         """Print how a place gets what is read."""
         self._each(out, type_, place, lambda of, text: f"{text} = {self._read(of)};")
+
+    def payloads(self, out: Emitter, names: Names, each: Each) -> None:
+        """Print how the fields of the event ``e`` are written or read, whichever it is."""
+        with out.block("switch (e->event) {"):
+            for event in names.chart.events:
+                if event.fields:
+                    out.line(f"case {names.events[event.index]}:")
+                    with out.indented():
+                        for part in event.fields:
+                            payload = names.payloads[event.index]
+                            each(out, part.type, f"e->of.{payload}.{names.field(part.name)}")
+                        out.line("break;")
+            out.line("default:")
+            with out.indented():
+                out.line("break;")
 
     def _each(self, out: Emitter, type_: Type, place: str, leaf: Leaf, depth: int = 0) -> None:
         match type_:

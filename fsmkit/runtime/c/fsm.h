@@ -42,6 +42,9 @@ extern "C" {
 #ifndef FSM_HOOK_EVENT /* what: fsm_note; e: the event with its payload */
 #define FSM_HOOK_EVENT(m, what, e) ((void)0)
 #endif
+#ifndef FSM_HOOK_POST /* the host posted an event; fits: whether it was taken into the queue */
+#define FSM_HOOK_POST(m, e, fits) ((void)0)
+#endif
 #ifndef FSM_HOOK_TEXT /* what: fsm_note; text: a label or a name; number: what goes with it */
 #define FSM_HOOK_TEXT(m, what, text, number) ((void)0)
 #endif

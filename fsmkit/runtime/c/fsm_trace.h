@@ -1,0 +1,81 @@
+/* fsm_trace.h: what machines did, in a ring; what came to them, in a log that can be replayed.
+ *
+ * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
+ * changed and passed on with it under any terms.
+ *
+ * Compile X_trace.c instead of X.c, and fsm_trace.c; the machine X is used as ever.
+ *
+ *   FSM_TRACE_RECORDS  transitions that the ring holds, 12 bytes each; a power of two, or 0: no ring
+ *   FSM_LOGGED            defined: everything is told to fsm_log_write, which the host defines
+ *   FSM_INSTANCE(m)    a number for the machine at m, where there are several (16 bits)
+ *
+ * All machines of a context share both. Where several threads run machines, let fsm_log_write and
+ * the steps of all be within one lock. */
+#ifndef FSM_TRACE_H
+#define FSM_TRACE_H
+
+#include "fsm_bytes.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#ifndef FSM_TRACE_RECORDS
+#define FSM_TRACE_RECORDS 64
+#endif
+#ifndef FSM_INSTANCE
+#define FSM_INSTANCE(m) 0u
+#endif
+
+/* ---- the ring ---------------------------------------------------------------------------------- */
+
+/* A transition that was taken. */
+typedef struct {
+    uint32_t time;       /* of its macrostep, in ticks */
+    uint16_t instance;   /* FSM_INSTANCE */
+    uint16_t machine;    /* 0; in a slot: its number among those of the chart, in their order */
+    uint16_t event;      /* the number of the event that caused the macrostep; 0 for none */
+    uint16_t transition; /* its index */
+} fsm_trace_record;
+
+enum { FSM_TRACE_TIMEOUT = 0xFFFF /* instead of an event */, FSM_TRACE_HEAD = 8 };
+
+#define FSM_TRACE_BYTES (FSM_TRACE_HEAD + 12u * (FSM_TRACE_RECORDS))
+
+/* Write the ring, oldest first, into FSM_TRACE_BYTES; returns how many bytes it took. */
+size_t fsm_trace_dump(uint8_t *bytes);
+
+/* Forget all. */
+void fsm_trace_clear(void);
+
+/* ---- the log -----------------------------------------------------------------------------------
+ * Each record: its kind, the size of the rest (2 bytes), the rest; least significant bytes first. */
+
+typedef enum {
+    FSM_LOG_START = 1, /* instance, now, inputs, hash of the chart */
+    FSM_LOG_RUN,       /* instance, now, inputs; runs that find nothing to do are left out */
+    FSM_LOG_DISPATCH,  /* instance, now, inputs, event */
+    FSM_LOG_POST,      /* instance, whether there was room, event */
+    FSM_LOG_CALLED,    /* machine, operation, its result */
+    FSM_LOG_TAKEN,     /* machine, transition */
+    FSM_LOG_END        /* of the last start, run or dispatch that has none */
+} fsm_log_kind;
+
+#ifdef FSM_LOGGED
+/* The host defines it: keep some bytes, in a file or wherever they can be read from. */
+void fsm_log_write(const uint8_t *bytes, size_t size);
+#endif
+
+/* ---- for generated code ------------------------------------------------------------------------ */
+
+void fsm_trace_at(uint32_t now);
+void fsm_trace_cause(uint16_t event);
+void fsm_trace_take(uint16_t instance, uint16_t machine, uint32_t time, uint16_t transition);
+uint32_t fsm_trace_time(void);
+void fsm_log_record(fsm_log_kind kind, const uint8_t *bytes, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,185 @@
+"""What a machine in C recorded: its ring of transitions, and its log (see ``fsm_trace.h``)."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.expressions import Field, Value
+from fsmkit.model.chart import Chart
+from fsmkit.plan.image import Image, codes, head, image_of, size_of
+from fsmkit.runtime.interpreter.trace import value_text
+from fsmkit.runtime.packing import unpack_values
+
+RING = b"FST\x01"
+RECORD = struct.Struct("<IHHHH")
+TIMEOUT = 0xFFFF
+START, RUN, DISPATCH, POST, CALLED, TAKEN, END = range(1, 8)
+"""``fsm_log_kind``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """What a step told: an operation that was called with its result, or a transition taken."""
+
+    machine: int
+    """0, or the number of a machine in a slot (see `machines_of`)."""
+    operation: str | None = None
+    result: Value | None = None
+    transition: int = 0
+
+    def __str__(self) -> str:
+        where = f"machine {self.machine}: " if self.machine else ""
+        if self.operation is None:
+            return f"{where}transition {self.transition} taken"
+        tail = "" if self.result is None else f" = {value_text(self.result)}"
+        return f"{where}{self.operation} called{tail}"
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """What a host did, as lines of a script; what happened then, in order."""
+
+    lines: tuple[str, ...]
+    at: int
+    """Where it begins in the log, in bytes."""
+    was_refused: bool = False
+    """Of a posted event."""
+    happened: list[Happened] = field(default_factory=list)
+
+
+def machines_of(chart: Chart) -> tuple[Chart, ...]:
+    """Return a chart, then those in its slots, each before those within it."""
+    within = (machines_of(invocation.chart) for invocation in chart.invocations)
+    return (chart, *(inner for charts in within for inner in charts))
+
+
+# --- the ring ---------------------------------------------------------------------------------
+
+
+def ring_lines(chart: Chart, data: bytes) -> Iterator[str]:
+    """Yield a line for each transition of a dumped ring; first how many are lost, if any."""
+    if not data.startswith(RING) or (len(data) - 8) % RECORD.size:
+        raise _unreadable("it is no dump of a ring", len(data))
+    (count,) = struct.unpack_from("<I", data, 4)
+    records = list(RECORD.iter_unpack(data[8:]))
+    if count > len(records):
+        yield f"({count - len(records)} before these)"
+    charts = machines_of(chart)
+    for time, instance, machine, event, transition in records:
+        if machine >= len(charts) or transition >= len(charts[machine].transitions):
+            raise _unreadable(f"`{chart.name}` has no transition {transition}", 0)
+        of = charts[machine]
+        cause = "timeout" if event == TIMEOUT else "-"
+        if 0 < event <= len(of.events):
+            cause = of.events[event - 1].name
+        source = of.states[of.transitions[transition].source].id
+        targets = " ".join(of.states[state].id for state in of.transitions[transition].targets)
+        where = f"{instance}.{machine}" if machine else f"{instance}"
+        yield f"@{time} {where} {cause}: t {transition} {source} -> {targets or source}"
+
+
+# --- the log ----------------------------------------------------------------------------------
+
+
+def calls(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Call]:
+    """Yield what the host did with one machine: that of an instance, or the first of the chart.
+
+    A log may end within a record: what is left of it is not there. `FsmkitError` for what is no
+    log, or that of another chart.
+    """
+    image = image_of(chart)
+    open_: list[Call | None] = []
+    for kind, body, at in _records(data):
+        if kind in (START, RUN, DISPATCH, POST):
+            (number,) = struct.unpack_from("<H", body)
+            if kind == START and instance is None and body.endswith(head(chart)[4:]):
+                instance = number
+            if kind == START and number == instance and not body.endswith(head(chart)[4:]):
+                raise fail(
+                    "foreign-log",
+                    f"the log is of another chart than `{chart.name}` as it is now",
+                    help="replay it with the chart that the machine was compiled from",
+                )
+            call = _call(image, kind, body[2:], at) if number == instance else None
+            if kind == POST and call is not None:
+                yield call
+            elif kind != POST:
+                open_.append(call)
+        elif kind == END and open_:
+            ended = open_.pop()
+            if ended is not None:
+                yield ended
+        elif open_ and open_[-1] is not None:
+            open_[-1].happened.append(_happened(chart, kind, body, at))
+    yield from (call for call in open_ if call is not None)
+    if instance is None:
+        raise fail(
+            "foreign-log",
+            f"the log does not tell of the start of a `{chart.name}`",
+            help="log from the start on, and replay with the chart that was compiled",
+        )
+
+
+def _records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
+    at = 0
+    while at + 3 <= len(data):
+        kind, size = struct.unpack_from("<BH", data, at)
+        if not START <= kind <= END:
+            raise _unreadable(f"there is no record of kind {kind}", at)
+        if at + 3 + size > len(data):
+            return
+        yield kind, data[at + 3 : at + 3 + size], at
+        at += 3 + size
+
+
+def _unreadable(why: str, at: int) -> FsmkitError:
+    return fail(
+        "unreadable-log", f"the log cannot be read at byte {at}: {why}",
+        help="keep all that `fsm_log_write` is given, in order",
+    )  # fmt: skip
+
+
+def _call(image: Image, kind: int, body: bytes, at: int) -> Call:
+    try:
+        if kind == POST:
+            return Call((f"post {_event(image, body[1:])}",), at, was_refused=body[0] == 0)
+        (now,) = struct.unpack_from("<I", body)
+        inputs = tuple(Field(v.name, v.type) for v in image.chart.inputs)
+        size = size_of(codes(inputs))
+        values = unpack_values(image, inputs, body[4 : 4 + size])
+        pairs = zip(inputs, values, strict=True)
+        lines = [f"input {each.name} {value_text(value)}" for each, value in pairs]
+        if kind == DISPATCH:
+            lines.append(f"at {now}")
+            lines.append(f"dispatch {_event(image, body[4 + size :])}")
+        else:
+            lines.append(f"{'start' if kind == START else 'run'} {now}")
+    except (ValueError, IndexError, struct.error) as error:
+        raise _unreadable(str(error), at) from error
+    return Call(tuple(lines), at)
+
+
+def _event(image: Image, body: bytes) -> str:
+    (number,) = struct.unpack_from("<H", body)
+    event = image.chart.events[number - 1]
+    values = unpack_values(image, event.fields, body[2:])
+    return " ".join((event.name, *map(value_text, values)))
+
+
+def _happened(chart: Chart, kind: int, body: bytes, at: int) -> Happened:
+    machines = machines_of(chart)
+    try:
+        machine, number = struct.unpack_from("<HH", body)
+        if kind == TAKEN:
+            return Happened(machine, transition=number)
+        operation = machines[machine].operations[number]
+        image = image_of(machines[machine])
+        if operation.result is None:
+            return Happened(machine, operation.name)
+        (result,) = unpack_values(image, (Field("result", operation.result),), body[4:])
+    except (ValueError, IndexError, struct.error) as error:
+        raise _unreadable(str(error), at) from error
+    return Happened(machine, operation.name, result)

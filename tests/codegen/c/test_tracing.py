@@ -1,0 +1,199 @@
+"""What a machine in C logs, the interpreter does again; what differs is told."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli import run
+from fsmkit.codegen.c import harness
+from fsmkit.codegen.c.generate import LIBRARY, generate_machine
+from fsmkit.codegen.c.options import Options
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.loading import load
+from fsmkit.model.chart import Chart
+from fsmkit.plan.image import image_of
+from fsmkit.runtime.recording import calls, ring_lines
+from fsmkit.runtime.replaying import replay
+from fsmkit.runtime.script import run_script
+from fsmkit.testing.differential import random_case
+
+SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
+TRACED = Options(extras=frozenset({"save", "trace"}))
+RANDOM = 25
+LOG = """
+#define FSM_TRACE_RECORDS 8
+#define FSM_LOGGED
+#include "fsm_trace.c"
+#include <stdio.h>
+static FILE *log_file;
+void fsm_log_write(const uint8_t *bytes, size_t size) { fwrite(bytes, 1, size, log_file); }
+static void open_log(const char *name) { log_file = fopen(name, "wb"); fsm_trace_clear(); }
+static void close_log(const char *name)
+{
+    static uint8_t bytes[FSM_TRACE_BYTES];
+    FILE *ring = fopen(name, "wb");
+    fwrite(bytes, 1, fsm_trace_dump(bytes), ring);
+    fclose(ring);
+    fclose(log_file);
+}
+"""
+LAMP = """
+chart: Lamp
+events: {in: ["press(n 0..9)", ask]}
+inputs: {dark: bool = false}
+operations: [sense() -> 0..100, click]
+data: {light: 0..100 = 0}
+initial: off
+states:
+  off: {on: {press: [{target: on, if: dark and event.n > 3, do: light = sense()}]}}
+  on: {entry: click(), after: {20ms: off}}
+"""
+
+Job = tuple[Chart, Sequence[str]]
+Write = Callable[[Path, Mapping[str, str]], Path]
+
+
+def logged(folder: Path, jobs: Sequence[Job]) -> list[tuple[bytes, bytes]]:
+    """Play scripts on machines that are logged; return the log and the ring of each."""
+    machines = [generate_machine(chart, f"x{i}", TRACED) for i, (chart, _) in enumerate(jobs)]
+    harness._write(folder, machines)
+    for name in ("fsm_trace.h", "fsm_trace.c"):
+        (folder / name).write_text((LIBRARY / name).read_text())
+    main = (folder / "main.c").read_text()
+    main = main.replace('#include "fsm.c"\n', '#include "fsm.c"\n' + LOG)
+    for machine in machines:
+        prefix = machine.names.prefix
+        driver = folder / f"run_{prefix}.c"
+        text = driver.read_text()
+        for names, _ in machine.family[:-1]:
+            text = text.replace(f'#include "{names.prefix}.c"\n', "")
+        text = text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_trace.c"\n')
+        driver.write_text(text)
+        play = f"{prefix}_play();"
+        main = main.replace(play, f'open_log("{prefix}.log"); {play} close_log("{prefix}.ring");')
+    (folder / "main.c").write_text(main)
+    subprocess.run(["gcc", *harness.FLAGS, "main.c", "-o", "player"], cwd=folder, check=True)
+    text = "".join(f"{line}\n" for _, script in jobs for line in (*script, harness.END))
+    subprocess.run(["./player"], cwd=folder, input=text, check=True, capture_output=True, text=True)
+    return [
+        ((folder / f"x{i}.log").read_bytes(), (folder / f"x{i}.ring").read_bytes())
+        for i in range(len(jobs))
+    ]
+
+
+def without_dumps(trace: Sequence[str]) -> list[str]:
+    return [line for line in trace if not line.rpartition(": ")[2].startswith("d ")]
+
+
+@pytest.fixture(scope="module")
+def lamp(tmp_path_factory: pytest.TempPathFactory) -> tuple[Chart, bytes, bytes]:
+    folder = tmp_path_factory.mktemp("lamp")
+    (folder / "lamp.yaml").write_text(LAMP)
+    chart = load(folder / "lamp.yaml")
+    script = [
+        "seed 7", "start 4294967290", "input dark 1", "post press 3", "run 4294967290",
+        "post press 9", "run 4294967295", "run 18", "run 19", "dispatch ask",
+    ]  # fmt: skip
+    ((log, ring),) = logged(folder, [(chart, script)])
+    assert list(replay(chart, log)) == run_script(chart, script)
+    return chart, log, ring
+
+
+def test_random_charts_are_replayed(tmp_path: Path) -> None:
+    cases = (random_case(11, number) for number in range(RANDOM * 2))
+    jobs = [(c.chart, c.script) for c in cases if not image_of(c.chart).stores_symbols][:RANDOM]
+    for (chart, script), (log, ring) in zip(jobs, logged(tmp_path, jobs), strict=True):
+        trace = without_dumps(run_script(chart, script))
+        assert list(replay(chart, log)) == trace
+        taken = [line for line in trace if line.rpartition(": ")[2].startswith("t ")]
+        shown = [line for line in ring_lines(chart, ring) if not line.startswith("(")]
+        last = [line.rpartition(": ")[2].split()[1] for line in taken[-8:]]
+        assert [line.rpartition(": t ")[2].split()[0] for line in shown] == last
+
+
+def test_invoked_machines_are_replayed(tmp_path: Path) -> None:
+    chart = load(SHOP)
+    script = ["start 0", "post go", "run 1", "post order 3", "run 5", "run 400", "post stop",
+              "run 401"]  # fmt: skip
+    ((log, _),) = logged(tmp_path, [(chart, script)])
+    trace = list(replay(chart, log))
+    assert trace == without_dumps(run_script(chart, script))
+    assert any(": t " in line for line in trace)
+
+
+def test_the_ring_tells_transitions_by_name(lamp: tuple[Chart, bytes, bytes]) -> None:
+    chart, _, ring = lamp
+    assert list(ring_lines(chart, ring)) == [
+        "@4294967295 0 press: t 1 off -> on",
+        "@19 0 timeout: t 2 on -> off",
+    ]
+
+
+def test_the_first_difference_is_told(lamp: tuple[Chart, bytes, bytes]) -> None:
+    chart, log, _ = lamp
+    taken = bytes([6, 4, 0, 0, 0, 1, 0])
+    assert log.count(taken) == 1
+    with pytest.raises(FsmkitError, match="does: transition 1 taken; the C did: transition 2"):
+        list(replay(chart, log.replace(taken, bytes([6, 4, 0, 0, 0, 2, 0]))))
+    with pytest.raises(FsmkitError, match="calls `sense`; the C click called"):
+        list(replay(chart, log.replace(bytes([5, 5, 0, 0, 0, 0, 0]), bytes([5, 5, 0, 0, 0, 1, 0]))))
+
+
+def test_a_log_may_end_anywhere(lamp: tuple[Chart, bytes, bytes]) -> None:
+    chart, log, _ = lamp
+    whole = [call.lines for call in calls(chart, log)]
+    for end in range(20, len(log)):
+        found = [call.lines for call in calls(chart, log[:end])]
+        assert found == whole[: len(found)]
+
+
+def test_what_is_no_log_of_the_chart_is_refused(
+    lamp: tuple[Chart, bytes, bytes], tmp_path: Path
+) -> None:
+    chart, log, ring = lamp
+    (tmp_path / "other.yaml").write_text(LAMP.replace("20ms", "30ms"))
+    other = load(tmp_path / "other.yaml")
+    for data, rule in ((log, "foreign-log"), (ring, "unreadable-log"), (b"", "foreign-log")):
+        with pytest.raises(FsmkitError) as caught:
+            list(replay(other, data))
+        assert caught.value.diagnostics[0].rule.name == rule
+    with pytest.raises(FsmkitError, match="unreadable-log"):
+        list(ring_lines(chart, log))
+
+
+def test_the_verb_run_replays(
+    lamp: tuple[Chart, bytes, bytes], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    _, log, ring = lamp
+    path = tmp_path / "lamp.yaml"
+    path.write_text(LAMP)
+    for name, data in (("log", log), ("ring", ring), ("cut", log[:-30]), ("bad", b"x" * 40)):
+        (tmp_path / name).write_bytes(data)
+    assert run(["run", str(path), "--replay", str(tmp_path / "log")]) == 0
+    told = capfd.readouterr().out.splitlines()
+    assert told[0] == "@4294967290 > start"
+    assert told[-3:] == ["@19 > event ask", "unhandled ask", "= off"]
+    assert run(["run", str(path), "--replay", str(tmp_path / "ring")]) == 0
+    assert capfd.readouterr().out.splitlines()[-1] == "@19 0 timeout: t 2 on -> off"
+    assert run(["run", str(path), "--replay", str(tmp_path / "cut")]) == 0
+    assert run(["run", str(path), "--replay", str(tmp_path / "bad")]) == 1
+    assert "unreadable-log" in capfd.readouterr().err
+    assert run(["run", str(path), "--replay", str(tmp_path / "log"), "--events", "ask"]) == 2
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
+@pytest.mark.parametrize("defined", [(), ("-DFSM_LOGGED",), ("-DFSM_TRACE_RECORDS=0",)])
+def test_no_warning(
+    tmp_path: Path,
+    compiler: str,
+    defined: tuple[str, ...],
+    compile_with: Callable[..., object],
+    write: Write,
+) -> None:
+    machine = generate_machine(load(SHOP), None, TRACED)
+    write(tmp_path, machine.files)
+    compile_with(tmp_path, compiler, *defined, "-c", "shop_trace.c", "shop_save.c", "fsm_trace.c")
