@@ -19,6 +19,7 @@ from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import load_with_findings
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated, Target, plugin
+from fsmkit.verify.links import without_channels
 from fsmkit.verify.reader import is_system_file, load_system
 
 EPILOG = """\b
@@ -45,7 +46,7 @@ Examples:
 @click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
 @click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
 @click.option("--no-build", is_flag=True, help="pyext: write the sources, build nothing.")
-@click.option("--with", "extras", help="Add parts, with commas: save; for C also trace.")
+@click.option("--with", "extras", help="C, Python: add parts, with commas: save.")
 @click.option(
     "--optimize", type=click.Choice(("speed", "size")), help="C: make the code fast, or small."
 )
@@ -70,7 +71,7 @@ def command(
     """
     target = plugin(Target, name)
     findings = Findings()
-    system = load_system(file, findings) if is_system_file(file) else None
+    system = without_channels(load_system(file, findings)) if is_system_file(file) else None
     is_joined = system is not None and name == "c"
     if system is None:
         charts: tuple[Chart, ...] = (load_with_findings(file, findings),)

@@ -8,14 +8,23 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.expressions import ArrayType, EnumType, Field, IntType, RecordType, Type
+from fsmkit.expressions import (
+    ArrayType,
+    EnumType,
+    Field,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
 from fsmkit.model.chart import Chart, Event
 from fsmkit.model.document import Direction
 from fsmkit.model.statements import Raise, Send
 from fsmkit.verify.indices import INDEXED, canonical, each
+from fsmkit.verify.links import DIRECT, Manner, channel, read_manner
 from fsmkit.verify.system import EventLink, InputLink, Machine, Possible, operation_port
 from fsmkit.verify.walk import nodes
-from fsmkit.yaml.nodes import Mapping, Node, Scalar, check_keys, demand_mapping, demand_sequence
+from fsmkit.yaml.nodes import Mapping, Node, Scalar, demand_mapping, demand_sequence
 
 END = re.compile(rf"\s*({INDEXED})\s*\.\s*([A-Za-z_][\w.]*)\s*")
 EXAMPLE = "write `feeder.pushed -> molder.pushed`"
@@ -27,6 +36,8 @@ class Links:
 
     events: tuple[EventLink, ...]
     inputs: tuple[InputLink, ...]
+    machines: tuple[Machine, ...] = ()
+    """Those that stand for connections, to follow all others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +55,9 @@ class _Connector:
     events: dict[tuple[int, int, int, int], tuple[EventLink, Text]] = field(default_factory=dict)
     inputs: dict[tuple[int, int], tuple[InputLink, Text]] = field(default_factory=dict)
 
-    def connect(self, text: Text) -> None:
+    manners: dict[tuple[int, int, int, int], Manner] = field(default_factory=dict)
+
+    def connect(self, text: Text, manner: Manner) -> None:
         """Read one wire."""
         left, arrow, _ = text.value.partition("->")
         if not arrow:
@@ -57,10 +70,17 @@ class _Connector:
         chart = self.machines[source.machine].chart
         if any(output.name == source.name.value for output in chart.outputs):
             self._value(source, target, text)
+            if manner != DIRECT:
+                self.findings.add(
+                    "connection-mismatch",
+                    "an output is not queued, delayed or lost: its value is there",
+                    text,
+                    help="send an event, or leave the options out",
+                )
             return
         port = self._port(source)
         if port is not None:
-            self._message(source, target, *port, text)
+            self._message(source, target, *port, text, manner)
 
     def _end(self, text: Text) -> _End | None:
         match = END.fullmatch(text.value)
@@ -107,7 +127,13 @@ class _Connector:
         )
 
     def _message(
-        self, source: _End, target: _End, port: int, sent: tuple[Field, ...], text: Text
+        self,
+        source: _End,
+        target: _End,
+        port: int,
+        sent: tuple[Field, ...],
+        text: Text,
+        manner: Manner,
     ) -> None:
         machine = self.machines[target.machine]
         chart = machine.chart
@@ -125,6 +151,16 @@ class _Connector:
             return
         link = EventLink(source.machine, port, target.machine, index, arguments)
         self.events[key] = link, text
+        fields = chart.events[index].fields
+        if manner != DIRECT and any(isinstance(part.type, SymbolType) for part in fields):
+            self.findings.add(
+                "connection-mismatch",
+                f"`{target.name}` carries strings, which only direct connections do",
+                target.name,
+                help="declare an enumeration",
+            )
+            return
+        self.manners[key] = manner
 
     def _arguments(
         self, sent: tuple[Field, ...], wanted: tuple[Field, ...], source: _End, target: _End
@@ -200,37 +236,48 @@ def connect(
     connector = _Connector(machines, findings)
     sequence = None if node is None else demand_sequence(node, "`connect`", findings)
     for item in sequence.items if sequence is not None else ():
-        text = _connection(item, findings)
-        for one in () if text is None else each(text, machines):
-            connector.connect(one)
-    events = tuple(link for link, _ in connector.events.values())
+        found = _connection(item, machines, findings)
+        for one in () if found is None else each(found[0], machines):
+            connector.connect(one, DIRECT if found is None else found[1])
+    channels, events = _channelled(connector)
     inputs = tuple(link for link, _ in connector.inputs.values())
     _tell_unconnected(machines, events, inputs, possible, findings)
-    return Links(events, inputs)
+    return Links(events, inputs, channels)
 
 
-def _connection(item: Node, findings: Findings) -> Text | None:
+def _channelled(connector: _Connector) -> tuple[tuple[Machine, ...], tuple[EventLink, ...]]:
+    """Return the machines that stand for connections, and all wires, theirs among them."""
+    channels: list[Machine] = []
+    events: list[EventLink] = []
+    for key, (link, text) in connector.events.items():
+        manner = connector.manners.get(key, DIRECT)
+        if manner == DIRECT:
+            events.append(link)
+            continue
+        number = len(connector.machines) + len(channels)
+        machine, *wires = channel(link, manner, connector.machines, number, text.span)
+        channels.append(machine)
+        events += wires
+    return tuple(channels), tuple(events)
+
+
+def _connection(
+    item: Node, machines: tuple[Machine, ...], findings: Findings
+) -> tuple[Text, Manner] | None:
     if isinstance(item, Scalar):
-        return item.text
+        return item.text, DIRECT
     if not isinstance(item, Mapping) or len(item.entries) != 1:
         findings.add("broken-connection", "a connection is one line", item.span, help=EXAMPLE)
         return None
     text, options = item.entries[0]
     mapping = demand_mapping(options, "the options of a connection", findings)
-    known = frozenset({"kind", "capacity", "loss", "delay"})
-    if mapping is not None:
-        check_keys(mapping, known, "a connection", findings)
-        for key, value in mapping.entries:
-            if key.value == "kind" and isinstance(value, Scalar) and value.text.value == "direct":
-                continue
-            findings.add(
-                "not-explored-yet",
-                "only connections of the kind `direct` are explored yet",
-                value.span,
-                help="leave the options out, or put a chart between that loses or delays events",
-            )
-            break
-    return text
+    manner = None if mapping is None else read_manner(mapping, tick_of(machines), findings)
+    return None if manner is None else (text, manner)
+
+
+def tick_of(machines: tuple[Machine, ...]) -> int:
+    """Return the microseconds in a tick of a system; all its machines count alike."""
+    return machines[0].chart.capacities.tick
 
 
 def find_machine(name: Text, machines: tuple[Machine, ...], findings: Findings) -> int | None:

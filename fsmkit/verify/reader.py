@@ -106,7 +106,7 @@ def read_system(
     properties = tuple(_properties(parts.get("properties"), machines, findings))
     return System(
         name.value,
-        machines,
+        (*machines, *links.machines),
         links.events,
         (*links.inputs, *shared_links(machines)),
         surroundings.possible,

@@ -41,6 +41,8 @@ class Machine:
     environment: bool = False
     place: tuple[str, int] | None = None
     shared: tuple[Slot, ...] = ()
+    is_channel: bool = False
+    """This is a connection that holds or loses messages (see `verify.links`)."""
     span: Span | None = field(default=None, compare=False, repr=False)
 
 

@@ -260,11 +260,61 @@ properties:
   open: {never: plant.In(open_) and plant.warm}
 """
 
+SOURCE = """
+chart: Source
+types: {Kind: [first, last]}
+events: {in: [answer], out: ["job(n 0..3, kind Kind)"]}
+data: {n: 0..3 = 0, answers: 0..9 = 0}
+initial: sends
+states:
+  sends:
+    every:
+      10ms:
+        if: n < 3
+        do: n += 1; send job(n = n, kind = Kind.first if n < 3 else Kind.last)
+    on: {answer: {do: answers += 1}}
+"""
+
+SINK = """
+chart: Sink
+types: {Kind: [first, last]}
+events: {in: ["job(kind Kind, n 0..3)"], out: [answer]}
+data: {seen: 0..3 = 0, sum: 0..9 = 0, late: 0..9 = 0}
+initial: works
+states:
+  works:
+    rest: true
+    on:
+      job:
+        - {if: event.kind == Kind.last, target: ends, do: "sum += event.n; send answer"}
+        - {do: "seen += 1; sum += event.n; send answer"}
+    every: {15ms: {if: late < 3, do: late += 1}}
+  ends: {rest: true}
+"""
+
+POST = """
+system: Post
+machines: {source: source.yaml, sink: sink.yaml}
+connect:
+  - source.job -> sink.job: {kind: lossy, capacity: 2, delay: 15ms}
+  - sink.answer -> source.answer: {kind: queued, capacity: 1}
+properties:
+  all: {reachable: sink.sum == 6}
+  one_lost: {reachable: sink.In(ends) and sink.sum == 4}
+  last_lost: {reachable: source.n == 3 and sink.sum == 3 and sink.late == 3}
+  two_lost: {invariant: not (sink.In(ends) and sink.sum == 3)}
+  in_order: {invariant: sink.seen <= source.n}
+"""
+
+LOSING = POST.replace(", capacity: 2, delay: 15ms", ", loss: 2").replace("Post", "Losing")
+
 SYSTEMS: dict[str, dict[str, str]] = {
     "livelock": {"rally": LIVELOCK, "ping": PING, "pong": PONG},
     "deadlock": {"stuck": DEADLOCK, "left": LEFT, "right": RIGHT},
     "shared": {"shared": SHARED, "looker": LOOKER, "writer": WRITER},
     "kitchen": {"kitchen": KITCHEN, "cook": COOK, "plant": PLANT},
+    "post": {"post": POST, "source": SOURCE, "sink": SINK},
+    "losing": {"losing": LOSING, "source": SOURCE, "sink": SINK},
     "ring": {"ring": RING, "node": NODE},
     "drive": {"drive": DRIVE, "driver": DRIVER, "axis": AXIS},
 }

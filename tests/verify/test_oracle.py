@@ -185,6 +185,20 @@ def test_unanswered_events_of_a_system_are_told(load: Load) -> None:
     ]
 
 
+def test_messages_are_lost_delayed_and_wait(load: Load) -> None:
+    found = verdicts(check(load(**SYSTEMS["post"]), Findings(), manner=PYTHON))
+    assert found == {
+        "deadlock": "holds", "livelock": "holds", "all": "holds", "one_lost": "holds",
+        "last_lost": "holds", "two_lost": "holds", "in_order": "holds",
+    }  # fmt: skip
+    found = verdicts(check(load(**SYSTEMS["losing"]), Findings(), manner=PYTHON))
+    assert found["two_lost"] == "violated"
+    files = {n: t.replace("capacity: 2", "capacity: 1") for n, t in SYSTEMS["post"].items()}
+    report = check(load(**files), Findings(), manner=PYTHON)
+    assert verdicts(report)["source.job>sink.job.overflow"] == "violated"
+    assert "queue-overflow" in names(report)
+
+
 INTERVAL = """
 chart: Late
 events: {out: [came]}

@@ -12,6 +12,8 @@ from fsmkit.verify.system import EventLink, InputLink, Possible, PropertyKind
 from tests.verify.conftest import Load
 from tests.verify.systems import AXIS, DRIVE, DRIVER, SYSTEMS
 
+LINK = "system: S\nmachines: {driver: driver.yaml, axis: axis.yaml}\n"
+LINK += "connect:\n- driver.stop -> axis.stop: "
 ARRAY = "system: S\nmachines: {'a[i in 0..1]': axis.yaml}\n"
 MACHINES = "system: S\nmachines: {driver: driver.yaml, axis: axis.yaml}\n"
 
@@ -165,10 +167,17 @@ def test_what_is_not_explored_yet_is_undecided(load: Load) -> None:
             "duplicate-connection",
             "axis.arrived -> driver.arrived",
         ),
+        (LINK + "{kind: losy}", "unexpected-value", "losy"),
+        (LINK + "{kind: queued, loss: 2}", "unexpected-value", "2"),
+        (LINK + "{capacity: 2}", "unexpected-value", "2"),
+        (LINK + "{kind: queued, capacity: 0}", "bad-capacity", "0"),
+        (LINK + "{kind: queued, capacity: many}", "unknown-name", "many"),
+        (LINK + "{kind: queued, delay: 5}", "invalid-duration", "5"),
+        (LINK + "{kind: lossy, los: 5}", "unknown-key", "los"),
         (
-            MACHINES + "connect:\n- driver.stop -> axis.stop: {kind: lossy}",
-            "not-explored-yet",
-            "lossy",
+            MACHINES + "connect:\n- axis.at_end -> driver.there: {kind: queued}",
+            "connection-mismatch",
+            "axis.at_end -> driver.there",
         ),
         (MACHINES + "environment: {may: [axis]}", "machine-that-may", "axis"),
         (MACHINES + "environment: {may: [driver.begun]}", "unknown-name", "begun"),
