@@ -46,7 +46,7 @@ Examples:
 @click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
 @click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
 @click.option("--no-build", is_flag=True, help="pyext: write the sources, build nothing.")
-@click.option("--with", "extras", help="C, Python: add parts, with commas: save.")
+@click.option("--with", "extras", help="Add parts, with commas: save; for C also trace.")
 @click.option(
     "--optimize", type=click.Choice(("speed", "size")), help="C: make the code fast, or small."
 )
