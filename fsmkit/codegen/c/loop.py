@@ -184,7 +184,7 @@ RUN_INVOKED = """
     if (m->running && m->fault == FSM_NO_FAULT && @_run_invoked(m))
         acted = true;"""
 
-FORGET = """        for (uint8_t i = 0u; i < sizeof m->to_invoke_; i++)
+FORGET = """        for (size_t i = 0u; i < sizeof m->to_invoke_; i++)
             m->to_invoke_[i] = 0u;"""
 
 DUE_WITHIN = """

@@ -115,7 +115,8 @@ class SourcePrinter:
                     if isinstance(result, RecordType):
                         out.line(f"return ({ctype}){empty};")
                     else:
-                        out.line("return;" if result is None else f"return ({ctype}){empty};")
+                        zero = "false" if ctype == "bool" else f"({ctype}){empty}"
+                        out.line("return;" if result is None else f"return {zero};")
                 call = f"{p}_{name}(m{passed})"
                 out.line(f"{call};" if result is None else f"return {call};")
             out.line()

@@ -35,7 +35,7 @@ void fsm_timers_disarm(fsm_timer *timers, uint8_t *count, uint16_t what)
 int64_t fsm_truncate(double value, int64_t lo, int64_t hi, bool *outside)
 {
     *outside = false;
-    if (!(value <= 0.0 || value > 0.0))
+    if (value != value)
         value = 0.0; /* not a number */
     if (value >= 9223372036854775808.0) {
         *outside = true;
