@@ -86,7 +86,7 @@ def command(
     for option, is_given, wanted in (
         ("--trace", trace, ("python", "pyext")),
         ("--no-build", no_build, ("pyext",)),
-        ("--with", extras is not None, ("c", "python")),
+        ("--with", extras is not None, ("c", "python", "pyext")),
         ("--optimize", optimize is not None, ("c",)),
         ("--without", without is not None, ("c",)),
     ):

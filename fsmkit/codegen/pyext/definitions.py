@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from fsmkit.codegen.pyext.members import Module, emitted, fields_of, posted
+from fsmkit.codegen.pyext.members import Module, fields_of, posted
 from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.generate import enumerations, host
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.expressions import Field
-from fsmkit.model.chart import Chart
 
 IMPORTS = "from enum import IntEnum\nfrom typing import Any, Protocol"
 STUB = '''\
@@ -29,6 +28,11 @@ FIXED = (
     "def active(self) -> tuple[str, ...]: ...",
 )
 
+SAVING = (
+    "def save(self, now: int | None = None) -> bytes: ...",
+    "def restore(self, saved: bytes, now: int = 0) -> None: ...",
+)
+
 
 def definitions(module: Module) -> str:
     """Return the enumerations and the protocol of the host, as Python that the module runs."""
@@ -45,16 +49,12 @@ def stub_text(module: Module) -> str:
 
 
 def _shared(module: Module) -> list[str]:
-    members = [(each.member, _needs(each.chart)) for each in module.bound.everyone]
+    members = [(each.member, Needs(emitted=set(each.emitted))) for each in module.bound.everyone]
     texts = [
         *enumerations(tuple(member for member, _ in members)),
         host(module.bound.member.names, members),
     ]
     return [text.strip("\n") for text in texts if text]
-
-
-def _needs(chart: Chart) -> Needs:
-    return Needs(emitted=set(emitted(chart)))
 
 
 def _class(module: Module) -> str:
@@ -70,7 +70,7 @@ def _class(module: Module) -> str:
             out.line("trace: Callable[[str], object] | None")
         for name, type_ in (("running", "bool"), ("finished", "bool"), ("fault", "str | None")):
             out.lines(["@property", f"def {name}(self) -> {type_}: ..."])
-        out.lines(FIXED)
+        out.lines([*FIXED, *(SAVING if module.saved else ())])
         for event in posted(chart):
             taken = _arguments(event.fields)
             for verb in ("post", "dispatch"):

@@ -20,10 +20,10 @@ def source_name(module: Module) -> str:
 
 
 def generate(
-    chart: Chart, prefix: str | None = None, *, traced: bool = False
+    chart: Chart, prefix: str | None = None, *, traced: bool = False, saved: bool = False
 ) -> tuple[Module, dict[str, str]]:
     """Return a module and its texts by file name; ``prefix`` names module and class."""
-    module = module_of(chart, prefix, traced=traced)
+    module = module_of(chart, prefix, traced=traced, saved=saved)
     wrapper = wrapper_text(module)
     library = LIBRARY.read_text(encoding="utf-8")
     files = {f"{module.name}.pyi": stub_text(module), source_name(module): wrapper}

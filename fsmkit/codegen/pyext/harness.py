@@ -39,7 +39,7 @@ def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         return []
     batch = next(NUMBERS)
     modules = [
-        module_of(chart, f"{'t' if traced else 'u'}{batch}_{number}", traced=traced)
+        module_of(chart, f"{'t' if traced else 'u'}{batch}_{number}", traced=traced, saved=True)
         for number, (chart, _) in enumerate(pairs)
         for traced in (True, False)
     ]
@@ -50,9 +50,11 @@ def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
     ]
 
 
-def load_class(chart: Chart, *, traced: bool = False, prefix: str | None = None) -> type[Any]:
+def load_class(
+    chart: Chart, *, traced: bool = False, saved: bool = True, prefix: str | None = None
+) -> type[Any]:
     """Return the class of a chart, built as it is shipped."""
-    module, files = generate(chart, prefix, traced=traced)
+    module, files = generate(chart, prefix, traced=traced, saved=saved)
     return _classes(files, source_name(module), [module], OPTIMIZED)[0]
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from fsmkit.codegen.c.content import quoted
-from fsmkit.codegen.c.header import parameters
-from fsmkit.codegen.c.names import sent_events
+from fsmkit.codegen.c.header import declaration, parameters
+from fsmkit.codegen.c.names import Names, sent_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.codegen.pyext.members import Bound, Method, Module
-from fsmkit.codegen.pyext.tracing import show_fields, show_value
+from fsmkit.codegen.pyext.tracing import show_value
 from fsmkit.codegen.pyext.values import Values
 from fsmkit.emit import Emitter
-from fsmkit.expressions import RecordType
+from fsmkit.expressions import ArrayType, RecordType
 
 
 def print_host(out: Emitter, module: Module, bound: Bound, values: Values) -> None:
@@ -39,11 +39,12 @@ def _call(
     result = method.result
     ctype = "void" if result is None else storage(result, names.records).text
     count = len(method.parameters) + method.has_peer
-    taken = parameters(method.parameters, names)
-    out.line(f"{ctype} {method.function}({names.prefix} *m{taken})")
+    taken = [f"p{i}" for i in range(len(method.parameters))]
+    out.line(f"{ctype} {method.function}({names.prefix} *m{_taken(method, names)})")
     with out.block("{"):
         out.line(f"fsm_object *o = {module.wrapper}_of_{names.prefix}(m);")
-        given = [values.give(part.type, names.field(part.name)) for part in method.parameters]
+        pairs = list(zip(method.parameters, taken, strict=True))
+        given = [values.give(part.type, text) for part, text in pairs]
         if method.has_peer:
             given.append("o->peer == 0u ? fsm_py_or_none(NULL) : fsm_py_string(o, o->peer)")
         passed = "".join(f"given[{i}], " for i in range(count))
@@ -65,7 +66,8 @@ def _call(
         if module.traced and not method.is_event:
             out.line(f"{module.wrapper}_begun_{names.prefix}(o);")
             out.line(f"fsm_py_write(o, {quoted(f'op {method.shown}')});")
-            show_fields(out, names, method.parameters, names.field)
+            for part, text in pairs:
+                show_value(out, names, part.type, text)
             if result is not None:
                 out.line('fsm_py_write(o, " =");')
                 show_value(out, names, result, "result")
@@ -73,3 +75,14 @@ def _call(
         if result is not None:
             out.line("return result;")
     out.line()
+
+
+def _taken(method: Method, names: Names) -> str:
+    """Return the parameters, by number: no name of the chart meets those of the function."""
+    texts = [
+        f", const {storage(part.type, names.records).text} *p{i}"
+        if isinstance(part.type, ArrayType)
+        else f", {declaration(part.type, f'p{i}', names)}"
+        for i, part in enumerate(method.parameters)
+    ]
+    return "".join(texts)

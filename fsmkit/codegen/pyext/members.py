@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import ast
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from fsmkit.codegen.c.generate import Machine, generate_machine
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.names import Names, sent_events
+from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.python.family import Member, family_of
+from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.names import distinct, file_name, identifier
 from fsmkit.codegen.python.sending import has_peer
 from fsmkit.emit import snake
@@ -15,7 +18,7 @@ from fsmkit.expressions import Field, Type
 from fsmkit.model.chart import Chart, Event
 from fsmkit.model.content import all_statements
 from fsmkit.model.document import Direction
-from fsmkit.model.statements import Destination, Log, Reply, Send
+from fsmkit.model.statements import Log, Reply
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +55,13 @@ class Bound:
         return self.names.chart
 
     @property
+    def emitted(self) -> frozenset[int]:
+        """The events that the host is given."""
+        given = {method.name for method in self.calls if method.is_event}
+        events = enumerate(self.member.names.events)
+        return frozenset(index for index, name in events if f"send_{name}" in given)
+
+    @property
     def everyone(self) -> Iterator[Bound]:
         """All machines of the module: those that are invoked before what invokes them."""
         for inside in self.invoked:
@@ -67,6 +77,8 @@ class Module:
     machine: Machine
     bound: Bound
     traced: bool
+    saved: bool
+    """Whether a machine can be saved and restored."""
 
     @property
     def chart(self) -> Chart:
@@ -98,16 +110,19 @@ class Module:
         return any(isinstance(s, kind) for chart in charts for s in all_statements(chart))
 
 
-def module_of(chart: Chart, prefix: str | None = None, *, traced: bool = False) -> Module:
+def module_of(
+    chart: Chart, prefix: str | None = None, *, traced: bool = False, saved: bool = False
+) -> Module:
     """Return the module of a chart; ``prefix`` names module and class instead of the chart.
 
     Names of the C begin with ``<module>_machine``: nothing in the headers of Python does.
     """
     name = file_name(chart, prefix).removesuffix(".py")
-    machine = generate_machine(chart, f"{snake(prefix or chart.name)}_machine")
+    options = Options(extras=frozenset({"save"} if saved else ()))
+    machine = generate_machine(chart, f"{snake(prefix or chart.name)}_machine", options)
     numbers = _Numbers()
-    bound = _bind(machine.names, family_of(chart, prefix), numbers)
-    return Module(name, machine, bound, traced)
+    bound = _bind(machine.names, family_of(chart, prefix), provided(chart, prefix), numbers)
+    return Module(name, machine, bound, traced, saved)
 
 
 def fields_of(fields: tuple[Field, ...]) -> tuple[str, ...]:
@@ -120,14 +135,21 @@ def posted(chart: Chart) -> tuple[Event, ...]:
     return tuple(e for e in chart.events if Direction.IN in e.directions and e.invocation is None)
 
 
-def emitted(chart: Chart) -> tuple[int, ...]:
-    """Return the events that are sent out of the machine, now or later."""
-    found = {
-        statement.event
-        for statement in all_statements(chart)
-        if isinstance(statement, Send) and statement.destination is Destination.PORT
-    }
-    return tuple(sorted(found))
+def provided(chart: Chart, prefix: str | None) -> dict[str, tuple[str, ...]]:
+    """Return what hosts of the Python target provide, by class, in its order.
+
+    That target asks for nothing that only transitions call which are never taken.
+    """
+    found = {}
+    for class_ in ast.parse(module_text(chart, prefix=prefix)).body:
+        if isinstance(class_, ast.ClassDef):
+            for node in class_.body:
+                match node:
+                    case ast.AnnAssign(target=ast.Name("OPERATIONS"), value=ast.Tuple() as names):
+                        found[class_.name] = ast.literal_eval(names)
+                    case _:
+                        pass
+    return found
 
 
 @dataclass
@@ -142,10 +164,14 @@ class _Numbers:
         return self.given - count
 
 
-def _bind(names: Names, member: Member, numbers: _Numbers) -> Bound:
+def _bind(
+    names: Names, member: Member, asked: Mapping[str, tuple[str, ...]], numbers: _Numbers
+) -> Bound:
     pairs = zip(names.invoked, member.invoked, strict=True)
-    invoked = tuple(_bind(inside, child, numbers) for inside, child in pairs)
-    calls = (*_operations(names, member), *_events(names, member))
+    invoked = tuple(_bind(inside, child, asked, numbers) for inside, child in pairs)
+    wanted = asked[member.names.machine]
+    every = (*_operations(names, member), *_events(names, member))
+    calls = tuple(method for method in every if method.name in wanted)
     return Bound(names, member, numbers.take(len(calls)), calls, invoked)
 
 
@@ -162,7 +188,7 @@ def _operations(names: Names, member: Member) -> Iterator[Method]:
 
 
 def _events(names: Names, member: Member) -> Iterator[Method]:
-    for index in emitted(names.chart):
+    for index in sent_events(names.chart):
         event = names.chart.events[index]
         yield Method(
             f"send_{member.names.events[index]}",

@@ -9,7 +9,8 @@ from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.pyext.build import build, suffix
 from fsmkit.codegen.pyext.generate import generate, source_name
 from fsmkit.codegen.pyext.harness import run_many
-from fsmkit.diagnostics import Findings
+from fsmkit.codegen.pyext.limits import report_names
+from fsmkit.diagnostics import Findings, fail
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated
 
@@ -27,13 +28,17 @@ class ExtensionTarget:
         """Return the files, or None after saying what C cannot express.
 
         Options: ``build``, if it is ``on``, makes the extension module itself; ``trace``, if it is
-        ``on``, gives the machine a `trace`; ``prefix`` names module and class.
+        ``on``, gives the machine a `trace`; ``prefix`` names module and class; ``with`` may be
+        ``save``.
         """
+        extras = read_extras(options, ("save",))
         report_limits(chart, findings)
+        report_names(chart, findings)
         if findings.has_errors:
             return None
         is_traced = options.get("trace") == "on"
-        module, files = generate(chart, options.get("prefix"), traced=is_traced)
+        prefix = options.get("prefix")
+        module, files = generate(chart, prefix, traced=is_traced, saved="save" in extras)
         built = {}
         if options.get("build") == "on":
             made = build(files, source_name(module), module.name)
@@ -50,8 +55,18 @@ class ExtensionTarget:
         findings = Findings()
         for chart, _ in pairs:
             report_limits(chart, findings)
+            report_names(chart, findings)
         findings.stop_on_errors()
         return run_many(pairs)
+
+
+def read_extras(options: Mapping[str, str], known: Sequence[str]) -> frozenset[str]:
+    """Return what the option ``with`` names, with commas; an error for what is not known."""
+    extras = frozenset(filter(None, map(str.strip, options.get("with", "").split(","))))
+    for name in sorted(extras.difference(known)):
+        there = " and ".join(f"`{each}`" for each in known)
+        raise fail("unknown-part", f"there is no part `{name}` to add", help=f"there is {there}")
+    return extras
 
 
 PLUGIN = ExtensionTarget()

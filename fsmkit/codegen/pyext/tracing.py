@@ -25,13 +25,13 @@ ALWAYS = """
 #undef FSM_HOOK_VALUE_S
 #undef FSM_HOOK_LINE
 static void @_text_$P($P *m, int what, const char *text, unsigned long number);
-static void @_integer_$P($P *m, bool is_bool, bool is_negative, uint64_t value);
+static void @_integer_$P($P *m, char kind, uint64_t value);
 static void @_float_$P($P *m, double value);
 static void @_string_$P($P *m, long value);
 static void @_line_$P($P *m);
 #define FSM_HOOK_TEXT(m, what, text, number) @_text_$P(m, what, text, number)
 #define FSM_HOOK_VALUE_I(m, value) \\
-    @_integer_$P(m, _Generic((value), bool: true, default: false), (value) < 0, (uint64_t)(value))
+    @_integer_$P(m, _Generic((value), bool: 'b', uint64_t: 'u', default: 'i'), (uint64_t)(value))
 #define FSM_HOOK_VALUE_F(m, value) @_float_$P(m, (double)(value))
 #define FSM_HOOK_VALUE_S(m, value) @_string_$P(m, (long)(value))
 #define FSM_HOOK_LINE(m) @_line_$P(m)
@@ -79,13 +79,14 @@ FSM_PY_MAYBE void @_text_$P($P *m, int what, const char *text, unsigned long num
         fsm_py_begin(o, NULL);
 }
 
-FSM_PY_MAYBE void @_integer_$P($P *m, bool is_bool, bool is_negative, uint64_t value)
+FSM_PY_MAYBE void @_integer_$P($P *m, char kind, uint64_t value)
 {
     fsm_object *o = @_of_$P(m);
+    bool is_negative = kind == 'i' && (int64_t)value < 0;
 [traced]    fsm_py_show_integer(o, is_negative, value);
     if (o->parts == NULL)
         return;
-    if (is_bool)
+    if (kind == 'b')
         fsm_py_add(o, fsm_py_bool_of(value != 0u));
     else if (is_negative)
         fsm_py_add(o, PyLong_FromLongLong((int64_t)value));
@@ -262,6 +263,7 @@ def fill(module: Module, bound: Bound, text: str, **parts: str) -> list[str]:
     is_outer = bound is module.bound
     marks = {"[outer]": is_outer, "[traced]": module.traced, "[calls]": module.is_calling}
     marks |= {"[plain]": not module.is_calling, "[replies]": module.is_replying}
+    marks["[saved]"] = module.saved
     text = text.replace('"@%', '"\\100%').replace("@", module.wrapper)
     text = text.replace("\\100", "@").replace("$P", bound.names.prefix)
     for key, value in parts.items():

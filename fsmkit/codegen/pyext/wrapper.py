@@ -8,7 +8,7 @@ from fsmkit.codegen.c.names import comment
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.hosting import print_host
 from fsmkit.codegen.pyext.members import Bound, Module, fields_of, posted
-from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, WITHIN
+from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, SAVING, WITHIN
 from fsmkit.codegen.pyext.tracing import fill, print_hook_functions, print_hooks
 from fsmkit.codegen.pyext.values import Values
 from fsmkit.emit import Emitter
@@ -33,6 +33,9 @@ FIXED = (
 )
 """Methods that do not depend on the chart: name, flags, arguments, what they do."""
 
+SAVE = "Return the machine as bytes, timers with the time they have left."
+BACK = "Go on from what was saved, at a time in ticks."
+
 Method = tuple[str, str, str, str]
 """Name in Python, function, flags, documentation with its signature."""
 
@@ -55,6 +58,9 @@ def machine_part(module: Module) -> str:
         if module.traced:
             out.lines(["#undef FSM_HOOKS", '#define FSM_HOOKS "fsm.h"'])
         out.lines([f'#include "{bound.names.prefix}.c"', ""])
+    if module.saved:
+        out.lines(fill(module, module.bound, SAVING))
+        out.line()
     return out.finish()
 
 
@@ -163,6 +169,16 @@ def _fixed(module: Module) -> list[Method]:
         (name, f"{CAST if 'FASTCALL' in flags else ''}{w}_{name}", flags, documented(name, *rest))
         for name, flags, *rest in FIXED
     ]
+    if module.saved:
+        methods += [
+            ("save", f"{CAST}{w}_save", KEYWORDS, documented("save", "now=None", SAVE)),
+            (
+                "restore",
+                f"{CAST}{w}_restore",
+                KEYWORDS,
+                documented("restore", "saved, now=0", BACK),
+            ),
+        ]
     if module.traced:
         methods.append(("_dump", f"{w}_dump", "METH_NOARGS", "Tell the trace all data."))
     return methods
