@@ -1,6 +1,7 @@
 """Scripts: what a host does with a machine, line by line, the same for every runtime.
 
-Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``input NAME VALUE``,
+Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``ask EVENT v1``
+(which tells what came of it, too), ``input NAME VALUE``,
 ``run NOW``, ``at NOW`` (for the next ``dispatch``), ``seed N``, ``dump``, ``save``, ``restore NOW``
 (a new machine takes the place of the one that was saved last). Times are ticks modulo 2^32.
 Operations return pseudo-random values, the same in every harness.
@@ -30,7 +31,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.runtime import interpreter, packing
 from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
-from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines
+from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines, value_text
 from fsmkit.runtime.values import part_types, read_value, tokens
 
 LARGEST_RANGE = 2**22
@@ -131,14 +132,9 @@ class Player:
                 posted = interpreter.post(self.chart, self.snapshot, event)
                 self.snapshot = posted or self.snapshot
                 return () if posted else ("full queue",)
-            case "dispatch":
+            case "dispatch" | "ask":
                 event = read_event(self.chart, words, line)
-                if not self.snapshot.running:
-                    return ()
-                one, _, _ = interpreter.dispatch(
-                    self.chart, self.snapshot, event, self._now, self.host
-                )
-                return self._done(one)
+                return self._dispatch(event, is_asking=verb == "ask")
             case "input":
                 self._set_input(words, line)
             case "seed":
@@ -154,6 +150,20 @@ class Player:
             case _:
                 raise wrong_line(line, f"there is no script line `{verb}`", KNOWN)
         return ()
+
+    def _dispatch(self, event: Occurrence, *, is_asking: bool) -> tuple[Macrostep | str, ...]:
+        """Dispatch an event; who asks is told what came of it, and the value of a reply or 0."""
+        if not self.snapshot.running:
+            return ("answer stopped",) if is_asking else ()
+        one, is_handled, reply = interpreter.dispatch(
+            self.chart, self.snapshot, event, self._now, self.host
+        )
+        answer = ["answer", "handled" if is_handled else "ignored"]
+        type_ = self.chart.events[event.event].reply
+        if type_ is not None:
+            nothing = "" if isinstance(type_, SymbolType) else 0
+            answer.append(value_text(nothing if reply is None else reply))
+        return (*self._done(one), *([" ".join(answer)] if is_asking else []))
 
     def _done(self, *macrosteps: Macrostep) -> tuple[Macrostep, ...]:
         if macrosteps:
@@ -178,7 +188,9 @@ class Player:
         self.snapshot = replace(self.snapshot, inputs=inputs)
 
 
-KNOWN = "use `start`, `run`, `post`, `dispatch`, `input`, `seed`, `dump`, `save` or `restore`"
+KNOWN = (
+    "use `start`, `run`, `post`, `dispatch`, `ask`, `input`, `seed`, `dump`, `save` or `restore`"
+)
 
 
 def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:

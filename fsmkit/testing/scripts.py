@@ -66,7 +66,8 @@ def random_script(
         if kind < 5 and events:
             lines.append(f"post {_event(choices, chart, choices.pick(events).index, symbols)}")
         elif kind == 7 and events and choices.chance(60):
-            lines.append(f"dispatch {_event(choices, chart, choices.pick(events).index, symbols)}")
+            verb = "ask" if is_saved else "dispatch"
+            lines.append(f"{verb} {_event(choices, chart, choices.pick(events).index, symbols)}")
         elif kind == 8 and not (is_saved and choices.chance(30)):
             lines += _inputs(choices, chart, symbols)
         elif kind == 9 and choices.chance(25):

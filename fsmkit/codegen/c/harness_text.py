@@ -132,6 +132,14 @@ if (strcmp(verb, "start") == 0) {
 } else if (strcmp(verb, "dispatch") == 0) {
     @_event e = @_read_event();
     (void)@_dispatch(&@_machine, &e, @_now);
+} else if (strcmp(verb, "ask") == 0) {
+    @_event e = @_read_event();
+    static const char *const answers[] = {"ignored", "handled", "busy", "stopped"};
+    fsm_result result = @_dispatch(&@_machine, &e, @_now);
+    printf("answer %s", answers[result]);
+    if (result == FSM_IGNORED || result == FSM_HANDLED)
+        @_show_reply(&@_machine, &e);
+    printf("\\n");
 } else if (strcmp(verb, "save") == 0) {
     if (!@_save(&@_machine, @_now, @_saved))
         printf("not saved\\n");

@@ -149,6 +149,7 @@ fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
 [!checked]#endif
 [now]    m->now = now;
 [!now]    (void)now;
+[replies]    m->reply = 0;
     return @_macrostep(m, e$NEVER$EXTERNAL);
 }
 """

@@ -265,6 +265,7 @@ class StepPrinter:
             "begins": loops or guarded,
             "rests": loops or guarded or event,
             "event": event,
+            "replies": "m->reply" in text,
             "external": self.invocation.has_external,
             "now": is_family or names.has_deadlines or "m->now" in text,
             "running": running,

@@ -140,6 +140,16 @@ class Driven:
             machine.trace = self.told.append
         return machine
 
+    def _answer(self, event: str, is_handled: object) -> str:
+        """Return what came of an event that was dispatched, and the value of a reply or 0."""
+        answer = ["answer", "handled" if is_handled else "ignored"]
+        type_ = self._chart.events[self._chart.event_index[event]].reply
+        if type_ is not None:
+            nothing = "" if isinstance(type_, SymbolType) else 0
+            reply = self._machine.reply
+            answer.append(shown(nothing if reply is None else reply))
+        return " ".join(answer)
+
     def dump(self) -> None:
         """Add the data to the trace."""
         self.told += self.data()
@@ -161,6 +171,10 @@ class Driven:
                     self.told.append("full queue")
             case "dispatch":
                 result = machine.dispatch(words[0], *_payload(chart, words))
+            case "ask":
+                is_running = machine.running
+                result = machine.dispatch(words[0], *_payload(chart, words))
+                self.told.append(self._answer(words[0], result) if is_running else "answer stopped")
             case "input":
                 (variable,) = [v for v in chart.inputs if v.name == words[0]]
                 value = _read(iter(words[1:]), variable.type)
