@@ -1,4 +1,4 @@
-"""What a million steps of a generated Python machine leave in memory, and make the collector track.
+"""What a million steps of a generated machine in Python leave in memory, and let be tracked.
 
 ``python -m benchmarks.allocations`` prints it for the charts of the yardstick.
 """
@@ -18,6 +18,7 @@ from benchmarks.yardstick.folder import CHARTS, UnavailableError, find_folder
 from benchmarks.yardstick.python_machines import by_fsmkit
 from benchmarks.yardstick.streams import load_model, make_stream
 
+TARGETS = ("python", "pyext")
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -120,17 +121,23 @@ def main() -> int:
     except UnavailableError as error:
         print(error, file=sys.stderr)
         return 2
-    print("chart     events  blocks  tracked  collections  bytes kept  bytes at most")
+    print("chart target       events  blocks  tracked  collections  bytes kept  bytes at most")
     model = load_model(folder)
     with tempfile.TemporaryDirectory() as made:
         work = Path(made)
         for letter in CHARTS:
             stream = make_stream(model, folder, letter, work)
-            run = by_fsmkit(folder, stream, work, "fsmkit").start()
-            calls = run.prepare(stream.events)
-            found = measured(calls)
-            columns = zip(astuple(found), (8, 9, 13, 12, 15), strict=True)
-            print(f"{letter:5}{len(calls):11,}", *(f"{n:{w - 1}}" for n, w in columns))
+            for target in TARGETS:
+                try:
+                    run = by_fsmkit(folder, stream, work, "fsmkit", target).start()
+                except UnavailableError as error:
+                    print(error, file=sys.stderr)
+                    continue
+                calls = run.prepare(stream.events)
+                found = measured(calls)
+                columns = zip(astuple(found), (8, 9, 13, 12, 15), strict=True)
+                row = (f"{n:{w - 1}}" for n, w in columns)
+                print(f"{letter:5} {target:8}{len(calls):11,}", *row, flush=True)
     return 0
 
 

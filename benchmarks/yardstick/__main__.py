@@ -29,6 +29,8 @@ WIDTH = 110
 """Of what is printed to a file or a pipe, in characters."""
 TOOLS = ("gcc", "arm-none-eabi-gcc", "valgrind")
 SUBJECTS = ("c", "python", "peers")
+TARGETS = ("python", "pyext")
+"""That write machines for Python."""
 EVENTS = 100_000
 """In a run of a machine in Python."""
 
@@ -81,7 +83,8 @@ def measure_speeds(
 
     folder, work = bench.folder, bench.work
     enter(lambda: python_machines.by_hand(folder, stream, LIMIT), EVENTS)
-    enter(lambda: python_machines.by_fsmkit(folder, stream, work, FSMKIT), EVENTS)
+    for target in TARGETS:
+        enter(partial(python_machines.by_fsmkit, folder, stream, work, FSMKIT, target), EVENTS)
     if with_peers:
         chart = model.CH[stream.letter]()
         for peer in peers.PEERS:

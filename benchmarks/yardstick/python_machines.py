@@ -12,7 +12,7 @@ from typing import Any
 from benchmarks.yardstick.folder import Folder, UnavailableError
 from benchmarks.yardstick.generated_c import chart_of
 from benchmarks.yardstick.streams import FNV_OFFSET, FNV_PRIME, MASK, Digests, Stream, digest
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.plugins import Target, plugin
 
 BY_HAND = "MatchM"
@@ -92,17 +92,33 @@ def by_hand(folder: Folder, stream: Stream, kind: str) -> Contender:
     return Contender("match/case", kind, start)
 
 
-def by_fsmkit(folder: Folder, stream: Stream, work: Path, kind: str) -> Contender:
-    """Return the generated machine, whose method for each event is called."""
+def by_fsmkit(
+    folder: Folder, stream: Stream, work: Path, kind: str, target: str = "python"
+) -> Contender:
+    """Return the generated machine, whose method for each event is called.
+
+    ``target``: ``python``, or ``pyext`` for the generated C as an extension module.
+    """
     chart = chart_of(folder.chart(stream.letter))
     findings = Findings()
-    made = plugin(Target, "python").generate(chart, findings, {})
+    try:
+        made = plugin(Target, target).generate(chart, findings, {"build": "on"})
+    except FsmkitError as error:  # no compiler, or no headers of Python
+        raise UnavailableError(f"{target}: {error}") from error
     if made is None or findings.has_errors:
         raise UnavailableError("; ".join(finding.message for finding in findings))
-    ((file, text),) = made.files.items()
-    path = work / file
-    path.write_text(text, encoding="utf-8")
-    machine_class = getattr(import_file(path, f"generated_{stream.letter}"), chart.name)
+    if made.built:
+        ((file, content),) = made.built.items()
+    else:
+        ((file, text),) = made.files.items()
+        content = text.encode()
+    path = work / target / file
+    path.parent.mkdir(exist_ok=True)
+    path.unlink(missing_ok=True)  # a file that is loaded must not be written over
+    path.write_bytes(content)
+    # an extension module is known by its own name, a module of Python by any
+    name = f"generated_{stream.letter}" if not made.built else file.partition(".")[0]
+    machine_class = getattr(import_file(path, name), chart.name)
 
     def start() -> Run:
         machine = machine_class()
@@ -114,7 +130,7 @@ def by_fsmkit(folder: Folder, stream: Stream, work: Path, kind: str) -> Contende
             lambda: [getattr(machine, name) for name in stream.variables],
         )
 
-    return Contender("fsmkit", kind, start)
+    return Contender("fsmkit" if target == "python" else f"fsmkit, {target}", kind, start)
 
 
 def _is_counter(name: str) -> bool:

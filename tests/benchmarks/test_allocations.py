@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import pytest
 
 from benchmarks.allocations import measured
+from fsmkit.codegen.pyext import harness as pyext
 from fsmkit.codegen.python.harness import load_machine
 from fsmkit.loading import load
 
@@ -56,10 +58,10 @@ class Host:
         pass
 
 
-def started(tmp_path: Path, text: str) -> Any:
+def started(tmp_path: Path, text: str, load_class: Callable[..., Any] = load_machine) -> Any:
     path = tmp_path / "chart.yaml"
     path.write_text(text)
-    machine = load_machine(load(path))(Host())
+    machine = load_class(load(path))(Host())
     machine.start(0)
     return machine
 
@@ -83,6 +85,19 @@ def test_a_step_leaves_nothing_and_makes_nothing_that_is_tracked(
     found = measured(calls * (EVENTS // len(calls)))
     assert machine.running
     assert found.blocks <= 4  # an integer that grew out of those that Python keeps
+    assert (found.tracked, found.collections) == (0, 0)
+    assert found.bytes_kept <= 128
+
+
+def test_neither_does_one_of_an_extension_module(
+    tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    require_tool("cc")
+    machine = started(tmp_path, CALLING, pyext.load_class)
+    calls = [getattr(machine, f"dispatch_{event}") for event in ("go", "stop", "stop")]
+    found = measured(calls * (EVENTS // len(calls)))
+    assert machine.n == EVENTS // len(calls) * 4 % 65536
+    assert found.blocks <= 4
     assert (found.tracked, found.collections) == (0, 0)
     assert found.bytes_kept <= 128
 

@@ -148,9 +148,13 @@ def test_parts_cost_nothing_less_than_nothing(
     assert made.linked(HOST, objects, ("init",)) < made.linked(HOST, objects, MACHINE_ONLY)
 
 
-def test_python_is_judged_by_the_same_digests(stream: Stream, tmp_path: Path) -> None:
+@pytest.mark.parametrize("target", ["python", "pyext"])
+def test_python_is_judged_by_the_same_digests(
+    stream: Stream, tmp_path: Path, require_tool: Callable[[str], str], target: str
+) -> None:
+    require_tool("cc")
     folder = Folder(tmp_path)
-    contender = python_machines.by_fsmkit(folder, stream, tmp_path, FSMKIT)
+    contender = python_machines.by_fsmkit(folder, stream, tmp_path, FSMKIT, target)
     events = PATTERN * 50
     assert python_machines.is_correct(contender, events, lamp(events))
     assert not python_machines.is_correct(contender, events, lamp(events[:-1]))
