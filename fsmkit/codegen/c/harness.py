@@ -29,8 +29,6 @@ from fsmkit.expressions import (
     Type,
 )
 from fsmkit.model.chart import Chart, Event
-from fsmkit.model.content import all_statements
-from fsmkit.model.statements import Reply
 
 OPTIONS = Options(extras=frozenset({"save"}))
 FLAGS = ("-std=c99", "-O0", "-w")
@@ -292,14 +290,13 @@ def _reading(out: Emitter, names: Names) -> None:
 def _reply(out: Emitter, names: Names) -> None:
     """Print the function that shows what an event was answered with, if it declares that."""
     p = names.prefix
-    is_replying = any(isinstance(statement, Reply) for statement in all_statements(names.chart))
     out.line(f"static void {p}_show_reply(const {p} *m, const {p}_event *e)")
     with out.block("{"), out.block("switch (e->event) {"):
         for event in names.chart.events:
             if event.reply is not None:
                 out.line(f"case {names.events[event.index]}:")
                 with out.indented():
-                    show(out, event.reply, "m->reply" if is_replying else "0", names)
+                    show(out, event.reply, "m->reply" if names.does["replies"] else "0", names)
                     out.line("break;")
         out.lines(["default:", "    break;"])
 
