@@ -8,11 +8,13 @@ from collections.abc import Sequence
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
+from fsmkit.expressions import InState
 from fsmkit.expressions import Variable as Named
 from fsmkit.verify.adapter_values import MOST_VALUES, Built
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.conditions import ConditionPrinter
 from fsmkit.verify.system import JUDGED_AT_STATES, Atom, Property, PropertyKind
+from fsmkit.verify.walk import nodes
 
 
 def system_file(closed: Closed, built: Sequence[Built]) -> str:
@@ -20,13 +22,14 @@ def system_file(closed: Closed, built: Sequence[Built]) -> str:
     out = Emitter()
     out.line(f"/* The system `{closed.system.name}`. */")
     out.lines(f'#include "{machine.prefix}.h"' for machine in built)
-    out.lines(['#include "system.h"', ""])
+    out.lines(['#include "system.h"', "", "#include <string.h>", ""])
     for machine in built:
         out.line(f"extern const fsm_machine fsm_machine_{machine.number};")
     out.line()
     _links(out, closed)
     _possible(out, closed, built)
     _judge(out, closed, built)
+    _see(out, closed, built)
     _machines(out, built)
     _table(out, closed)
     return out.finish()
@@ -152,6 +155,53 @@ def _judge_one(out: Emitter, number: int, property_: Property, built: Sequence[B
     out.line()
 
 
+def _see(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+    """Write what copies all that properties read of a machine."""
+    read: list[dict[str, str]] = [{} for _ in built]
+    for property_ in closed.system.properties:
+        for atom in _atoms_of(property_):
+            machine = built[atom.machine]
+            if atom.state is None:
+                place = f"m{atom.machine}->{machine.names.variables[atom.variable]}"
+                read[atom.machine][place] = f"sizeof(((const {machine.prefix} *)0)->{place.partition('->')[2]})"
+            else:
+                read[atom.machine][f"(unsigned char){_active(machine, atom.state)}"] = "1u"
+    with out.block("static void see(uint32_t machine, const void *state, unsigned char *seen)\n{"):
+        out.lines(["(void)state;", "(void)seen;"])
+        with out.block("switch (machine) {"):
+            for number, places in enumerate(read):
+                if not places:
+                    continue
+                with out.block(f"case {number}u: {{"):
+                    out.line(f"const {built[number].prefix} *m{number} = state;")
+                    out.line(f"(void)m{number};")
+                    for place, size in places.items():
+                        if size == "1u":
+                            out.line(f"*seen++ = {place};")
+                        else:
+                            out.line(f"memcpy(seen, &{place}, sizeof {place});")
+                            out.line(f"seen += sizeof {place};")
+                    out.line("break;")
+            out.lines(["default:", "    break;"])
+    out.line()
+    with out.block("static const size_t seen_sizes[] = {", "};"):
+        out.lines(f"{' + '.join(places.values()) or '0u'}," for places in read)
+    out.line()
+
+
+def _atoms_of(property_: Property) -> list[Atom]:
+    if property_.kind not in JUDGED_AT_STATES or property_.condition is None:
+        return []
+    found = [atom for _, atom in property_.atoms]
+    if property_.owner is not None:
+        for node in nodes(property_.condition):
+            if isinstance(node, Named):
+                found.append(Atom(property_.owner, variable=node.name))
+            elif isinstance(node, InState):
+                found.append(Atom(property_.owner, state=node.state))
+    return found
+
+
 def _owner(property_: Property) -> set[int]:
     return set() if property_.owner is None else {property_.owner}
 
@@ -182,6 +232,7 @@ def _table(out: Emitter, closed: Closed) -> None:
         out.line(f".possible_count = {len(closed.possible)}u,")
         out.line(f".property_count = {len(system.properties)}u,")
         out.line(".judge = judge,")
+        out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
         out.line(f".untimed = {str(closed.untimed).lower()},")
         out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")

@@ -1,24 +1,39 @@
-/* The dining philosophers as a raw fsm_model: checks store, search, livelock and traps.
+/* The dining philosophers as a raw fsm_model: checks set, search, paths, livelock and traps.
  *
  *   explorer_toy COUNT left|mixed|busy [BYTES]
  *
  * Each philosopher takes one fork, then the other, eats, and puts both down. With `left` all take the
  * left one first, which deadlocks; with `mixed` the last takes the right one first; `busy` is `left`
- * with every step internal, which is a livelock. Prints how the search ended, states,
- * transitions, depth, the length of the shortest path to a deadlock (0: none), whether there is a
- * cycle of internal steps, and the number of traps. */
+ * with every step internal, which is a livelock. A state has a digit for each; with `sparse` these are
+ * octal ones, so that the set cannot be dense. Prints how the search ended, states, transitions, depth, the
+ * length of the shortest path to a deadlock (0: none), whether there is a cycle of internal steps, the
+ * number of traps, meals, whether the set was dense, and the length of a path to the last state found. */
 #include "cycles.h"
-#include "search.h"
+#include "path.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 12 };
 enum { THINKING, HOLDING, EATING };
 
 static uint32_t count;
-static bool mixed, busy;
+static bool mixed, busy, sparse;
+
+/* What a philosopher's phase counts in the state. */
+static fsm_state weight(uint32_t i)
+{
+    fsm_state each = sparse ? 8 : 3, found = i % 2 == 0 ? 1 : (fsm_state)1 << 32;
+    for (uint32_t n = i / 2; n > 0; n--)
+        found *= each;
+    return found;
+}
+
+static unsigned phase(fsm_state state, uint32_t i)
+{
+    fsm_state half = i % 2 == 0 ? fsm_right(state) : fsm_left(state), one = weight(i);
+    return (unsigned)(half / (i % 2 == 0 ? one : one >> 32) % (sparse ? 8 : 3));
+}
 
 static uint32_t first_fork(uint32_t i)
 {
@@ -30,70 +45,65 @@ static uint32_t second_fork(uint32_t i)
     return mixed && i == count - 1 ? i : (i + 1) % count;
 }
 
-static bool is_free(const unsigned char *state, uint32_t fork)
+static bool is_free(fsm_state state, uint32_t fork)
 {
     for (uint32_t i = 0; i < count; i++)
-        if ((state[i] >= HOLDING && first_fork(i) == fork) || (state[i] == EATING && second_fork(i) == fork))
+        if ((phase(state, i) >= HOLDING && first_fork(i) == fork)
+            || (phase(state, i) == EATING && second_fork(i) == fork))
             return false;
     return true;
 }
 
-static bool initial(void *self, fsm_emit *emit, void *context)
+static bool initial(void *self, fsm_steps *steps)
 {
     (void)self;
-    unsigned char state[MOST] = {0};
-    fsm_step step = {state, NULL, 0, FSM_STEP_ENVIRONMENT};
-    return emit(context, &step);
+    return fsm_steps_add(steps, 0, 0, FSM_STEP_ENVIRONMENT);
 }
 
-static bool successors(void *self, const void *bytes, fsm_emit *emit, void *context)
+static bool successors(void *self, fsm_state state, fsm_steps *steps)
 {
     (void)self;
     for (uint32_t i = 0; i < count; i++) {
-        unsigned char state[MOST];
-        memcpy(state, bytes, sizeof state);
-        uint32_t wanted = state[i] == THINKING ? first_fork(i) : second_fork(i);
-        if (state[i] != EATING && !is_free(state, wanted))
+        unsigned at = phase(state, i), next = (at + 1) % 3;
+        if (at != EATING && !is_free(state, at == THINKING ? first_fork(i) : second_fork(i)))
             continue;
-        fsm_kind kind = state[i] == THINKING && !busy ? FSM_STEP_ENVIRONMENT : FSM_STEP_INTERNAL;
-        state[i] = (unsigned char)((state[i] + 1) % 3);
-        uint32_t mark = 1;
-        fsm_step step = {state, &mark, state[i] == EATING, kind};
-        if (!emit(context, &step))
+        fsm_state to = state + next * weight(i) - at * weight(i);
+        fsm_kind kind = at == THINKING && !busy ? FSM_STEP_ENVIRONMENT : FSM_STEP_INTERNAL;
+        if (!fsm_steps_add(steps, to, next == EATING, kind))
             return false;
     }
+    steps->deadlock = steps->count == 0;
     return true;
 }
 
-static bool stop_at_first(void *context, const fsm_step *step)
+static uint32_t marks(void *self, fsm_state state)
 {
-    (void)context;
-    (void)step;
-    return false;
+    (void)self;
+    (void)state;
+    return 0;
 }
 
-static uint32_t marks(void *self, const void *state, uint32_t *found)
+static const uint32_t *mark_set(void *self, uint32_t set, uint32_t *found)
 {
-    if (!successors(self, state, stop_at_first, NULL))
-        return 0;
-    found[0] = 0;
-    return 1;
+    static const uint32_t meal = 1;
+    (void)self;
+    *found = set;
+    return &meal;
 }
 
-static uint32_t configuration(void *self, const void *bytes)
+static uint32_t configuration(void *self, fsm_state state)
 {
-    const unsigned char *state = bytes;
     uint32_t shown = 0;
     (void)self;
     for (uint32_t i = 0; i < count; i++)
-        shown = shown * 3 + state[i];
+        shown = shown * 3 + phase(state, i);
     return shown;
 }
 
-static bool at_rest(void *self, const void *bytes)
+static bool at_rest(void *self, fsm_state state)
 {
     (void)self;
-    (void)bytes;
+    (void)state;
     return false;
 }
 
@@ -111,11 +121,34 @@ static const char *failure(void *self)
 
 static uint32_t trap_count;
 
-static void note_trap(void *context, uint32_t state)
+static void note_trap(void *context, const fsm_state *states, size_t size)
 {
     (void)context;
-    (void)state;
+    (void)states;
+    (void)size;
     trap_count++;
+}
+
+static size_t length_to(const fsm_search *search, const fsm_found *found)
+{
+    fsm_path path = {0};
+    size_t length = fsm_path_to(search, found, &path) ? path.count : 0;
+    free(path.steps);
+    return length;
+}
+
+/* The length of a path to the state at the last place that is taken. */
+static size_t length_to_some(fsm_search *search)
+{
+    uint64_t at = fsm_set_places(&search->passed);
+    while (at-- > 0 && !fsm_set_taken(&search->passed, at))
+        ;
+    fsm_target target = {fsm_set_at(&search->passed, at), 0};
+    if (fsm_set_find(&search->passed, target.state) != at)
+        return 0;
+    fsm_found found;
+    fsm_search_locate(search, &target, 1, &found, 1);
+    return found.state == target.state && length_to(search, &found) == found.depth + 1 ? found.depth + 1 : 0;
 }
 
 int main(int argc, char **argv)
@@ -123,23 +156,25 @@ int main(int argc, char **argv)
     if (argc < 3)
         return 2;
     count = (uint32_t)strtoul(argv[1], NULL, 10);
-    mixed = strcmp(argv[2], "mixed") == 0;
-    busy = strcmp(argv[2], "busy") == 0;
+    mixed = strstr(argv[2], "mixed") != NULL;
+    busy = strstr(argv[2], "busy") != NULL;
+    sparse = strstr(argv[2], "sparse") != NULL;
     size_t limit = argc > 3 ? (size_t)strtoull(argv[3], NULL, 10) : (size_t)1 << 30;
-    fsm_model model = {FSM_MODEL_ABI, MOST, 2, NULL, initial, successors, marks, configuration, at_rest,
+    fsm_model model = {FSM_MODEL_ABI, 2, NULL, initial, successors, marks, mark_set, configuration, at_rest,
                        memory, failure};
     fsm_search search;
     if (!fsm_search_init(&search, &model, limit))
         return 2;
     fsm_search_run(&search);
-    fsm_cycle cycle = {.state = FSM_NONE};
+    fsm_cycle cycle = {.state = FSM_NO_STATE};
     bool fine = search.outcome == FSM_COMPLETE && fsm_find_livelock(&search, &cycle)
         && fsm_find_traps(&search, note_trap, NULL);
-    uint32_t path[4096];
-    uint32_t length = search.witnesses[0].count == 0 ? 0 : fsm_search_path(&search, search.witnesses[0].state, path);
-    printf("%d %u %llu %u %u %d %u %llu\n", fine ? 0 : (int)search.outcome, (unsigned)search.passed.count,
-           (unsigned long long)search.transitions, (unsigned)search.depth, (unsigned)length,
-           cycle.state != FSM_NONE, (unsigned)trap_count, (unsigned long long)search.witnesses[1].count);
+    size_t length = search.witnesses[0].count == 0 ? 0 : length_to(&search, &search.witnesses[0].at);
+    printf("%d %llu %llu %u %zu %d %u %llu %d", fine ? 0 : (int)search.outcome,
+           (unsigned long long)search.passed.count, (unsigned long long)search.transitions,
+           (unsigned)search.depth, length, cycle.state != FSM_NO_STATE, (unsigned)trap_count,
+           (unsigned long long)search.witnesses[1].count, search.passed.dense);
+    printf(" %zu\n", fine ? length_to_some(&search) : 0);
     free(cycle.steps);
     fsm_search_free(&search);
     return 0;

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(not COMPILERS, reason="there is no C compiler")
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     program = tmp_path_factory.mktemp("core") / "toy"
-    sources = [CORE / f"{name}.c" for name in ("store", "search", "cycles")]
+    sources = [CORE / f"{name}.c" for name in ("region", "set", "search", "path", "cycles")]
     toy_source = ROOT / "tests/c/explorer_toy.c"
     subprocess.run(
         [COMPILERS[0], *STRICT, "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
@@ -73,13 +73,16 @@ def philosophers(count: int, mixed: bool) -> tuple[int, int, int]:
 
 
 @pytest.mark.parametrize("count", [2, 3, 5, 8])
-@pytest.mark.parametrize("kind", ["left", "mixed"])
+@pytest.mark.parametrize("kind", ["left", "mixed", "sparse left", "sparse mixed"])
 def test_counts_states_and_finds_the_nearest_deadlock(toy: Path, count: int, kind: str) -> None:
     told = subprocess.run([toy, str(count), kind], capture_output=True, text=True, check=True)
-    end, states, edges, _, deadlock, livelock, traps, _ = map(int, told.stdout.split())
-    assert (end, states, edges, deadlock) == (0, *philosophers(count, kind == "mixed"))
+    end, states, edges, _, deadlock, livelock, traps, _, dense, other = map(int, told.stdout.split())
+    assert (end, states, edges, deadlock) == (0, *philosophers(count, "mixed" in kind))
     assert livelock == 0
-    assert traps == (kind == "left")
+    assert traps == ("left" in kind)
+    assert not (dense and "sparse" in kind)
+    assert dense or count < 8 or "sparse" in kind
+    assert other > 0
 
 
 def test_a_cycle_of_internal_steps_is_a_livelock(toy: Path) -> None:
@@ -88,7 +91,7 @@ def test_a_cycle_of_internal_steps_is_a_livelock(toy: Path) -> None:
 
 
 def test_obeys_its_memory_limit(toy: Path) -> None:
-    told = subprocess.run([toy, "9", "left", "20000"], capture_output=True, text=True, check=True)
+    told = subprocess.run([toy, "11", "left", "100000"], capture_output=True, text=True, check=True)
     end, states, *_ = map(int, told.stdout.split())
     assert end == 2
-    assert 0 < states < 2786
+    assert 0 < states < 41_000

@@ -61,8 +61,7 @@ struct fsm_composition {
     fsm_memo deliveries;          /* (local state, message) -> (local state, full) */
     unsigned char *before, *after; /* room for the largest struct */
     size_t store_bytes;
-    uint32_t marks[FSM_MOST_NOTES + FSM_MOST_MACHINES];
-    fsm_description last[FSM_MOST_MACHINES];
+    struct fsm_tree *tree;
 };
 
 bool fsm_fail(fsm_composition *self, const char *why);

@@ -6,25 +6,24 @@
 /* An edge of the graph, and a frame of the depth-first walk: the edges of a state that are still to
  * be followed lie on the stack of edges from `edge` on. */
 typedef struct {
-    uint32_t to, step;
+    uint64_t to; /* a place */
+    uint32_t step;
 } edge;
 
 typedef struct {
-    uint32_t state;
+    uint64_t state;
     size_t first, edge, end;
 } frame;
 
 typedef struct {
     fsm_search *search;
     bool internal_only;
-    uint32_t step; /* ordinal of the step being emitted */
+    fsm_steps steps;
     edge *edges;
     size_t edge_count, edge_room;
     frame *frames;
     size_t frame_count, frame_room;
-    unsigned char *state;
     uint64_t asked;
-    bool failed;
 } walk;
 
 static bool walk_init(walk *self, fsm_search *search, bool internal_only)
@@ -33,39 +32,49 @@ static bool walk_init(walk *self, fsm_search *search, bool internal_only)
     self->edge_room = self->frame_room = 256;
     self->edges = malloc(self->edge_room * sizeof *self->edges);
     self->frames = malloc(self->frame_room * sizeof *self->frames);
-    self->state = malloc(search->model->state_size);
-    return self->edges != NULL && self->frames != NULL && self->state != NULL;
+    return self->edges != NULL && self->frames != NULL;
 }
 
 static void walk_free(walk *self)
 {
     free(self->edges);
     free(self->frames);
-    free(self->state);
+    free(self->steps.items);
 }
 
-static bool push_edge(void *context, const fsm_step *step)
+static bool push_edge(walk *self, uint64_t to, uint32_t step)
 {
-    walk *self = context;
-    uint32_t ordinal = self->step++;
-    if (self->internal_only && step->kind != FSM_STEP_INTERNAL)
-        return true;
-    uint32_t number = fsm_store_find(&self->search->passed, step->state);
-    if (number == FSM_NONE)
-        return !(self->failed = true);
     if (self->edge_count == self->edge_room) {
         edge *edges = realloc(self->edges, 2 * self->edge_room * sizeof *edges);
         if (edges == NULL)
-            return !(self->failed = true);
+            return false;
         self->edges = edges;
         self->edge_room *= 2;
     }
-    self->edges[self->edge_count++] = (edge){number, ordinal};
+    self->edges[self->edge_count++] = (edge){to, step};
+    return true;
+}
+
+static bool push_edges(walk *self, uint64_t state)
+{
+    const fsm_model *model = self->search->model;
+    const fsm_set *passed = &self->search->passed;
+    self->steps.count = 0;
+    if (!model->successors(model->self, fsm_set_at(passed, state), &self->steps))
+        return false;
+    for (size_t i = 0; i < self->steps.count; i++) {
+        const fsm_step *step = &self->steps.items[i];
+        if (self->internal_only && step->kind != FSM_STEP_INTERNAL)
+            continue;
+        uint64_t place = fsm_set_find(passed, step->to);
+        if (place == FSM_NOWHERE || !push_edge(self, place, (uint32_t)i))
+            return false;
+    }
     return true;
 }
 
 /* Enters a state: a new frame with all its edges. */
-static bool enter(walk *self, uint32_t state)
+static bool enter(walk *self, uint64_t state)
 {
     fsm_search *search = self->search;
     if (++self->asked % 1024 == 0 && search->keep_on != NULL && !search->keep_on(search))
@@ -77,10 +86,8 @@ static bool enter(walk *self, uint32_t state)
         self->frames = frames;
         self->frame_room *= 2;
     }
-    memcpy(self->state, fsm_store_at(&search->passed, state), search->model->state_size);
     size_t first = self->edge_count;
-    self->step = 0;
-    if (!search->model->successors(search->model->self, self->state, push_edge, self) || self->failed)
+    if (!push_edges(self, state))
         return false;
     self->frames[self->frame_count++] = (frame){state, first, first, self->edge_count};
     return true;
@@ -98,13 +105,13 @@ static frame *top(walk *self)
 
 /* --- livelock: a grey state met again ------------------------------------------------------- */
 
-static bool read_cycle(const walk *self, uint32_t start, fsm_cycle *found)
+static bool read_cycle(const walk *self, uint64_t start, fsm_cycle *found)
 {
     size_t first = self->frame_count;
     while (self->frames[first - 1].state != start)
         first--;
     first--;
-    found->state = start;
+    found->state = fsm_set_at(&self->search->passed, start);
     found->length = (uint32_t)(self->frame_count - first);
     found->steps = malloc(found->length * sizeof *found->steps);
     if (found->steps == NULL)
@@ -114,7 +121,7 @@ static bool read_cycle(const walk *self, uint32_t start, fsm_cycle *found)
     return true;
 }
 
-static bool walk_from(walk *self, uint32_t root, unsigned char *colour, fsm_cycle *found)
+static bool walk_from(walk *self, uint64_t root, unsigned char *colour, fsm_cycle *found)
 {
     enum { WHITE, GREY, BLACK };
     if (!enter(self, root))
@@ -127,7 +134,7 @@ static bool walk_from(walk *self, uint32_t root, unsigned char *colour, fsm_cycl
             leave(self);
             continue;
         }
-        uint32_t to = self->edges[at->edge++].to;
+        uint64_t to = self->edges[at->edge++].to;
         if (colour[to] == GREY)
             return read_cycle(self, to, found);
         if (colour[to] == WHITE) {
@@ -141,14 +148,16 @@ static bool walk_from(walk *self, uint32_t root, unsigned char *colour, fsm_cycl
 
 bool fsm_find_livelock(fsm_search *search, fsm_cycle *found)
 {
-    *found = (fsm_cycle){.state = FSM_NONE};
-    if (!search->internal_back_edge)
-        return true; /* each cycle holds a step to a state no newer than its source */
+    *found = (fsm_cycle){.state = FSM_NO_STATE};
+    if (!search->maybe_cyclic)
+        return true; /* each cycle holds a step to a state that is known */
+    const fsm_set *passed = &search->passed;
+    uint64_t places = fsm_set_places(passed);
     walk self;
-    unsigned char *colour = calloc(search->passed.count, 1);
+    unsigned char *colour = calloc(places, 1);
     bool fine = walk_init(&self, search, true) && colour != NULL;
-    for (uint32_t root = 0; fine && found->state == FSM_NONE && root < search->passed.count; root++)
-        if (colour[root] == 0)
+    for (uint64_t root = 0; fine && found->state == FSM_NO_STATE && root < places; root++)
+        if (fsm_set_taken(passed, root) && colour[root] == 0)
             fine = walk_from(&self, root, colour, found);
     free(colour);
     walk_free(&self);
@@ -160,47 +169,51 @@ bool fsm_find_livelock(fsm_search *search, fsm_cycle *found)
 typedef struct {
     uint32_t *index, *low; /* index 0: not met; low 0 once its component is complete */
     unsigned char *leaks;  /* some step leaves the component */
-    uint32_t *stack;
-    uint32_t stack_count, clock;
+    uint64_t *stack;
+    size_t stack_count;
+    uint32_t clock;
+    fsm_report_trap *report;
+    void *context;
 } tarjan;
 
-static void close_component(const fsm_search *search, tarjan *t, uint32_t root,
-                            void (*report)(void *, uint32_t), void *context)
+static void close_component(const fsm_search *search, tarjan *t, uint64_t root)
 {
+    enum { MOST = 256 };
     const fsm_model *model = search->model;
-    uint32_t oldest = root;
-    uint32_t shown = model->configuration(model->self, fsm_store_at(&search->passed, root));
+    fsm_state states[MOST];
+    size_t kept = 0;
+    uint32_t shown = model->configuration(model->self, fsm_set_at(&search->passed, root));
     bool leaks = false, uniform = true;
     do {
-        uint32_t state = t->stack[--t->stack_count];
-        const void *bytes = fsm_store_at(&search->passed, state);
-        leaks = leaks || t->leaks[state];
-        uniform = uniform && model->configuration(model->self, bytes) == shown
-            && !model->at_rest(model->self, bytes);
-        oldest = state < oldest ? state : oldest;
-        t->low[state] = 0;
+        uint64_t place = t->stack[--t->stack_count];
+        fsm_state state = fsm_set_at(&search->passed, place);
+        leaks = leaks || t->leaks[place];
+        uniform = uniform && model->configuration(model->self, state) == shown
+            && !model->at_rest(model->self, state);
+        if (kept < MOST)
+            states[kept++] = state;
+        t->low[place] = 0;
     } while (t->stack[t->stack_count] != root);
     if (!leaks && uniform)
-        report(context, oldest);
+        t->report(t->context, states, kept);
 }
 
-static void meet(tarjan *t, uint32_t state)
+static void meet(tarjan *t, uint64_t state)
 {
     t->index[state] = t->low[state] = ++t->clock;
     t->stack[t->stack_count++] = state;
 }
 
-static bool components_from(walk *self, tarjan *t, uint32_t root,
-                            void (*report)(void *, uint32_t), void *context)
+static bool components_from(walk *self, tarjan *t, uint64_t root)
 {
     if (!enter(self, root))
         return false;
     meet(t, root);
     while (self->frame_count > 0) {
         frame *at = top(self);
-        uint32_t state = at->state;
+        uint64_t state = at->state;
         if (at->edge < at->end) {
-            uint32_t to = self->edges[at->edge++].to;
+            uint64_t to = self->edges[at->edge++].to;
             if (t->index[to] == 0) {
                 if (!enter(self, to))
                     return false;
@@ -213,10 +226,10 @@ static bool components_from(walk *self, tarjan *t, uint32_t root,
             continue;
         }
         leave(self);
-        uint32_t parent = self->frame_count > 0 ? top(self)->state : FSM_NONE;
+        uint64_t parent = self->frame_count > 0 ? top(self)->state : FSM_NOWHERE;
         if (t->low[state] == t->index[state]) {
-            close_component(self->search, t, state, report, context);
-            if (parent != FSM_NONE)
+            close_component(self->search, t, state);
+            if (parent != FSM_NOWHERE)
                 t->leaks[parent] = 1;
         } else if (t->low[state] < t->low[parent]) {
             t->low[parent] = t->low[state];
@@ -225,20 +238,21 @@ static bool components_from(walk *self, tarjan *t, uint32_t root,
     return true;
 }
 
-bool fsm_find_traps(fsm_search *search, void (*report)(void *context, uint32_t state), void *context)
+bool fsm_find_traps(fsm_search *search, fsm_report_trap *report, void *context)
 {
-    size_t count = search->passed.count;
+    const fsm_set *passed = &search->passed;
+    uint64_t places = fsm_set_places(passed);
     walk self;
-    tarjan t = {0};
-    t.index = calloc(count + 1, sizeof *t.index);
-    t.low = calloc(count + 1, sizeof *t.low);
-    t.leaks = calloc(count + 1, 1);
-    t.stack = malloc((count + 1) * sizeof *t.stack);
+    tarjan t = {.report = report, .context = context};
+    t.index = calloc(places, sizeof *t.index);
+    t.low = calloc(places, sizeof *t.low);
+    t.leaks = calloc(places, 1);
+    t.stack = malloc((passed->count + 1) * sizeof *t.stack);
     bool fine = walk_init(&self, search, false) && t.index != NULL && t.low != NULL
-        && t.leaks != NULL && t.stack != NULL;
-    for (uint32_t root = 0; fine && root < count; root++)
-        if (t.index[root] == 0)
-            fine = components_from(&self, &t, root, report, context);
+        && t.leaks != NULL && t.stack != NULL && passed->count < UINT32_MAX;
+    for (uint64_t root = 0; fine && root < places; root++)
+        if (fsm_set_taken(passed, root) && t.index[root] == 0)
+            fine = components_from(&self, &t, root);
     free(t.index);
     free(t.low);
     free(t.leaks);

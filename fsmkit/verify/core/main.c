@@ -5,8 +5,8 @@
  *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "cycles.h"
+#include "path.h"
 #include "report.h"
-#include "search.h"
 #include "system.h"
 #include "timed_main.h"
 
@@ -44,9 +44,9 @@ static bool keep_on(fsm_search *search)
         search->outcome = FSM_OUT_OF_TIME;
     if (o->progress && now != o->last_shown) {
         o->last_shown = now;
-        printf("{\"progress\": {\"states\": %" PRIu32 ", \"expanded\": %" PRIu32 ", \"transitions\": %" PRIu64
+        printf("{\"progress\": {\"states\": %" PRIu64 ", \"expanded\": %" PRIu64 ", \"transitions\": %" PRIu64
                ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
-               search->passed.count, search->next, search->transitions, search->depth,
+               search->passed.count, search->expanded, search->transitions, search->depth,
                fsm_search_bytes(search));
         (void)fflush(stdout);
     }
@@ -54,22 +54,16 @@ static bool keep_on(fsm_search *search)
 }
 
 /* Prints the path to a state and one more step, unless that is FSM_NONE. */
-static void print_path(const fsm_search *search, uint32_t state, uint32_t step)
+static void print_path(const fsm_search *search, const fsm_found *found, uint32_t step)
 {
-    uint32_t length = fsm_search_path(search, state, NULL);
-    uint32_t *path = malloc(((size_t)length + 1) * sizeof *path);
-    if (path == NULL) {
-        printf("[]");
-        return;
-    }
-    (void)fsm_search_path(search, state, path);
-    if (step != FSM_NONE)
-        path[length++] = step;
+    fsm_path path = {0};
+    bool fine = found->state == FSM_NO_STATE || fsm_path_to(search, found, &path);
+    fine = fine && (step == FSM_NONE || fsm_path_add(&path, step));
     printf("[");
-    for (uint32_t i = 0; i < length; i++)
-        printf("%s%" PRIu32, i == 0 ? "" : ", ", path[i]);
+    for (size_t i = 0; fine && i < path.count; i++)
+        printf("%s%" PRIu32, i == 0 ? "" : ", ", path.steps[i]);
     printf("]");
-    free(path);
+    free(path.steps);
 }
 
 static void print_marks(const fsm_search *search)
@@ -77,63 +71,87 @@ static void print_marks(const fsm_search *search)
     bool first = true;
     printf("\"marks\": [");
     for (uint32_t mark = 0; mark < search->model->mark_count; mark++) {
-        fsm_witness witness = search->witnesses[mark];
-        if (witness.count == 0)
+        const fsm_witness *witness = &search->witnesses[mark];
+        if (witness->count == 0)
             continue;
         printf("%s{\"mark\": %" PRIu32 ", \"count\": %" PRIu64 ", \"path\": ", first ? "" : ", ", mark,
-               witness.count);
-        print_path(search, witness.state, witness.step);
+               witness->count);
+        print_path(search, &witness->at, witness->step);
         printf("}");
         first = false;
     }
     printf("]");
 }
 
-static void print_livelock(const fsm_search *search, const fsm_cycle *cycle, bool known)
+/* --- places of the graph, to be located ------------------------------------------------------- */
+
+enum { MOST_TRAPS = 64 };
+
+/* Groups of traps, one for each configuration; then that of the livelock. */
+typedef struct {
+    const fsm_search *search;
+    fsm_target *items;
+    size_t count, room;
+    uint32_t shown[MOST_TRAPS], traps;
+    bool failed;
+} wanted;
+
+static void want(wanted *self, fsm_state state, uint32_t group)
+{
+    if (self->count == self->room) {
+        size_t room = self->room == 0 ? 64 : 2 * self->room;
+        fsm_target *items = realloc(self->items, room * sizeof *items);
+        self->failed = self->failed || items == NULL;
+        if (items == NULL)
+            return;
+        self->items = items;
+        self->room = room;
+    }
+    self->items[self->count++] = (fsm_target){state, group};
+}
+
+static void want_trap(void *context, const fsm_state *states, size_t count)
+{
+    wanted *self = context;
+    const fsm_model *model = self->search->model;
+    uint32_t shown = model->configuration(model->self, states[0]), trap = 0;
+    while (trap < self->traps && self->shown[trap] != shown)
+        trap++;
+    if (trap == MOST_TRAPS)
+        return;
+    if (trap == self->traps)
+        self->shown[self->traps++] = shown;
+    for (size_t i = 0; i < count; i++)
+        want(self, states[i], trap);
+}
+
+static int by_state(const void *a, const void *b)
+{
+    fsm_state x = ((const fsm_target *)a)->state, y = ((const fsm_target *)b)->state;
+    return (x > y) - (x < y);
+}
+
+static void print_livelock(const fsm_search *search, const fsm_cycle *cycle, const fsm_found *found, bool known)
 {
     printf(", \"livelock_known\": %s, \"livelock\": ", known ? "true" : "false");
-    if (cycle->state == FSM_NONE) {
+    if (cycle->state == FSM_NO_STATE) {
         printf("null");
         return;
     }
     printf("{\"path\": ");
-    print_path(search, cycle->state, FSM_NONE);
+    print_path(search, found, FSM_NONE);
     printf(", \"cycle\": [");
     for (uint32_t i = 0; i < cycle->length; i++)
         printf("%s%" PRIu32, i == 0 ? "" : ", ", cycle->steps[i]);
     printf("]}");
 }
 
-enum { MOST_TRAPS = 64 };
-
-typedef struct {
-    const fsm_search *search;
-    uint32_t states[MOST_TRAPS], shown[MOST_TRAPS], count;
-} traps;
-
-/* Keeps the oldest trap of each configuration. */
-static void note_trap(void *context, uint32_t state)
-{
-    traps *self = context;
-    const fsm_model *model = self->search->model;
-    uint32_t shown = model->configuration(model->self, fsm_store_at(&self->search->passed, state));
-    for (uint32_t i = 0; i < self->count; i++)
-        if (self->shown[i] == shown) {
-            self->states[i] = state < self->states[i] ? state : self->states[i];
-            return;
-        }
-    if (self->count < MOST_TRAPS) {
-        self->states[self->count] = state;
-        self->shown[self->count++] = shown;
-    }
-}
-
-static void print_traps(const traps *found, bool known)
+static void print_traps(const fsm_search *search, const fsm_found *found, uint32_t count, bool known)
 {
     printf(", \"traps_known\": %s, \"traps\": [", known ? "true" : "false");
-    for (uint32_t i = 0; i < found->count; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         printf("%s", i == 0 ? "" : ", ");
-        print_path(found->search, found->states[i], FSM_NONE);
+        print_path(search, &found[i], FSM_NONE);
     }
     printf("]");
 }
@@ -167,55 +185,38 @@ static int explore(fsm_composition *composition, options *o)
     }
     clock_t begin = clock();
     fsm_search_run(&search);
-    /* Both tell progress, so they come before the first word of the result. */
-    fsm_cycle cycle = {.state = FSM_NONE};
-    traps trapped = {.search = &search};
+    /* These two tell progress, so they come before the first word of the result. */
+    fsm_cycle cycle = {.state = FSM_NO_STATE};
+    wanted found = {.search = &search};
     bool complete = search.outcome == FSM_COMPLETE;
     bool livelock_known = o->livelock && complete && fsm_find_livelock(&search, &cycle);
-    bool traps_known = o->traps && complete && fsm_find_traps(&search, note_trap, &trapped);
+    bool traps_known = o->traps && complete && fsm_find_traps(&search, want_trap, &found) && !found.failed;
     const char *why = search.model->failure(search.model->self);
-    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"expanded\": %" PRIu32
-           ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, ",
-           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.next,
-           search.transitions, search.depth, fsm_search_bytes(&search));
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
+           ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, ",
+           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
+           search.transitions, search.depth, fsm_search_bytes(&search), search.passed.dense ? "true" : "false");
     print_marks(&search);
-    print_livelock(&search, &cycle, livelock_known);
-    print_traps(&trapped, traps_known);
+    fsm_found groups[MOST_TRAPS + 1] = {{.state = FSM_NO_STATE}};
+    uint32_t group_count = found.traps;
+    if (cycle.state != FSM_NO_STATE)
+        want(&found, cycle.state, group_count++);
+    if (found.count > 0) {
+        qsort(found.items, found.count, sizeof *found.items, by_state);
+        fsm_search_locate(&search, found.items, found.count, groups, group_count);
+    }
+    print_livelock(&search, &cycle, &groups[found.traps], livelock_known);
+    print_traps(&search, groups, found.traps, traps_known);
     fsm_print_machines(composition);
     printf(", \"seconds\": %.3f}}\n", (double)(clock() - begin) / CLOCKS_PER_SEC);
     free(cycle.steps);
+    free(found.items);
     free(awaited);
     fsm_search_free(&search);
     return 0;
 }
 
 /* --- replay ----------------------------------------------------------------------------------- */
-
-typedef struct {
-    fsm_composition *composition;
-    uint32_t wanted, at;
-    fsm_description what[FSM_MOST_MACHINES];
-    uint32_t choices[FSM_MOST_MACHINES][FSM_MOST_CHOICES];
-    uint32_t state[FSM_MOST_MACHINES];
-    bool found;
-} replay;
-
-static bool pick(void *context, const fsm_step *step)
-{
-    replay *self = context;
-    if (self->at++ != self->wanted)
-        return true;
-    uint32_t machines = fsm_the_system.machine_count;
-    memcpy(self->state, step->state, machines * sizeof *self->state);
-    for (uint32_t i = 0; i < machines; i++) {
-        self->what[i] = fsm_describe(self->composition, i);
-        for (uint32_t c = 0; c < self->what[i].choice_count; c++)
-            self->choices[i][c] = self->what[i].choices[c];
-        self->what[i].choices = self->choices[i];
-    }
-    self->found = true;
-    return false;
-}
 
 static bool run_described(fsm_composition *composition, fsm_description what)
 {
@@ -236,37 +237,35 @@ static bool run_described(fsm_composition *composition, fsm_description what)
     return true;
 }
 
-static bool replay_step(replay *self, uint32_t ordinal, bool first)
+static bool replay_step(fsm_composition *composition, fsm_state *state, uint32_t ordinal)
 {
-    const fsm_model *model = fsm_composition_model(self->composition);
-    uint32_t before[FSM_MOST_MACHINES] = {0};
-    memcpy(before, self->state, model->state_size);
-    self->wanted = ordinal;
-    self->at = 0;
-    self->found = false;
-    (void)(first ? model->initial(model->self, pick, self) : model->successors(model->self, before, pick, self));
-    if (!self->found)
-        return false;
-    if (!first)
-        return run_described(self->composition, self->what[0]);
-    for (uint32_t i = 0; i < fsm_the_system.machine_count; i++)
-        if (!run_described(self->composition, self->what[i]))
-            return false;
-    return true;
+    fsm_description what;
+    return fsm_describe_step(composition, *state, ordinal, &what, state) && run_described(composition, what);
+}
+
+static bool replay_start(fsm_composition *composition, fsm_state *state, uint32_t ordinal)
+{
+    fsm_described_start *start = malloc(sizeof *start);
+    bool found = start != NULL && fsm_describe_start(composition, ordinal, start, state);
+    for (uint32_t i = 0; found && i < fsm_the_system.machine_count; i++)
+        found = run_described(composition, start->what[i]);
+    free(start);
+    return found;
 }
 
 static int replay_path(fsm_composition *composition, const char *path)
 {
-    replay self = {.composition = composition};
-    bool first = true;
+    fsm_state state = FSM_NO_STATE;
     while (*path != '\0') {
         char *end;
         unsigned long ordinal = strtoul(path, &end, 10);
-        if (end == path || !replay_step(&self, (uint32_t)ordinal, first)) {
+        bool fine = end != path
+            && (state == FSM_NO_STATE ? replay_start(composition, &state, (uint32_t)ordinal)
+                                      : replay_step(composition, &state, (uint32_t)ordinal));
+        if (!fine) {
             (void)fprintf(stderr, "there is no such step: %s\n", path);
             return 2;
         }
-        first = false;
         path = *end == ',' ? end + 1 : end;
     }
     return 0;

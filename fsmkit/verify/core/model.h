@@ -1,8 +1,9 @@
 /* model.h: all that the search knows about a model.
  *
- * A state is plain data of a fixed size: no pointers, no uninitialised padding. It can therefore be
- * hashed, compared and copied as bytes. Marks are facts of interest, numbered from 0: some are
- * judged at states (a property is violated), some at steps (an event was not answered). */
+ * A state is a pair of numbers, its left half in the upper 32 bits and its right half in the lower
+ * ones; what they stand for is the model's own. Marks are facts of interest, numbered from 0: some
+ * are judged at states (a property is violated), some at steps (an event was not answered). They come
+ * in sets, numbered too; set 0 is empty. */
 #ifndef FSM_MODEL_H
 #define FSM_MODEL_H
 
@@ -10,38 +11,64 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FSM_MODEL_ABI 1u
+#define FSM_MODEL_ABI 2u
+
+#define FSM_NONE UINT32_MAX
+
+typedef uint64_t fsm_state;
+
+#define FSM_NO_STATE UINT64_MAX
+
+static inline fsm_state fsm_join(uint32_t left, uint32_t right)
+{
+    return (fsm_state)left << 32 | right;
+}
+
+static inline uint32_t fsm_left(fsm_state state)
+{
+    return (uint32_t)(state >> 32);
+}
+
+static inline uint32_t fsm_right(fsm_state state)
+{
+    return (uint32_t)state;
+}
 
 /* Who moves in a step. A cycle of internal steps is a livelock. */
 typedef enum { FSM_STEP_INTERNAL, FSM_STEP_TIME, FSM_STEP_ENVIRONMENT } fsm_kind;
 
 typedef struct {
-    const void *state; /* where the step leads */
-    const uint32_t *marks;
-    uint32_t mark_count;
+    fsm_state to;
+    uint32_t marks; /* set of marks */
     fsm_kind kind;
 } fsm_step;
 
-/* Receives one step; returns false to stop the enumeration. */
-typedef bool fsm_emit(void *context, const fsm_step *step);
+/* The steps of a state. The order is fixed, so that the ordinal of a step names it for ever. */
+typedef struct {
+    fsm_step *items;
+    size_t count, room;
+    bool deadlock; /* nothing can happen, and that is not meant: mark 0 of the state */
+} fsm_steps;
+
+bool fsm_steps_add(fsm_steps *self, fsm_state to, uint32_t marks, fsm_kind kind);
 
 typedef struct {
-    uint32_t abi;      /* FSM_MODEL_ABI of the header the model was compiled against */
-    size_t state_size; /* bytes */
+    uint32_t abi; /* FSM_MODEL_ABI of the header the model was compiled against */
     uint32_t mark_count;
     void *self; /* handed to each function */
 
-    /* Both enumerate in a fixed order, so that the ordinal of a step names it for ever. They return
-     * false if `emit` did, or if the model itself gave up (then `failure` says why). */
-    bool (*initial)(void *self, fsm_emit *emit, void *context);
-    bool (*successors)(void *self, const void *state, fsm_emit *emit, void *context);
+    /* Both add to `steps`, which the caller has emptied. They return false if the model gave up
+     * (then `failure` says why). */
+    bool (*initial)(void *self, fsm_steps *steps);
+    bool (*successors)(void *self, fsm_state state, fsm_steps *steps);
 
-    /* Writes the marks that hold at a state, at most `mark_count`, and returns how many. */
-    uint32_t (*marks)(void *self, const void *state, uint32_t *marks);
+    /* The set of marks that hold at a state (FSM_NONE if memory ran out), and the marks of a set. */
+    uint32_t (*marks)(void *self, fsm_state state);
+    const uint32_t *(*mark_set)(void *self, uint32_t set, uint32_t *count);
 
     /* For traps: a number for what is visible of the state, and whether to stay there is meant. */
-    uint32_t (*configuration)(void *self, const void *state);
-    bool (*at_rest)(void *self, const void *state);
+    uint32_t (*configuration)(void *self, fsm_state state);
+    bool (*at_rest)(void *self, fsm_state state);
 
     size_t (*memory)(void *self); /* bytes the model itself holds */
     const char *(*failure)(void *self);

@@ -3,138 +3,378 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ASK_EVERY = 1024 }; /* states between two calls of `keep_on` */
+enum {
+    ASK_EVERY = 1024, /* states between two calls of `keep_on` */
+    PIPE = 64,        /* steps under way while their places in the set are fetched */
+    FREE_CHECKPOINTS = 32 << 20 /* bytes that need not be saved */
+};
+
+bool fsm_steps_add(fsm_steps *self, fsm_state to, uint32_t marks, fsm_kind kind)
+{
+    if (self->count == self->room) {
+        size_t room = self->room == 0 ? 64 : 2 * self->room;
+        fsm_step *items = realloc(self->items, room * sizeof *items);
+        if (items == NULL)
+            return false;
+        self->items = items;
+        self->room = room;
+    }
+    self->items[self->count++] = (fsm_step){to, marks, kind};
+    return true;
+}
+
+static bool layer_init(fsm_layer *self, size_t limit)
+{
+    return fsm_region_reserve(&self->states, limit) && fsm_region_reserve(&self->tags, limit / 2);
+}
+
+static void layer_free(fsm_layer *self)
+{
+    fsm_region_release(&self->states);
+    fsm_region_release(&self->tags);
+}
 
 bool fsm_search_init(fsm_search *self, const fsm_model *model, size_t memory_limit)
 {
-    *self = (fsm_search){.model = model, .memory_limit = memory_limit, .origin_room = 64};
-    size_t marks = (size_t)model->mark_count + 1;
-    self->origins = malloc(self->origin_room * sizeof *self->origins);
-    self->witnesses = malloc(marks * sizeof *self->witnesses);
-    self->marks = malloc(marks * sizeof *self->marks);
-    self->current = malloc(model->state_size);
-    bool stored = fsm_store_init(&self->passed, model->state_size);
-    if (self->origins == NULL || self->witnesses == NULL || self->marks == NULL
-        || self->current == NULL || !stored) {
-        fsm_search_free(self);
-        return false;
-    }
-    for (size_t i = 0; i < marks; i++)
-        self->witnesses[i] = (fsm_witness){FSM_NONE, FSM_NONE, 0};
-    return true;
+    *self = (fsm_search){.model = model, .memory_limit = memory_limit, .interval = 1};
+    self->witnesses = calloc((size_t)model->mark_count + 1, sizeof *self->witnesses);
+    if (self->witnesses != NULL && fsm_set_init(&self->passed, memory_limit)
+        && layer_init(&self->layers[0], memory_limit) && layer_init(&self->layers[1], memory_limit))
+        return true;
+    fsm_search_free(self);
+    return false;
+}
+
+void fsm_search_forget(fsm_search *self)
+{
+    fsm_set_free(&self->passed);
+    layer_free(&self->layers[0]);
+    layer_free(&self->layers[1]);
+    free(self->steps.items);
+    self->steps = (fsm_steps){0};
 }
 
 void fsm_search_free(fsm_search *self)
 {
-    fsm_store_free(&self->passed);
-    free(self->origins);
+    fsm_search_forget(self);
+    for (uint32_t i = 0; i < self->checkpoint_count; i++) {
+        free(self->checkpoints[i].states);
+        free(self->checkpoints[i].tags);
+    }
+    free(self->checkpoints);
     free(self->witnesses);
-    free(self->marks);
-    free(self->current);
     *self = (fsm_search){0};
 }
 
 size_t fsm_search_bytes(const fsm_search *self)
 {
-    return fsm_store_bytes(&self->passed) + (size_t)self->origin_room * sizeof *self->origins
-        + self->model_bytes;
+    const size_t each = sizeof(fsm_state) + sizeof(uint32_t);
+    return fsm_set_bytes(&self->passed) + (self->layers[0].count + self->layers[1].count) * each
+        + self->checkpoint_bytes + self->model_bytes;
 }
 
-static bool note_origin(fsm_search *self, uint32_t number, fsm_origin origin)
+/* --- checkpoints --------------------------------------------------------------------------------- */
+
+/* Something that referred to a checkpoint which is dropped refers to the one before. */
+static void refer_back(fsm_found *found, uint32_t dropped, const uint32_t *tags)
 {
-    if (number >= self->origin_room) {
-        size_t room = (size_t)self->origin_room * 2;
-        size_t rest = fsm_search_bytes(self) - self->origin_room * sizeof *self->origins;
-        if (room > FSM_NONE || rest + room * sizeof *self->origins > self->memory_limit)
-            return false;
-        fsm_origin *origins = realloc(self->origins, room * sizeof *origins);
-        if (origins == NULL)
-            return false;
-        self->origins = origins;
-        self->origin_room = (uint32_t)room;
+    if (found->checkpoint == dropped)
+        found->tag = tags[found->tag];
+    if (found->checkpoint >= dropped)
+        found->checkpoint--;
+}
+
+static void drop_checkpoint(fsm_search *self, uint32_t number, fsm_layer *layer)
+{
+    fsm_checkpoint *dropped = &self->checkpoints[number];
+    if (number + 1 < self->checkpoint_count) {
+        fsm_checkpoint *next = dropped + 1;
+        for (uint32_t i = 0; i < next->count; i++)
+            next->tags[i] = dropped->tags[next->tags[i]];
+    } else {
+        for (size_t i = 0; i < layer->count; i++)
+            fsm_layer_tags(layer)[i] = dropped->tags[fsm_layer_tags(layer)[i]];
     }
-    self->origins[number] = origin;
-    return true;
+    for (uint32_t mark = 0; mark < self->model->mark_count; mark++)
+        if (self->witnesses[mark].count > 0 && self->witnesses[mark].at.state != FSM_NO_STATE)
+            refer_back(&self->witnesses[mark].at, number, dropped->tags);
+    for (uint32_t i = 0; i < self->group_count; i++)
+        if (self->groups[i].state != FSM_NO_STATE)
+            refer_back(&self->groups[i], number, dropped->tags);
+    self->checkpoint_bytes -= dropped->count * (sizeof(fsm_state) + sizeof(uint32_t));
+    free(dropped->states);
+    free(dropped->tags);
+    memmove(dropped, dropped + 1, (self->checkpoint_count - number - 1) * sizeof *dropped);
+    self->checkpoint_count--;
 }
 
-static void note_mark(fsm_search *self, uint32_t mark, uint32_t state, uint32_t step)
+/* Twice as far apart, while they take more than a byte for each state. */
+static void thin_out(fsm_search *self, fsm_layer *layer)
 {
-    fsm_witness *witness = &self->witnesses[mark];
-    if (witness->count++ == 0) {
-        if (self->awaited != NULL && self->awaited[mark])
-            self->awaited_count--;
-        witness->state = state;
-        witness->step = step;
+    while (self->checkpoint_bytes > FREE_CHECKPOINTS && self->checkpoint_bytes > self->passed.count
+           && self->checkpoint_count > 2) {
+        self->interval *= 2;
+        for (uint32_t i = self->checkpoint_count; i-- > 1;)
+            if (self->checkpoints[i].depth % self->interval != 0)
+                drop_checkpoint(self, i, layer);
     }
 }
 
-static bool visit(void *context, const fsm_step *step)
+/* Keeps the layer that is about to be expanded, which then is the ancestor of what follows. */
+static bool keep_checkpoint(fsm_search *self, fsm_layer *layer)
 {
-    fsm_search *self = context;
-    size_t others = fsm_search_bytes(self) - fsm_store_bytes(&self->passed);
-    size_t limit = others < self->memory_limit ? self->memory_limit - others : 0;
-    bool added;
-    uint32_t number = fsm_store_insert(&self->passed, step->state, limit, &added);
-    if (number == FSM_NONE || (added && !note_origin(self, number, (fsm_origin){self->next, self->step}))) {
-        self->outcome = FSM_OUT_OF_MEMORY;
+    size_t count = layer->count;
+    if (count > FSM_NONE - 1)
+        return false;
+    fsm_checkpoint *all = realloc(self->checkpoints, (self->checkpoint_count + 1) * sizeof *all);
+    if (all == NULL)
+        return false;
+    self->checkpoints = all;
+    fsm_checkpoint *new = &all[self->checkpoint_count];
+    *new = (fsm_checkpoint){.depth = self->depth, .count = (uint32_t)count};
+    new->states = malloc(count * sizeof *new->states);
+    new->tags = malloc(count * sizeof *new->tags);
+    if (new->states == NULL || new->tags == NULL) {
+        free(new->states);
+        free(new->tags);
         return false;
     }
-    for (uint32_t i = 0; i < step->mark_count; i++)
-        note_mark(self, step->marks[i], self->next, self->step);
-    if (added) {
-        uint32_t count = self->model->marks(self->model->self, step->state, self->marks);
-        for (uint32_t i = 0; i < count; i++)
-            note_mark(self, self->marks[i], number, FSM_NONE);
-    }
-    if (step->kind == FSM_STEP_INTERNAL && self->next != FSM_NONE && number <= self->next)
-        self->internal_back_edge = true;
-    self->transitions += self->next != FSM_NONE;
-    self->step++;
+    memcpy(new->states, fsm_layer_states(layer), count * sizeof *new->states);
+    memcpy(new->tags, fsm_layer_tags(layer), count * sizeof *new->tags);
+    self->checkpoint_count++;
+    self->checkpoint_bytes += count * (sizeof *new->states + sizeof *new->tags);
+    for (size_t i = 0; i < count; i++)
+        fsm_layer_tags(layer)[i] = (uint32_t)i;
     return true;
+}
+
+/* --- one state -------------------------------------------------------------------------------- */
+
+static bool stop(fsm_search *self, fsm_outcome outcome)
+{
+    self->outcome = outcome;
+    return false;
+}
+
+static void note_mark(fsm_search *self, uint32_t mark, fsm_found at, uint32_t step)
+{
+    fsm_witness *witness = &self->witnesses[mark];
+    if (witness->count++ > 0)
+        return;
+    if (self->awaited != NULL && self->awaited[mark])
+        self->awaited_count--;
+    witness->at = at;
+    witness->step = step;
+}
+
+static void note_marks(fsm_search *self, uint32_t set, fsm_found at, uint32_t step)
+{
+    uint32_t count;
+    const uint32_t *marks = self->model->mark_set(self->model->self, set, &count);
+    for (uint32_t i = 0; i < count; i++)
+        note_mark(self, marks[i], at, step);
+}
+
+static void note_target(fsm_search *self, fsm_found found)
+{
+    size_t first = 0, last = self->target_count;
+    while (first < last) {
+        size_t middle = first + (last - first) / 2;
+        if (self->targets[middle].state < found.state)
+            first = middle + 1;
+        else
+            last = middle;
+    }
+    if (first == self->target_count || self->targets[first].state != found.state)
+        return;
+    fsm_found *group = &self->groups[self->targets[first].group];
+    if (group->state == FSM_NO_STATE) {
+        *group = found;
+        self->groups_left--;
+    }
+}
+
+static bool found_new(fsm_search *self, fsm_layer *next, fsm_found found)
+{
+    size_t count = next->count;
+    if ((count + 1) * sizeof(fsm_state) > next->states.reserved
+        || (count + 1) * sizeof(uint32_t) > next->tags.reserved)
+        return stop(self, FSM_OUT_OF_MEMORY);
+    fsm_layer_states(next)[count] = found.state;
+    fsm_layer_tags(next)[count] = found.tag;
+    next->count++;
+    uint32_t marks = self->model->marks(self->model->self, found.state);
+    if (marks == FSM_NONE)
+        return stop(self, FSM_MODEL_FAILED);
+    if (marks != 0)
+        note_marks(self, marks, found, FSM_NONE);
+    if (self->target_count > 0)
+        note_target(self, found);
+    return true;
+}
+
+/* --- a layer ---------------------------------------------------------------------------------- */
+
+/* A step on its way into the set. */
+typedef struct {
+    fsm_state to;
+    uint32_t tag;
+    fsm_kind kind;
+} pending;
+
+typedef struct {
+    pending items[PIPE];
+    uint32_t first, count;
+} pipeline;
+
+static bool arrive(fsm_search *self, fsm_layer *next, uint32_t depth, pending what)
+{
+    switch (fsm_set_put(&self->passed, what.to)) {
+    case FSM_KNOWN:
+        self->maybe_cyclic = self->maybe_cyclic || what.kind == FSM_STEP_INTERNAL;
+        return true;
+    case FSM_ADDED:
+        return found_new(self, next, (fsm_found){what.to, depth, self->checkpoint_count - 1, what.tag});
+    case FSM_NO_ROOM:
+        break;
+    }
+    return stop(self, FSM_OUT_OF_MEMORY);
+}
+
+static bool drain(fsm_search *self, fsm_layer *next, pipeline *pipe, uint32_t left)
+{
+    while (pipe->count > left) {
+        pending what = pipe->items[pipe->first];
+        pipe->first = (pipe->first + 1) % PIPE;
+        pipe->count--;
+        if (!arrive(self, next, self->depth + 1, what))
+            return false;
+    }
+    return true;
+}
+
+static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
+{
+    const fsm_model *model = self->model;
+    fsm_steps *steps = &self->steps;
+    steps->count = 0;
+    steps->deadlock = false;
+    if (!model->successors(model->self, self->at.state, steps))
+        return stop(self, FSM_MODEL_FAILED);
+    if (steps->deadlock)
+        note_mark(self, 0, self->at, FSM_NONE);
+    for (size_t i = 0; i < steps->count; i++) {
+        const fsm_step *step = &steps->items[i];
+        if (step->marks != 0)
+            note_marks(self, step->marks, self->at, (uint32_t)i);
+        if (pipe->count == PIPE && !drain(self, next, pipe, PIPE - 1))
+            return false;
+        fsm_set_prefetch(&self->passed, step->to);
+        pipe->items[(pipe->first + pipe->count++) % PIPE] =
+            (pending){step->to, self->at.tag, step->kind};
+    }
+    self->transitions += steps->count;
+    self->expanded++;
+    return true;
+}
+
+static bool is_decided(const fsm_search *self)
+{
+    return (self->awaited != NULL && self->awaited_count == 0)
+        || (self->target_count > 0 && self->groups_left == 0);
 }
 
 static bool may_go_on(fsm_search *self)
 {
-    if (self->next == self->layer_end) {
-        self->layer_end = self->passed.count;
-        self->depth++;
-    }
-    if (self->next % ASK_EVERY != 0)
+    if (is_decided(self))
+        return stop(self, FSM_DECIDED);
+    if (self->expanded % ASK_EVERY != 0)
         return true;
     self->model_bytes = self->model->memory(self->model->self);
+    if (fsm_search_bytes(self) > self->memory_limit)
+        return stop(self, FSM_OUT_OF_MEMORY);
     return self->keep_on == NULL || self->keep_on(self);
+}
+
+static bool expand_layer(fsm_search *self, fsm_layer *layer, fsm_layer *next)
+{
+    pipeline pipe = {.count = 0};
+    bool fine = true;
+    for (size_t i = 0; fine && i < layer->count; i++) {
+        self->at = (fsm_found){fsm_layer_states(layer)[i], self->depth, self->checkpoint_count - 1,
+                               fsm_layer_tags(layer)[i]};
+        fine = may_go_on(self) && expand(self, next, &pipe);
+    }
+    return drain(self, next, &pipe, 0) && fine;
+}
+
+/* --- the whole ---------------------------------------------------------------------------------- */
+
+/* The first layer is the first checkpoint; its tags are the ordinals of the initial steps. */
+static bool begin(fsm_search *self)
+{
+    fsm_layer *first = &self->layers[0];
+    fsm_steps steps = {0};
+    bool fine = self->model->initial(self->model->self, &steps) || stop(self, FSM_MODEL_FAILED);
+    for (uint32_t i = 0; fine && i < steps.count; i++) {
+        fsm_found nowhere = {FSM_NO_STATE, 0, 0, i};
+        if (steps.items[i].marks != 0)
+            note_marks(self, steps.items[i].marks, nowhere, i);
+        fsm_put put = fsm_set_put(&self->passed, steps.items[i].to);
+        fsm_found found = {steps.items[i].to, 0, 0, (uint32_t)first->count};
+        if (put == FSM_NO_ROOM)
+            fine = stop(self, FSM_OUT_OF_MEMORY);
+        else if (put == FSM_ADDED)
+            fine = found_new(self, first, found);
+        if (fine && put == FSM_ADDED)
+            fsm_layer_tags(first)[first->count - 1] = i;
+    }
+    free(steps.items);
+    return fine && (keep_checkpoint(self, first) || stop(self, FSM_OUT_OF_MEMORY));
 }
 
 void fsm_search_run(fsm_search *self)
 {
-    const fsm_model *model = self->model;
     self->outcome = FSM_COMPLETE;
-    self->next = FSM_NONE;
-    bool whole = model->initial(model->self, visit, self);
-    self->layer_end = self->passed.count;
-    for (self->next = 0; whole && self->next < self->passed.count; self->next++) {
-        if (!may_go_on(self))
+    if (!begin(self))
+        return;
+    for (;;) {
+        fsm_layer *layer = &self->layers[self->depth % 2], *next = &self->layers[(self->depth + 1) % 2];
+        if (!expand_layer(self, layer, next))
             return;
-        memcpy(self->current, fsm_store_at(&self->passed, self->next), model->state_size);
-        self->step = 0;
-        whole = model->successors(model->self, self->current, visit, self);
-        if (whole && self->awaited != NULL && self->awaited_count == 0) {
-            self->outcome = FSM_DECIDED;
-            self->next++;
-            return;
+        layer->count = 0;
+        if (next->count == 0)
+            break;
+        self->depth++;
+        if (self->depth % self->interval == 0) {
+            if (!keep_checkpoint(self, next)) {
+                self->outcome = FSM_OUT_OF_MEMORY;
+                return;
+            }
+            thin_out(self, next);
         }
     }
-    if (!whole && self->outcome == FSM_COMPLETE)
-        self->outcome = FSM_MODEL_FAILED;
+    if (is_decided(self))
+        self->outcome = FSM_DECIDED;
 }
 
-uint32_t fsm_search_path(const fsm_search *self, uint32_t state, uint32_t *path)
+void fsm_search_locate(fsm_search *self, const fsm_target *targets, size_t count, fsm_found *groups,
+                       uint32_t group_count)
 {
-    uint32_t length = 0;
-    for (uint32_t at = state; at != FSM_NONE; at = self->origins[at].from)
-        length++;
-    if (path != NULL)
-        for (uint32_t at = state, i = length; at != FSM_NONE; at = self->origins[at].from)
-            path[--i] = self->origins[at].step;
-    return length;
+    fsm_search again;
+    fsm_search_forget(self);
+    for (uint32_t i = 0; i < group_count; i++)
+        groups[i] = (fsm_found){.state = FSM_NO_STATE};
+    if (!fsm_search_init(&again, self->model, self->memory_limit))
+        return;
+    again.keep_on = self->keep_on;
+    again.context = self->context;
+    again.targets = targets;
+    again.target_count = count;
+    again.groups = groups;
+    again.group_count = again.groups_left = group_count;
+    fsm_search_run(&again);
+    fsm_search_free(self);
+    *self = again;
+    fsm_search_forget(self);
 }

@@ -1,57 +1,81 @@
-/* search.h: breadth-first exploration of a model, and what is asked of its graph afterwards.
+/* search.h: breadth-first exploration of a model, layer by layer.
  *
- * The store doubles as the waiting list: states are numbered in the order they were found, so those
- * not yet expanded are the ones from `next` on. */
+ * Only the set of states passed and two layers are kept, and a few layers as checkpoints: each state
+ * of a layer knows from which state of the checkpoint before it came. Paths are found again between
+ * checkpoints (path.h). */
 #ifndef FSM_SEARCH_H
 #define FSM_SEARCH_H
 
-#include "model.h"
-#include "store.h"
+#include "set.h"
 
 typedef enum {
     FSM_COMPLETE,
-    FSM_DECIDED, /* every mark that was waited for has been seen */
+    FSM_DECIDED, /* all that was waited for has been seen */
     FSM_OUT_OF_MEMORY,
     FSM_OUT_OF_TIME,
     FSM_INTERRUPTED,
     FSM_MODEL_FAILED
 } fsm_outcome;
 
-/* How a state was found first: the counterexample tree. An initial state has no `from`. */
+/* States in the order they were found, each with its ancestor's place in the checkpoint before. */
 typedef struct {
-    uint32_t from; /* FSM_NONE: initial */
-    uint32_t step; /* ordinal among the steps of `from`, or among the initial states */
-} fsm_origin;
+    fsm_region states, tags;
+    size_t count;
+} fsm_layer;
+
+typedef struct {
+    uint32_t depth;
+    uint32_t count;
+    fsm_state *states;
+    uint32_t *tags;
+} fsm_checkpoint;
+
+/* A state that was found, with what its path can be built from. */
+typedef struct {
+    fsm_state state;
+    uint32_t depth;      /* steps from an initial state */
+    uint32_t checkpoint; /* number of the checkpoint before it, or the one that it is in */
+    uint32_t tag;        /* place in that checkpoint */
+} fsm_found;
 
 /* The first, and so a nearest, place where a mark was seen. */
 typedef struct {
-    uint32_t state; /* FSM_NONE with step FSM_NONE: never; else FSM_NONE is "before the start" */
-    uint32_t step;  /* ordinal of the marked step of `state`; FSM_NONE: the state itself is marked */
+    fsm_found at;   /* at.state is FSM_NO_STATE: the mark is of an initial step */
+    uint32_t step;  /* ordinal of the marked step; FSM_NONE: the state itself is marked */
     uint64_t count; /* marked states or steps in all */
 } fsm_witness;
+
+/* A state to which a path is wanted, or to another state of its group. */
+typedef struct {
+    fsm_state state;
+    uint32_t group;
+} fsm_target;
 
 typedef struct fsm_search fsm_search;
 
 struct fsm_search {
     const fsm_model *model;
-    size_t memory_limit;            /* bytes */
-    size_t model_bytes;             /* what the model held when last asked */
-    bool (*keep_on)(fsm_search *);  /* asked now and then; sets `outcome` to stop; may be NULL */
-    void *context;                  /* for `keep_on` */
+    size_t memory_limit;           /* bytes */
+    bool (*keep_on)(fsm_search *); /* asked now and then; sets `outcome` to stop; may be NULL */
+    void *context;                 /* for `keep_on` */
+    const bool *awaited;           /* by mark: stop when all of these were seen; NULL: explore all */
+    uint32_t awaited_count;        /* those not seen yet */
+    const fsm_target *targets;     /* by state; if there are any: stop when each group was found */
+    size_t target_count;
+    fsm_found *groups;             /* where the first state of each was found; FSM_NO_STATE: not yet */
+    uint32_t group_count, groups_left;
 
-    fsm_store passed;
-    fsm_origin *origins;
-    uint32_t origin_room;
-    uint32_t next;                  /* the state being expanded, or to be expanded next */
-    uint32_t step;                  /* ordinal of the step at hand */
-    uint32_t depth, layer_end;      /* steps to the layer of `next`; the number after its last */
-    uint64_t transitions;
-    bool internal_back_edge;        /* some internal step led to a state no newer than its source */
-    fsm_witness *witnesses;         /* one for each mark of the model */
-    bool *awaited;                  /* by mark; NULL: explore everything */
-    uint32_t awaited_count;         /* those not seen yet */
-    uint32_t *marks;                /* room for the marks of one state */
-    unsigned char *current;         /* a copy: inserting may move the store */
+    fsm_set passed;
+    fsm_layer layers[2];           /* the one that is expanded, and the next */
+    uint32_t depth;                /* of the layer that is expanded */
+    uint64_t expanded, transitions;
+    bool maybe_cyclic;             /* some internal step led to a state that was known */
+    fsm_witness *witnesses;        /* one for each mark of the model */
+    fsm_checkpoint *checkpoints;
+    uint32_t checkpoint_count, interval; /* layers from one to the next */
+    size_t checkpoint_bytes, model_bytes;
+    fsm_steps steps;               /* of the state at hand */
+    fsm_found at;                  /* the state at hand */
     fsm_outcome outcome;
 };
 
@@ -61,10 +85,24 @@ void fsm_search_free(fsm_search *self);
 /* Explores until everything is known or a limit is met; says so in `outcome`. */
 void fsm_search_run(fsm_search *self);
 
+/* Explores again until the nearest state of each group is found; `search` then holds what their paths are
+ * built from, and nothing else. `targets` are sorted by state. */
+void fsm_search_locate(fsm_search *self, const fsm_target *targets, size_t count, fsm_found *groups,
+                       uint32_t group_count);
+
+/* Frees all but what paths are built from. */
+void fsm_search_forget(fsm_search *self);
+
 size_t fsm_search_bytes(const fsm_search *self);
 
-/* Writes the ordinals that lead to a state, that of its initial state first, and returns how many;
- * `path` may be NULL to ask only that. */
-uint32_t fsm_search_path(const fsm_search *self, uint32_t state, uint32_t *path);
+static inline fsm_state *fsm_layer_states(const fsm_layer *layer)
+{
+    return layer->states.base;
+}
+
+static inline uint32_t *fsm_layer_tags(const fsm_layer *layer)
+{
+    return layer->tags.base;
+}
 
 #endif

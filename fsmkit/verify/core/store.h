@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FSM_NONE UINT32_MAX
+#include "model.h"
 
 typedef struct {
     size_t state_size;

@@ -1,4 +1,5 @@
-#include "composition.h"
+#include "flat.h"
+#include "tree.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,274 +20,236 @@ size_t fsm_composition_bytes(const fsm_composition *self)
     for (uint32_t i = 0; i < self->system->machine_count; i++)
         bytes += fsm_store_bytes(&self->locals[i]) + fsm_store_bytes(&self->configurations[i])
             + self->info_room[i] * sizeof *self->infos[i];
-    return bytes;
+    return bytes + (self->tree == NULL ? 0 : fsm_tree_bytes(self->tree));
 }
 
-/* --- a global step under construction --------------------------------------------------------- */
+/* --- initial states ------------------------------------------------------------------------------ */
 
+/* Where initial states go; `wanted` is the ordinal of one to describe, or FSM_NONE. */
 typedef struct {
     fsm_composition *composition;
-    fsm_emit *emit;
-    void *context;
-    uint32_t next[FSM_MOST_MACHINES];
-    uint32_t mark_count;
-} global;
+    fsm_steps *steps;
+    uint32_t wanted;
+    fsm_described_start *described;
+} starts;
 
-static void add_mark(global *self, uint32_t mark)
+static bool add_start(void *context, const fsm_start *start)
 {
+    starts *self = context;
     fsm_composition *c = self->composition;
-    for (uint32_t i = 0; i < self->mark_count; i++)
-        if (c->marks[i] == mark)
-            return;
-    if (self->mark_count < sizeof c->marks / sizeof *c->marks)
-        c->marks[self->mark_count++] = mark;
-}
-
-static bool deliver(global *self, uint32_t message)
-{
-    fsm_composition *c = self->composition;
-    uint32_t target = ((const fsm_message *)fsm_store_at(&c->messages, message))->target;
-    bool full;
-    self->next[target] = fsm_deliver(c, self->next[target], message, &full);
-    if (self->next[target] == FSM_NONE)
-        return false;
-    if (full)
-        add_mark(self, fsm_first_mark(c->system, target) + FSM_NOTE_FULL);
-    return true;
-}
-
-static void add_notes(global *self, uint32_t machine, const fsm_local_step *step)
-{
-    const fsm_composition *c = self->composition;
-    uint32_t first = fsm_first_mark(c->system, machine);
-    for (uint32_t i = 0; i < step->note_count; i++)
-        add_mark(self, first + c->numbers.items[step->notes + i]);
-}
-
-static void describe(fsm_composition *c, uint32_t machine, uint32_t before, const fsm_local_step *step,
-                     uint32_t slot)
-{
-    c->last[slot] = (fsm_description){step->action, machine, step->argument, before,
-                                      c->numbers.items + step->choices, step->choice_count};
-}
-
-static bool emit(global *self, fsm_kind kind)
-{
-    fsm_step step = {self->next, self->composition->marks, self->mark_count, kind};
-    return self->emit(self->context, &step);
-}
-
-static bool take_step(global *self, const uint32_t *state, uint32_t machine, uint32_t number)
-{
-    fsm_composition *c = self->composition;
-    fsm_local_step step = c->steps[number];
-    memcpy(self->next, state, c->model.state_size);
-    self->next[machine] = step.next;
-    self->mark_count = 0;
-    add_notes(self, machine, &step);
-    for (uint32_t i = 0; i < step.message_count; i++)
-        if (!deliver(self, c->numbers.items[step.messages + i]))
-            return false;
-    describe(c, machine, state[machine], &step, 0);
-    return emit(self, step.kind);
-}
-
-static bool take_steps(global *self, const uint32_t *state, uint32_t machine, uint32_t first, uint32_t count)
-{
-    for (uint32_t number = first; number < first + count; number++)
-        if (!take_step(self, state, machine, number))
-            return false;
-    return true;
-}
-
-static bool pass_time(global *self, const uint32_t *state)
-{
-    fsm_composition *c = self->composition;
-    self->mark_count = 0;
-    for (uint32_t i = 0; i < c->system->machine_count; i++) {
-        self->next[i] = fsm_elapse(c, i, state[i]);
-        if (self->next[i] == FSM_NONE)
-            return false;
+    uint32_t marks = fsm_lists_number(&c->tree->marks, start->marks, start->mark_count);
+    fsm_state state = fsm_tree_fold(c->tree, start->locals);
+    bool is_wanted = self->steps->count == self->wanted;
+    if (state == FSM_NO_STATE || marks == FSM_NONE
+        || !fsm_steps_add(self->steps, state, marks, FSM_STEP_ENVIRONMENT))
+        return fsm_fail(c, "out of memory");
+    for (uint32_t i = 0; is_wanted && i < c->system->machine_count; i++) {
+        fsm_description *what = &self->described->what[i];
+        *what = start->what[i];
+        memcpy(self->described->choices[i], what->choices, what->choice_count * sizeof *what->choices);
+        what->choices = self->described->choices[i];
     }
-    c->last[0] = (fsm_description){.action = FSM_DO_ELAPSE};
-    return emit(self, FSM_STEP_TIME);
+    return true;
 }
 
-/* --- the functions of the model ----------------------------------------------------------------- */
+static bool initial(void *context, fsm_steps *steps)
+{
+    starts self = {context, steps, FSM_NONE, NULL};
+    return fsm_start_all(context, add_start, &self);
+}
 
-/* What all machines together show of a global state. */
+bool fsm_describe_start(fsm_composition *self, uint32_t ordinal, fsm_described_start *described, fsm_state *to)
+{
+    fsm_steps steps = {0};
+    starts all = {self, &steps, ordinal, described};
+    bool found = fsm_start_all(self, add_start, &all) && ordinal < steps.count;
+    if (found)
+        *to = steps.items[ordinal].to;
+    free(steps.items);
+    return found;
+}
+
+/* --- steps ------------------------------------------------------------------------------------- */
+
+/* The parts a state's steps are made of, in the order of their ordinals. */
 typedef struct {
-    bool answering; /* a machine of the environment has an event waiting */
-    uint32_t waiting, awaited;
-} overview;
+    const fsm_moves *left, *right;
+    fsm_part part;
+} moves_of_both;
 
-static overview look(const fsm_composition *c, const uint32_t *state)
+static bool part_moves(fsm_tree *tree, fsm_state state, fsm_part part, moves_of_both *found)
 {
-    overview seen = {false, 0, 0};
-    for (uint32_t i = 0; i < c->system->machine_count; i++) {
-        const fsm_view *view = &fsm_info(c, i, state[i])->view;
-        seen.waiting += view->waiting;
-        seen.awaited += view->awaited;
-        seen.answering = seen.answering || (c->system->machines[i]->environment && view->waiting > 0);
-    }
-    return seen;
+    static const fsm_moves none = {0};
+    found->part = part;
+    found->left = fsm_node_moves(tree, tree->root_left, fsm_left(state), part);
+    found->right = tree->root_right == NULL ? &none
+                                            : fsm_node_moves(tree, tree->root_right, fsm_right(state), part);
+    return found->left != NULL && found->right != NULL;
 }
 
-static bool successors(void *context, const void *bytes, fsm_emit *emit_step, void *emit_context)
+/* What both halves show, and which steps can be taken. */
+static fsm_summary look(const fsm_tree *tree, fsm_state state)
 {
-    fsm_composition *c = context;
-    const fsm_system *system = c->system;
-    const uint32_t *state = bytes;
-    global self = {.composition = c, .emit = emit_step, .context = emit_context};
-    overview seen = look(c, state);
-    bool busy = false, is_open = !seen.answering && seen.waiting <= system->patience;
-    for (uint32_t i = 0; i < system->machine_count; i++) {
-        const fsm_view *view = &fsm_info(c, i, state[i])->view;
-        if (seen.answering && !(system->machines[i]->environment && view->waiting > 0))
-            continue;
-        if (!fsm_know(c, i, state[i]) || (is_open && !fsm_know_open(c, i, state[i])))
-            return false;
-        fsm_local_info info = *fsm_info(c, i, state[i]);
-        busy = busy || info.busy;
-        if (!take_steps(&self, state, i, info.own, info.own_count))
-            return false;
-        if (is_open && !take_steps(&self, state, i, info.open, info.open_count))
-            return false;
-    }
-    return busy || seen.awaited == 0 || system->unit == 0 || pass_time(&self, state);
+    fsm_summary left = fsm_node_at(tree->root_left, fsm_left(state))->summary;
+    if (tree->root_right == NULL)
+        return left;
+    const fsm_summary *right = &fsm_node_at(tree->root_right, fsm_right(state))->summary;
+    left.waiting += right->waiting;
+    left.awaited += right->awaited;
+    left.answering = left.answering || right->answering;
+    left.faulted = left.faulted || right->faulted;
+    left.at_rest = left.at_rest && right->at_rest;
+    return left;
 }
 
-/* Starts machine after machine, those of the environment first. Outputs reach inputs at once, events
- * the queues when all have started. */
-static bool start(global *self, const uint32_t *order, uint32_t at, fsm_numbers *sent)
+static bool add_left(fsm_tree *tree, fsm_state state, const fsm_moves *moves, fsm_steps *steps)
 {
-    fsm_composition *c = self->composition;
-    uint32_t before[FSM_MOST_MACHINES];
-    memcpy(before, self->next, c->model.state_size);
-    if (at == c->system->machine_count) {
-        bool fine = true;
-        for (size_t i = 0; fine && i < sent->count; i++)
-            fine = deliver(self, sent->items[i]);
-        fine = fine && emit(self, FSM_STEP_ENVIRONMENT);
-        memcpy(self->next, before, c->model.state_size);
-        return fine;
-    }
-    uint32_t machine = order[at], marks = self->mark_count;
-    size_t first = c->step_count, pending = sent->count;
-    if (!fsm_explore(c, machine, self->next[machine], FSM_DO_START, 0, FSM_STEP_INTERNAL))
-        return false;
-    size_t last = c->step_count;
-    for (size_t number = first; number < last; number++) {
-        fsm_local_step step = c->steps[number];
-        self->next[machine] = step.next;
-        add_notes(self, machine, &step);
-        for (uint32_t i = 0; i < step.message_count; i++) {
-            uint32_t message = c->numbers.items[step.messages + i];
-            bool is_input = ((const fsm_message *)fsm_store_at(&c->messages, message))->is_input;
-            if (is_input ? !deliver(self, message) : !fsm_push_number(c, sent, message))
+    for (uint32_t i = 0; i < moves->count; i++) {
+        fsm_move move = moves->items[i];
+        uint32_t right = fsm_right(state);
+        if (move.sent != 0) {
+            uint64_t reached = fsm_node_deliver(tree, tree->root_right, right, move.sent);
+            if (reached == UINT64_MAX)
                 return false;
+            right = fsm_left(reached);
+            move.marks = fsm_tree_join_marks(tree, move.marks, fsm_right(reached));
         }
-        describe(c, machine, before[machine], &step, at);
-        if (!start(self, order, at + 1, sent))
-            return false;
-        memcpy(self->next, before, c->model.state_size);
-        self->mark_count = marks;
-        sent->count = pending;
+        if (move.marks == FSM_NONE || !fsm_steps_add(steps, fsm_join(move.to, right), move.marks, move.kind))
+            return fsm_fail(tree->composition, "out of memory");
     }
     return true;
 }
 
-static bool copy_initial_outputs(global *self)
+static bool add_right(fsm_tree *tree, fsm_state state, const fsm_moves *moves, fsm_steps *steps)
 {
-    fsm_composition *c = self->composition;
-    for (uint32_t i = 0; i < c->system->input_link_count; i++) {
-        const fsm_input_link *link = &c->system->input_links[i];
-        const void *source = fsm_store_at(&c->locals[link->source], self->next[link->source]);
-        fsm_message message = {link->target, link->input, true, 1,
-                               {c->system->machines[link->source]->output(source, link->output)}};
-        uint32_t number = fsm_intern_message(c, &message);
-        if (number == FSM_NONE || !deliver(self, number))
-            return false;
+    for (uint32_t i = 0; i < moves->count; i++) {
+        fsm_move move = moves->items[i];
+        uint32_t left = fsm_left(state);
+        if (move.sent != 0) {
+            uint64_t reached = fsm_node_deliver(tree, tree->root_left, left, move.sent);
+            if (reached == UINT64_MAX)
+                return false;
+            left = fsm_left(reached);
+            move.marks = fsm_tree_join_marks(tree, move.marks, fsm_right(reached));
+        }
+        if (move.marks == FSM_NONE || !fsm_steps_add(steps, fsm_join(left, move.to), move.marks, move.kind))
+            return fsm_fail(tree->composition, "out of memory");
     }
     return true;
 }
 
-static bool initial(void *context, fsm_emit *emit_step, void *emit_context)
+static bool pass_time(fsm_tree *tree, fsm_state state, fsm_steps *steps)
 {
-    fsm_composition *c = context;
-    uint32_t count = c->system->machine_count, order[FSM_MOST_MACHINES], placed = 0;
-    global self = {.composition = c, .emit = emit_step, .context = emit_context};
-    for (uint32_t i = 0; i < count; i++) {
-        memset(c->after, 0, c->system->machines[i]->size);
-        c->system->machines[i]->init(c->after);
-        c->system->machines[i]->settle(c->after);
-        self.next[i] = fsm_intern(c, i, c->after);
-        if (self.next[i] == FSM_NONE)
-            return false;
-    }
-    for (uint32_t pass = 0; pass < 2; pass++)
-        for (uint32_t i = 0; i < count; i++)
-            if (c->system->machines[i]->environment == (pass == 0))
-                order[placed++] = i;
-    fsm_numbers sent = {0};
-    bool fine = copy_initial_outputs(&self) && start(&self, order, 0, &sent);
-    free(sent.items);
-    return fine;
-}
-
-static bool is_deadlock(fsm_composition *c, const uint32_t *state)
-{
-    overview seen = look(c, state);
-    bool all_rest = true;
-    if (seen.waiting > 0 || seen.awaited > 0)
+    uint32_t left = fsm_node_elapse(tree, tree->root_left, fsm_left(state));
+    uint32_t right = tree->root_right == NULL ? 0 : fsm_node_elapse(tree, tree->root_right, fsm_right(state));
+    if (left == FSM_NONE || right == FSM_NONE)
         return false;
-    for (uint32_t i = 0; i < c->system->machine_count; i++) {
-        if (!fsm_know(c, i, state[i]) || !fsm_know_open(c, i, state[i]))
-            return false;
-        const fsm_local_info *info = fsm_info(c, i, state[i]);
-        if (info->view.faulted || info->busy || info->owed)
-            return false;
-        all_rest = all_rest && info->view.at_rest;
-    }
-    return !all_rest;
+    return fsm_steps_add(steps, fsm_join(left, right), 0, FSM_STEP_TIME)
+        || fsm_fail(tree->composition, "out of memory");
 }
 
-static uint32_t marks(void *context, const void *bytes, uint32_t *found)
+static bool successors(void *context, fsm_state state, fsm_steps *steps)
 {
     fsm_composition *c = context;
-    const uint32_t *state = bytes;
-    const void *locals[FSM_MOST_MACHINES];
-    uint32_t count = 0;
-    if (!c->system->open && is_deadlock(c, state))
-        found[count++] = 0;
-    for (uint32_t i = 0; i < c->system->machine_count; i++)
-        locals[i] = fsm_store_at(&c->locals[i], state[i]);
-    for (uint32_t p = 0; p < c->system->property_count; p++)
-        if (c->system->judge(locals, p))
-            found[count++] = 1 + p;
-    return count;
+    fsm_tree *tree = c->tree;
+    fsm_summary seen = look(tree, state);
+    bool is_open = !seen.answering && seen.waiting <= c->system->patience;
+    moves_of_both own, open = {0};
+    if (!part_moves(tree, state, seen.answering ? FSM_ANSWERS : FSM_OWN, &own)
+        || (is_open && !part_moves(tree, state, FSM_OPEN, &open)))
+        return false;
+    bool busy = own.left->busy || own.right->busy;
+    if (!add_left(tree, state, own.left, steps) || !add_right(tree, state, own.right, steps))
+        return false;
+    if (is_open && (!add_left(tree, state, open.left, steps) || !add_right(tree, state, open.right, steps)))
+        return false;
+    bool owed = own.left->owed || own.right->owed || (is_open && (open.left->owed || open.right->owed));
+    steps->deadlock = !c->system->open && seen.waiting == 0 && seen.awaited == 0 && !seen.faulted
+        && !busy && !owed && !seen.at_rest;
+    return busy || seen.awaited == 0 || c->system->unit == 0 || pass_time(tree, state, steps);
 }
 
-static uint32_t configuration(void *context, const void *bytes)
+bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what,
+                       fsm_state *to)
 {
-    const fsm_composition *c = context;
-    const uint32_t *state = bytes;
-    uint32_t shown = 0; /* traps are asked for of one machine; of several this is only a hash */
-    for (uint32_t i = 0; i < c->system->machine_count; i++)
-        shown = shown * 0x01000193u + fsm_info(c, i, state[i])->configuration;
-    return shown;
-}
-
-static bool at_rest(void *context, const void *bytes)
-{
-    const fsm_composition *c = context;
-    const uint32_t *state = bytes;
-    for (uint32_t i = 0; i < c->system->machine_count; i++) {
-        const fsm_view *view = &fsm_info(c, i, state[i])->view;
-        if (!view->at_rest && !view->faulted)
+    fsm_tree *tree = self->tree;
+    fsm_steps steps = {0};
+    bool fine = successors(self, state, &steps) && ordinal < steps.count;
+    if (fine)
+        *to = steps.items[ordinal].to;
+    free(steps.items);
+    if (!fine)
+        return false;
+    fsm_part parts[2] = {look(tree, state).answering ? FSM_ANSWERS : FSM_OWN, FSM_OPEN};
+    for (int i = 0; i < 2; i++) {
+        moves_of_both moves;
+        if (i == 1 && (look(tree, state).answering || look(tree, state).waiting > self->system->patience))
+            break;
+        if (!part_moves(tree, state, parts[i], &moves))
             return false;
+        uint32_t left = moves.left->count, right = moves.right->count;
+        if (ordinal < left + right) {
+            *what = ordinal < left
+                ? fsm_node_describe(tree, tree->root_left, fsm_left(state), parts[i], ordinal)
+                : fsm_node_describe(tree, tree->root_right, fsm_right(state), parts[i], ordinal - left);
+            return true;
+        }
+        ordinal -= left + right;
     }
+    *what = (fsm_description){.action = FSM_DO_ELAPSE};
     return true;
+}
+
+/* --- what is seen of a state --------------------------------------------------------------------- */
+
+/* Properties see of a state only its aspects: they are judged once for each pair of these. */
+static uint32_t marks(void *context, fsm_state state)
+{
+    fsm_composition *c = context;
+    fsm_tree *tree = c->tree;
+    if (c->system->property_count == 0)
+        return 0;
+    uint32_t right = tree->root_right == NULL ? 0 : fsm_node_at(tree->root_right, fsm_right(state))->aspect;
+    uint64_t key = fsm_join(fsm_node_at(tree->root_left, fsm_left(state))->aspect, right);
+    const uint64_t *known = fsm_memo_find(&tree->judged, key);
+    if (known != NULL)
+        return (uint32_t)*known;
+    uint32_t locals[FSM_MOST_MACHINES], set = 0;
+    fsm_tree_unfold(tree, state, locals);
+    for (uint32_t p = 0; set != FSM_NONE && p < c->system->property_count; p++) {
+        uint32_t mark = 1 + p;
+        if (fsm_flat_judge(c, locals, p)) {
+            uint32_t one = fsm_lists_number(&tree->marks, &mark, 1);
+            set = one == FSM_NONE ? FSM_NONE : fsm_tree_join_marks(tree, set, one);
+        }
+    }
+    if (set == FSM_NONE || !fsm_memo_add(&tree->judged, key, set)) {
+        (void)fsm_fail(c, "out of memory");
+        return FSM_NONE;
+    }
+    return set;
+}
+
+static const uint32_t *mark_set(void *context, uint32_t set, uint32_t *count)
+{
+    const fsm_composition *c = context;
+    return fsm_lists_at(&c->tree->marks, set, count);
+}
+
+static uint32_t configuration(void *context, fsm_state state)
+{
+    const fsm_composition *c = context;
+    uint32_t locals[FSM_MOST_MACHINES];
+    fsm_tree_unfold(c->tree, state, locals);
+    return fsm_flat_configuration(c, locals);
+}
+
+static bool at_rest(void *context, fsm_state state)
+{
+    const fsm_composition *c = context;
+    uint32_t locals[FSM_MOST_MACHINES];
+    fsm_tree_unfold(c->tree, state, locals);
+    return fsm_flat_at_rest(c, locals);
 }
 
 static size_t memory(void *context)
@@ -329,11 +292,11 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
     self->before = malloc(largest);
     self->after = malloc(largest);
     self->model = (fsm_model){
-        .abi = FSM_MODEL_ABI, .state_size = count * sizeof(uint32_t),
-        .mark_count = fsm_first_mark(system, count), .self = self, .initial = initial,
-        .successors = successors, .marks = marks, .configuration = configuration, .at_rest = at_rest,
-        .memory = memory, .failure = failure};
-    if (fine && self->before != NULL && self->after != NULL)
+        .abi = FSM_MODEL_ABI, .mark_count = fsm_first_mark(system, count), .self = self,
+        .initial = initial, .successors = successors, .marks = marks, .mark_set = mark_set,
+        .configuration = configuration, .at_rest = at_rest, .memory = memory, .failure = failure};
+    self->tree = fine ? fsm_tree_make(self) : NULL;
+    if (self->tree != NULL && self->before != NULL && self->after != NULL)
         return self;
     fsm_composition_free(self);
     return NULL;
@@ -343,6 +306,7 @@ void fsm_composition_free(fsm_composition *self)
 {
     if (self == NULL)
         return;
+    fsm_tree_free(self->tree);
     for (uint32_t i = 0; i < self->system->machine_count; i++) {
         fsm_store_free(&self->locals[i]);
         fsm_store_free(&self->configurations[i]);
@@ -387,9 +351,4 @@ uint32_t fsm_local_count(const fsm_composition *self, uint32_t machine)
 const void *fsm_local(const fsm_composition *self, uint32_t machine, uint32_t number)
 {
     return fsm_store_at(&self->locals[machine], number);
-}
-
-fsm_description fsm_describe(const fsm_composition *self, uint32_t machine)
-{
-    return self->last[machine];
 }

@@ -1,8 +1,8 @@
 /* system.h: machines, their wires and their environment, put together as one fsm_model.
  *
- * A local state is the struct of a machine, as shipped. Local states are interned; a global state is
- * one number for each machine. A local step is run once for each local state and action, by the
- * machine's own code; its outcomes are kept. So the machines run seldom, and the search is look-ups.
+ * A local state is the struct of a machine, as shipped. Local states are numbered, and a local step is
+ * run once for each local state and action, by the machine's own code (local.c); machines are composed
+ * to groups (tree.c). So the machines run seldom, and the search is look-ups.
  *
  * The steps of a global state, in this order:
  *   while a machine of the environment has an event waiting, only such machines move;
@@ -87,6 +87,8 @@ typedef struct {
     const fsm_possible *possible;
     uint32_t machine_count, event_link_count, input_link_count, possible_count, property_count;
     bool (*judge)(const void *const *machines, uint32_t property); /* whether to mark the state */
+    const size_t *seen_sizes; /* by machine: bytes of what properties see of it */
+    void (*see)(uint32_t machine, const void *m, unsigned char *seen);
     bool untimed, zones, open;
     uint32_t unit;     /* ticks that pass at once, of which all delays are multiples; 0: no delays */
     uint32_t patience;
@@ -119,7 +121,7 @@ const unsigned char *fsm_transitions_seen(const fsm_composition *self, uint32_t 
 uint32_t fsm_local_count(const fsm_composition *self, uint32_t machine);
 const void *fsm_local(const fsm_composition *self, uint32_t machine, uint32_t number);
 
-/* The step last given to `emit`: what it was. For FSM_DO_START, `machine` counts through all. */
+/* What a step was. */
 typedef struct {
     fsm_action action;
     uint32_t machine, argument;
@@ -128,7 +130,16 @@ typedef struct {
     uint32_t choice_count;
 } fsm_description;
 
-fsm_description fsm_describe(const fsm_composition *self, uint32_t machine);
+/* How all machines started, in that order. */
+typedef struct {
+    fsm_description what[FSM_MOST_MACHINES];
+    uint32_t choices[FSM_MOST_MACHINES][FSM_MOST_CHOICES];
+} fsm_described_start;
+
+/* What the initial step of an ordinal was; or a step of a state. False if there is no such step. */
+bool fsm_describe_start(fsm_composition *self, uint32_t ordinal, fsm_described_start *described, fsm_state *to);
+bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what,
+                       fsm_state *to);
 
 /* Runs a described step again, into `after` (of the machine's size), tracing. */
 void fsm_run_again(fsm_composition *self, fsm_description what, void *after);

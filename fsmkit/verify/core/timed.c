@@ -397,15 +397,16 @@ bool fsm_timed_successors(fsm_timed *self, const uint32_t *tuple, const fsm_boun
     return true;
 }
 
-static bool begin(void *context, const fsm_step *step)
+static bool begin(void *context, const fsm_start *start)
 {
     move *self = context;
     fsm_timed *t = self->timed;
     uint32_t machines = machine_count(t);
-    memcpy(t->following, step->state, machines * sizeof *t->following);
+    memcpy(t->following, start->locals, machines * sizeof *t->following);
     t->following[machines] = 0;
-    memcpy(t->marks, step->marks, step->mark_count * sizeof *t->marks);
-    self->step = (fsm_timed_step){.mark_count = step->mark_count, .kind = step->kind};
+    memcpy(t->marks, start->marks, start->mark_count * sizeof *t->marks);
+    t->starts = start->what;
+    self->step = (fsm_timed_step){.mark_count = start->mark_count, .kind = FSM_STEP_ENVIRONMENT};
     self->step.size = fsm_timed_size(t, t->following);
     if (self->step.size > FSM_MOST_CLOCKS)
         return fail(t, "too many timers are armed at once");
@@ -419,9 +420,8 @@ static bool begin(void *context, const fsm_step *step)
 bool fsm_timed_initial(fsm_timed *self, fsm_timed_visit *visit, void *context)
 {
     static const fsm_bound nothing = 1; /* the zone of no clock */
-    const fsm_model *model = &self->composition->model;
     move m = {.timed = self, .zone = &nothing, .size = 1, .visit = visit, .context = context};
-    return model->initial(model->self, begin, &m);
+    return fsm_start_all(self->composition, begin, &m);
 }
 
 /* --- the search ------------------------------------------------------------------------------------- */
@@ -522,8 +522,7 @@ static bool add_pair(fsm_timed *self, uint32_t tuple, bool new_tuple, const fsm_
     self->kept++;
     if (!new_tuple)
         return true;
-    const fsm_model *model = &self->composition->model;
-    uint32_t count = model->marks(model->self, step->tuple, self->judged);
+    uint32_t count = fsm_flat_marks(self->composition, step->tuple, self->judged);
     for (uint32_t i = 0; i < count; i++)
         note_mark(self, self->judged[i], number, FSM_NONE);
     return true;

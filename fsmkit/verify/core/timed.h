@@ -12,7 +12,7 @@
 #ifndef FSM_TIMED_H
 #define FSM_TIMED_H
 
-#include "composition.h"
+#include "flat.h"
 #include "search.h"
 #include "zones.h"
 
@@ -86,6 +86,7 @@ struct fsm_timed {
 
     fsm_memo fires;               /* (machine, local state, timer) -> (first step, count) */
     uint32_t *marks, *judged;     /* of the step at hand, of the discrete part it leads to */
+    const fsm_description *starts; /* how the machines started, while an initial pair is visited */
     /* room for the zone a step starts from, after its guard, and where it leads; for bounds and limits */
     fsm_bound *before, *guarded, *after, *upper;
     fsm_limits *limits, *next_limits;

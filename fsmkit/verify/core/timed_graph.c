@@ -259,8 +259,7 @@ static bool find_arcs(arcs *self)
 
 static uint32_t shown(const fsm_timed *self, uint32_t pair)
 {
-    const fsm_model *model = &self->composition->model;
-    return model->configuration(model->self, fsm_timed_tuple(self, pair));
+    return fsm_flat_configuration(self->composition, fsm_timed_tuple(self, pair));
 }
 
 /* Whether following an arc is a way out, given the pairs that get away. */
@@ -294,7 +293,6 @@ static bool spread(const arcs *graph, unsigned char *away, unsigned char *surely
 
 bool fsm_timed_traps(fsm_timed *self, void (*report)(void *context, uint32_t pair), void *context, bool *doubt)
 {
-    const fsm_model *model = &self->composition->model;
     arcs graph = {.timed = self};
     unsigned char *away = calloc(self->pair_count + 1u, 1), *surely = calloc(self->pair_count + 1u, 1);
     unsigned char *hinders = calloc(self->pair_count + 1u, 1);
@@ -303,7 +301,7 @@ bool fsm_timed_traps(fsm_timed *self, void (*report)(void *context, uint32_t pai
         fine = self->keep_on == NULL || self->keep_on(self);
     *doubt = false;
     for (uint32_t pair = 0; fine && pair < self->pair_count; pair++) {
-        if (surely[pair] || !is_kept(self, pair) || model->at_rest(model->self, fsm_timed_tuple(self, pair)))
+        if (surely[pair] || !is_kept(self, pair) || fsm_flat_at_rest(self->composition, fsm_timed_tuple(self, pair)))
             continue;
         if (!away[pair])
             report(context, pair);

@@ -105,8 +105,7 @@ typedef struct {
 static void note_trap(void *context, uint32_t pair)
 {
     traps *self = context;
-    const fsm_model *model = &self->search->composition->model;
-    uint32_t shown = model->configuration(model->self, fsm_timed_tuple(self->search, pair));
+    uint32_t shown = fsm_flat_configuration(self->search->composition, fsm_timed_tuple(self->search, pair));
     for (uint32_t i = 0; i < self->count; i++)
         if (self->shown[i] == shown)
             return;
@@ -266,7 +265,7 @@ static bool pick(void *context, const fsm_timed_step *step)
     if (!self->first)
         keep_description(self, 0, step->what);
     for (uint32_t i = 0; self->first && i < machines; i++)
-        keep_description(self, i, fsm_describe(self->timed->composition, i));
+        keep_description(self, i, self->timed->starts[i]);
     self->found = true;
     return false;
 }

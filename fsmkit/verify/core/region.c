@@ -1,0 +1,35 @@
+#define _DEFAULT_SOURCE
+#include "region.h"
+
+#include <sys/mman.h>
+
+#ifndef MAP_NORESERVE
+#define MAP_NORESERVE 0
+#endif
+
+enum { LEAST = 1 << 20 };
+
+bool fsm_region_reserve(fsm_region *self, size_t bytes)
+{
+    size_t most = bytes < LEAST ? LEAST : bytes;
+    for (; most >= LEAST; most /= 2) {
+        void *base = mmap(NULL, most, PROT_READ | PROT_WRITE,
+                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+        if (base == MAP_FAILED)
+            continue;
+#ifdef MADV_HUGEPAGE
+        (void)madvise(base, most, MADV_HUGEPAGE); /* the search jumps about: fewer address misses */
+#endif
+        *self = (fsm_region){base, most};
+        return true;
+    }
+    *self = (fsm_region){0};
+    return false;
+}
+
+void fsm_region_release(fsm_region *self)
+{
+    if (self->base != NULL)
+        (void)munmap(self->base, self->reserved);
+    *self = (fsm_region){0};
+}

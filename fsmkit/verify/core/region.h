@@ -1,0 +1,17 @@
+/* region.h: memory that grows in place. A region reserves addresses; what is touched is paid for. */
+#ifndef FSM_REGION_H
+#define FSM_REGION_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct {
+    void *base; /* all zero where nothing was written */
+    size_t reserved;
+} fsm_region;
+
+/* Reserves room for `bytes`, or for as much of it as can be had. False if there is none. */
+bool fsm_region_reserve(fsm_region *self, size_t bytes);
+void fsm_region_release(fsm_region *self);
+
+#endif

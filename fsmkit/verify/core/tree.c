@@ -1,0 +1,508 @@
+#include "tree.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { CHUNK = 1 << 10 };
+
+static bool out_of_memory(fsm_tree *self)
+{
+    return fsm_fail(self->composition, "out of memory");
+}
+
+/* --- making one --------------------------------------------------------------------------------- */
+
+static fsm_node *make_node(fsm_tree *self, uint32_t first, uint32_t last)
+{
+    fsm_node *node = &self->nodes[self->node_count++];
+    *node = (fsm_node){.first = first, .last = last};
+    if (last - first > 1) {
+        uint32_t middle = first + (last - first) / 2;
+        node->left = make_node(self, first, middle);
+        node->right = make_node(self, middle, last);
+    }
+    return node;
+}
+
+fsm_tree *fsm_tree_make(fsm_composition *composition)
+{
+    const fsm_system *system = composition->system;
+    fsm_tree *self = calloc(1, sizeof *self);
+    if (self == NULL)
+        return NULL;
+    self->composition = composition;
+    self->most_kept = composition->memory_limit / 3;
+    self->nodes = calloc(2 * (size_t)system->machine_count, sizeof *self->nodes);
+    bool fine = self->nodes != NULL && fsm_lists_init(&self->messages) && fsm_lists_init(&self->marks);
+    if (fine) {
+        uint32_t count = system->machine_count, middle = count / 2;
+        self->root_left = make_node(self, 0, count > 1 ? middle : count);
+        self->root_right = count > 1 ? make_node(self, middle, count) : NULL;
+        for (uint32_t i = 0; i < self->node_count; i++) {
+            const fsm_node *node = &self->nodes[i];
+            if (node->left == NULL)
+                fine = fine && fsm_store_init(&self->nodes[i].seen, system->seen_sizes[node->first] + 1);
+        }
+    }
+    size_t largest = 0;
+    for (uint32_t i = 0; i < system->machine_count; i++)
+        largest = system->seen_sizes[i] > largest ? system->seen_sizes[i] : largest;
+    self->seen = malloc(largest + 1);
+    if (fine && self->seen != NULL)
+        return self;
+    fsm_tree_free(self);
+    return NULL;
+}
+
+static void free_node(fsm_node *node)
+{
+    for (uint32_t i = 0; i < node->count; i++)
+        for (int part = 0; part < FSM_PARTS; part++)
+            free(fsm_node_at(node, i)->moves[part]);
+    for (uint32_t i = 0; i < node->chunk_room; i++)
+        free(node->chunks[i]);
+    for (int part = 0; part < FSM_PARTS; part++)
+        free(node->scratch[part]);
+    free(node->chunks);
+    free(node->slots);
+    fsm_memo_free(&node->delivered);
+    fsm_memo_free(&node->aspects);
+    fsm_store_free(&node->seen);
+}
+
+void fsm_tree_free(fsm_tree *self)
+{
+    if (self == NULL)
+        return;
+    for (uint32_t i = 0; i < self->node_count; i++)
+        free_node(&self->nodes[i]);
+    free(self->nodes);
+    fsm_lists_free(&self->messages);
+    fsm_lists_free(&self->marks);
+    fsm_memo_free(&self->judged);
+    free(self->buffer);
+    free(self->seen);
+    free(self);
+}
+
+size_t fsm_tree_bytes(const fsm_tree *self)
+{
+    size_t bytes = self->kept + self->node_bytes + fsm_lists_bytes(&self->messages)
+        + fsm_lists_bytes(&self->marks) + fsm_memo_bytes(&self->judged);
+    for (uint32_t i = 0; i < self->node_count; i++)
+        bytes += fsm_memo_bytes(&self->nodes[i].aspects);
+    return bytes;
+}
+
+/* --- lists ------------------------------------------------------------------------------------- */
+
+static bool make_buffer(fsm_tree *self, size_t count)
+{
+    if (count <= self->buffer_room)
+        return true;
+    uint32_t *buffer = realloc(self->buffer, 2 * count * sizeof *buffer);
+    if (buffer == NULL)
+        return out_of_memory(self);
+    self->buffer = buffer;
+    self->buffer_room = 2 * count;
+    return true;
+}
+
+uint32_t fsm_tree_join_marks(fsm_tree *self, uint32_t a, uint32_t b)
+{
+    if (a == 0 || b == 0 || a == b)
+        return a | b;
+    uint32_t count, more, known;
+    (void)fsm_lists_at(&self->marks, a, &count);
+    (void)fsm_lists_at(&self->marks, b, &more);
+    if (!make_buffer(self, (size_t)count + more))
+        return FSM_NONE;
+    const uint32_t *first = fsm_lists_at(&self->marks, a, &known), *second = fsm_lists_at(&self->marks, b, &more);
+    memcpy(self->buffer, first, count * sizeof *first);
+    for (uint32_t i = 0; i < more; i++) {
+        uint32_t at = 0;
+        while (at < known && first[at] != second[i])
+            at++;
+        if (at == known)
+            self->buffer[count++] = second[i];
+    }
+    return fsm_lists_number(&self->marks, self->buffer, count);
+}
+
+/* The part of a list of messages that goes to machines in a node, or the one that does not. */
+static uint32_t pick_messages(fsm_tree *self, const fsm_node *node, uint32_t list, bool inside)
+{
+    const fsm_composition *c = self->composition;
+    uint32_t count, picked = 0;
+    const uint32_t *items = fsm_lists_at(&self->messages, list, &count);
+    if (!make_buffer(self, count))
+        return FSM_NONE;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t target = ((const fsm_message *)fsm_store_at(&c->messages, items[i]))->target;
+        if ((target >= node->first && target < node->last) == inside)
+            self->buffer[picked++] = items[i];
+    }
+    return picked == count ? list : fsm_lists_number(&self->messages, self->buffer, picked);
+}
+
+/* --- states of nodes ------------------------------------------------------------------------------ */
+
+static fsm_node_state *new_state(fsm_tree *self, fsm_node *node)
+{
+    uint32_t chunk = node->count / CHUNK;
+    if (chunk == node->chunk_room) {
+        uint32_t room = chunk == 0 ? 16 : 2 * chunk;
+        fsm_node_state **chunks = realloc(node->chunks, room * sizeof *chunks);
+        if (chunks == NULL)
+            return NULL;
+        memset(chunks + chunk, 0, (room - chunk) * sizeof *chunks);
+        node->chunks = chunks;
+        node->chunk_room = room;
+    }
+    if (node->chunks[chunk] == NULL) {
+        node->chunks[chunk] = malloc(CHUNK * sizeof(fsm_node_state));
+        if (node->chunks[chunk] == NULL)
+            return NULL;
+        self->node_bytes += CHUNK * sizeof(fsm_node_state);
+    }
+    return &node->chunks[chunk][node->count++ % CHUNK];
+}
+
+/* Takes over local states that the machine has got since. */
+static bool adopt(fsm_tree *self, fsm_node *node, uint32_t local)
+{
+    fsm_composition *c = self->composition;
+    bool environment = c->system->machines[node->first]->environment;
+    while (node->count <= local) {
+        uint32_t number = node->count;
+        fsm_node_state *state = new_state(self, node);
+        if (state == NULL)
+            return out_of_memory(self);
+        memset(self->seen, 0, c->system->seen_sizes[node->first] + 1);
+        c->system->see(node->first, fsm_store_at(&c->locals[node->first], number), self->seen);
+        fsm_view view = fsm_info(c, node->first, number)->view;
+        *state = (fsm_node_state){.left = number, .elapsed = FSM_NONE};
+        state->aspect = fsm_store_insert(&node->seen, self->seen, SIZE_MAX, NULL);
+        state->summary = (fsm_summary){view.waiting, view.awaited, environment && view.waiting > 0,
+                                       view.faulted, view.at_rest};
+        if (state->aspect == FSM_NONE)
+            return out_of_memory(self);
+    }
+    return true;
+}
+
+static uint32_t *pair_slot(const fsm_node *node, uint32_t left, uint32_t right)
+{
+    uint64_t h = (fsm_join(left, right) ^ (uint64_t)left << 7) * 0x9e3779b97f4a7c15u;
+    uint32_t slot = (uint32_t)(h >> 32) & (node->capacity - 1);
+    for (; node->slots[slot] != 0; slot = (slot + 1) & (node->capacity - 1)) {
+        const fsm_node_state *state = fsm_node_at(node, node->slots[slot] - 1);
+        if (state->left == left && state->right == right)
+            break;
+    }
+    return &node->slots[slot];
+}
+
+static bool grow_pairs(fsm_tree *self, fsm_node *node)
+{
+    uint32_t capacity = node->capacity == 0 ? 256 : 2 * node->capacity;
+    uint32_t *slots = capacity == 0 ? NULL : calloc(capacity, sizeof *slots);
+    if (slots == NULL)
+        return out_of_memory(self);
+    self->node_bytes += (capacity - node->capacity) * sizeof *slots;
+    free(node->slots);
+    node->slots = slots;
+    node->capacity = capacity;
+    for (uint32_t i = 0; i < node->count; i++)
+        *pair_slot(node, fsm_node_at(node, i)->left, fsm_node_at(node, i)->right) = i + 1;
+    return true;
+}
+
+static uint32_t aspect_of(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t right)
+{
+    uint64_t key = fsm_join(fsm_node_at(node->left, left)->aspect, fsm_node_at(node->right, right)->aspect);
+    const uint64_t *known = fsm_memo_find(&node->aspects, key);
+    if (known != NULL)
+        return (uint32_t)*known;
+    if (!fsm_memo_add(&node->aspects, key, node->aspect_count)) {
+        (void)out_of_memory(self);
+        return FSM_NONE;
+    }
+    return node->aspect_count++;
+}
+
+static fsm_summary both(fsm_summary a, fsm_summary b)
+{
+    return (fsm_summary){a.waiting + b.waiting, a.awaited + b.awaited, a.answering || b.answering,
+                         a.faulted || b.faulted, a.at_rest && b.at_rest};
+}
+
+/* Number of a group's state; FSM_NONE if memory ran out. */
+static uint32_t intern(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t right)
+{
+    if (2 * (uint64_t)node->count >= node->capacity && !grow_pairs(self, node))
+        return FSM_NONE;
+    uint32_t *slot = pair_slot(node, left, right);
+    if (*slot != 0)
+        return *slot - 1;
+    uint32_t aspect = aspect_of(self, node, left, right);
+    fsm_node_state *state = aspect == FSM_NONE ? NULL : new_state(self, node);
+    if (state == NULL) {
+        (void)out_of_memory(self);
+        return FSM_NONE;
+    }
+    *state = (fsm_node_state){.left = left, .right = right, .elapsed = FSM_NONE, .aspect = aspect};
+    state->summary = both(fsm_node_at(node->left, left)->summary, fsm_node_at(node->right, right)->summary);
+    *slot = node->count;
+    return node->count - 1;
+}
+
+static uint32_t fold(fsm_tree *self, fsm_node *node, const uint32_t *locals)
+{
+    if (node->left == NULL)
+        return adopt(self, node, locals[node->first]) ? locals[node->first] : FSM_NONE;
+    uint32_t left = fold(self, node->left, locals), right = fold(self, node->right, locals);
+    return left == FSM_NONE || right == FSM_NONE ? FSM_NONE : intern(self, node, left, right);
+}
+
+fsm_state fsm_tree_fold(fsm_tree *self, const uint32_t *locals)
+{
+    uint32_t left = fold(self, self->root_left, locals);
+    uint32_t right = self->root_right == NULL ? 0 : fold(self, self->root_right, locals);
+    return left == FSM_NONE || right == FSM_NONE ? FSM_NO_STATE : fsm_join(left, right);
+}
+
+static void unfold(const fsm_node *node, uint32_t state, uint32_t *locals)
+{
+    const fsm_node_state *at = fsm_node_at(node, state);
+    if (node->left == NULL) {
+        locals[node->first] = at->left;
+        return;
+    }
+    unfold(node->left, at->left, locals);
+    unfold(node->right, at->right, locals);
+}
+
+void fsm_tree_unfold(const fsm_tree *self, fsm_state state, uint32_t *locals)
+{
+    unfold(self->root_left, fsm_left(state), locals);
+    if (self->root_right != NULL)
+        unfold(self->root_right, fsm_right(state), locals);
+}
+
+/* --- messages ------------------------------------------------------------------------------------ */
+
+static uint64_t deliver_to_machine(fsm_tree *self, fsm_node *node, uint32_t state, uint32_t messages)
+{
+    fsm_composition *c = self->composition;
+    uint32_t count;
+    bool any_full = false;
+    (void)fsm_lists_at(&self->messages, messages, &count);
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t message = fsm_lists_at(&self->messages, messages, &count)[i];
+        if (((const fsm_message *)fsm_store_at(&c->messages, message))->target != node->first)
+            continue;
+        bool full;
+        state = fsm_deliver(c, state, message, &full);
+        if (state == FSM_NONE)
+            return UINT64_MAX;
+        any_full = any_full || full;
+    }
+    uint32_t mark = fsm_first_mark(c->system, node->first) + FSM_NOTE_FULL;
+    uint32_t marks = any_full ? fsm_lists_number(&self->marks, &mark, 1) : 0;
+    return marks == FSM_NONE || !adopt(self, node, state) ? UINT64_MAX : fsm_join(state, marks);
+}
+
+static uint64_t deliver_to_group(fsm_tree *self, fsm_node *node, uint32_t state, uint32_t messages)
+{
+    const fsm_node_state *at = fsm_node_at(node, state);
+    uint64_t left = fsm_node_deliver(self, node->left, at->left, messages);
+    uint64_t right = fsm_node_deliver(self, node->right, at->right, messages);
+    if (left == UINT64_MAX || right == UINT64_MAX)
+        return UINT64_MAX;
+    uint32_t to = intern(self, node, fsm_left(left), fsm_left(right));
+    uint32_t marks = fsm_tree_join_marks(self, fsm_right(left), fsm_right(right));
+    return to == FSM_NONE || marks == FSM_NONE ? UINT64_MAX : fsm_join(to, marks);
+}
+
+uint64_t fsm_node_deliver(fsm_tree *self, fsm_node *node, uint32_t state, uint32_t messages)
+{
+    if (messages == 0)
+        return fsm_join(state, 0);
+    uint64_t key = fsm_join(state, messages);
+    const uint64_t *known = fsm_memo_find(&node->delivered, key);
+    if (known != NULL)
+        return *known;
+    uint32_t own = pick_messages(self, node, messages, true);
+    if (own == FSM_NONE)
+        return UINT64_MAX;
+    uint64_t result = own == 0             ? fsm_join(state, 0)
+        : own != messages                  ? fsm_node_deliver(self, node, state, own)
+        : node->left == NULL               ? deliver_to_machine(self, node, state, messages)
+                                           : deliver_to_group(self, node, state, messages);
+    if (result == UINT64_MAX || self->kept > self->most_kept)
+        return result;
+    size_t before = fsm_memo_bytes(&node->delivered);
+    if (!fsm_memo_add(&node->delivered, key, result)) {
+        (void)out_of_memory(self);
+        return UINT64_MAX;
+    }
+    self->kept += fsm_memo_bytes(&node->delivered) - before;
+    return result;
+}
+
+uint32_t fsm_node_elapse(fsm_tree *self, fsm_node *node, uint32_t state)
+{
+    fsm_node_state *at = fsm_node_at(node, state);
+    if (at->elapsed != FSM_NONE)
+        return at->elapsed;
+    uint32_t to;
+    if (node->left == NULL) {
+        to = fsm_elapse(self->composition, node->first, at->left);
+        if (to == FSM_NONE || !adopt(self, node, to))
+            return FSM_NONE;
+    } else {
+        uint32_t left = fsm_node_elapse(self, node->left, at->left);
+        uint32_t right = fsm_node_elapse(self, node->right, at->right);
+        to = left == FSM_NONE || right == FSM_NONE ? FSM_NONE : intern(self, node, left, right);
+    }
+    return at->elapsed = to;
+}
+
+/* --- steps ------------------------------------------------------------------------------------- */
+
+static bool add_move(fsm_tree *self, fsm_moves **moves, fsm_move move)
+{
+    fsm_moves *list = *moves;
+    if (list->count == list->room) {
+        uint32_t room = 2 * list->room;
+        list = realloc(list, sizeof *list + room * sizeof list->items[0]);
+        if (list == NULL)
+            return out_of_memory(self);
+        list->room = room;
+        *moves = list;
+    }
+    list->items[list->count++] = move;
+    list->busy = list->busy || move.kind == FSM_STEP_INTERNAL;
+    return true;
+}
+
+/* A step of a machine: what it sends to itself arrives at once. */
+static bool machine_move(fsm_tree *self, fsm_node *node, const fsm_local_step *step, fsm_move *move)
+{
+    fsm_composition *c = self->composition;
+    const uint32_t *numbers = c->numbers.items;
+    uint32_t first = fsm_first_mark(c->system, node->first);
+    if (!make_buffer(self, step->note_count) || !adopt(self, node, step->next))
+        return false;
+    for (uint32_t i = 0; i < step->note_count; i++)
+        self->buffer[i] = first + numbers[step->notes + i];
+    uint32_t marks = fsm_lists_number(&self->marks, self->buffer, step->note_count);
+    uint32_t sent = fsm_lists_number(&self->messages, numbers + step->messages, step->message_count);
+    if (marks == FSM_NONE || sent == FSM_NONE)
+        return out_of_memory(self);
+    uint64_t to = fsm_node_deliver(self, node, step->next, sent);
+    if (to == UINT64_MAX)
+        return false;
+    *move = (fsm_move){fsm_left(to), pick_messages(self, node, sent, false),
+                       fsm_tree_join_marks(self, marks, fsm_right(to)), step->kind};
+    return (move->sent != FSM_NONE && move->marks != FSM_NONE) || out_of_memory(self);
+}
+
+static bool machine_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, fsm_moves **moves)
+{
+    fsm_composition *c = self->composition;
+    if (part == FSM_ANSWERS && !fsm_node_at(node, state)->summary.answering)
+        return true;
+    if (part == FSM_OPEN ? !fsm_know_open(c, node->first, state) : !fsm_know(c, node->first, state))
+        return false;
+    fsm_local_info info = *fsm_info(c, node->first, state);
+    uint32_t first = part == FSM_OPEN ? info.open : info.own;
+    uint32_t count = part == FSM_OPEN ? info.open_count : info.own_count;
+    (*moves)->owed = info.owed;
+    for (uint32_t i = first; i < first + count; i++) {
+        fsm_local_step step = c->steps[i];
+        fsm_move move;
+        if (!machine_move(self, node, &step, &move) || !add_move(self, moves, move))
+            return false;
+    }
+    return true;
+}
+
+/* The steps of one child of a group, with what they send to the other. */
+static bool child_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, bool is_left,
+                        fsm_moves **moves)
+{
+    fsm_node_state at = *fsm_node_at(node, state);
+    fsm_node *child = is_left ? node->left : node->right, *other = is_left ? node->right : node->left;
+    uint32_t other_state = is_left ? at.right : at.left;
+    const fsm_moves *steps = fsm_node_moves(self, child, is_left ? at.left : at.right, part);
+    if (steps == NULL)
+        return false;
+    (*moves)->owed = (*moves)->owed || steps->owed;
+    for (uint32_t i = 0; i < steps->count; i++) {
+        fsm_move move = steps->items[i];
+        uint64_t reached = fsm_node_deliver(self, other, other_state, move.sent);
+        if (reached == UINT64_MAX)
+            return false;
+        uint32_t left = is_left ? move.to : fsm_left(reached), right = is_left ? fsm_left(reached) : move.to;
+        move.to = intern(self, node, left, right);
+        move.sent = move.sent == 0 ? 0 : pick_messages(self, other, move.sent, false);
+        move.marks = fsm_tree_join_marks(self, move.marks, fsm_right(reached));
+        if (move.to == FSM_NONE || move.sent == FSM_NONE || move.marks == FSM_NONE)
+            return out_of_memory(self);
+        if (!add_move(self, moves, move))
+            return false;
+    }
+    return true;
+}
+
+const fsm_moves *fsm_node_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part)
+{
+    enum { FIRST_ROOM = 16 };
+    fsm_moves *known = fsm_node_at(node, state)->moves[part];
+    if (known != NULL)
+        return known;
+    fsm_moves **moves = &node->scratch[part];
+    if (*moves == NULL) {
+        *moves = malloc(sizeof **moves + FIRST_ROOM * sizeof(*moves)->items[0]);
+        if (*moves == NULL) {
+            (void)out_of_memory(self);
+            return NULL;
+        }
+        (*moves)->room = FIRST_ROOM;
+    }
+    (*moves)->count = 0;
+    (*moves)->busy = (*moves)->owed = false;
+    if (node->left == NULL ? !machine_moves(self, node, state, part, moves)
+                           : !child_moves(self, node, state, part, true, moves)
+                || !child_moves(self, node, state, part, false, moves))
+        return NULL;
+    size_t bytes = sizeof **moves + (*moves)->count * sizeof(*moves)->items[0];
+    if (self->kept + bytes > self->most_kept)
+        return *moves;
+    fsm_moves *kept = malloc(bytes);
+    if (kept == NULL)
+        return *moves;
+    memcpy(kept, *moves, bytes);
+    kept->room = kept->count;
+    self->kept += bytes + 16;
+    return fsm_node_at(node, state)->moves[part] = kept;
+}
+
+fsm_description fsm_node_describe(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, uint32_t number)
+{
+    const fsm_composition *c = self->composition;
+    while (node->left != NULL) {
+        fsm_node_state at = *fsm_node_at(node, state);
+        const fsm_moves *left = fsm_node_moves(self, node->left, at.left, part);
+        bool is_left = left != NULL && number < left->count;
+        number -= is_left || left == NULL ? 0 : left->count;
+        node = is_left ? node->left : node->right;
+        state = is_left ? at.left : at.right;
+    }
+    const fsm_local_info *info = fsm_info(c, node->first, state);
+    const fsm_local_step *step = &c->steps[(part == FSM_OPEN ? info->open : info->own) + number];
+    return (fsm_description){step->action, node->first, step->argument, state,
+                             c->numbers.items + step->choices, step->choice_count};
+}
