@@ -42,7 +42,7 @@ bool fsm_timed_init(fsm_timed *self, fsm_composition *composition, size_t memory
         return false;
     }
     for (size_t i = 0; i < marks; i++)
-        self->witnesses[i] = (fsm_witness){FSM_NONE, FSM_NONE, 0};
+        self->witnesses[i] = (fsm_timed_witness){FSM_NONE, FSM_NONE, 0};
     return true;
 }
 
@@ -428,7 +428,7 @@ bool fsm_timed_initial(fsm_timed *self, fsm_timed_visit *visit, void *context)
 
 static void note_mark(fsm_timed *self, uint32_t mark, uint32_t pair, uint32_t step)
 {
-    fsm_witness *witness = &self->witnesses[mark];
+    fsm_timed_witness *witness = &self->witnesses[mark];
     if (witness->count++ == 0) {
         if (self->awaited != NULL && self->awaited[mark])
             self->awaited_count--;

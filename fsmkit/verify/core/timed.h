@@ -16,6 +16,19 @@
 #include "search.h"
 #include "zones.h"
 
+/* How a pair was found first. An initial one has no `from`. */
+typedef struct {
+    uint32_t from; /* FSM_NONE: initial */
+    uint32_t step; /* ordinal among the steps of `from`, or among the initial ones */
+} fsm_origin;
+
+/* The first, and so a nearest, place where a mark was seen. */
+typedef struct {
+    uint32_t state; /* the pair; FSM_NONE with step FSM_NONE: never; else FSM_NONE is "before the start" */
+    uint32_t step;  /* ordinal of the marked step of the pair; FSM_NONE: the pair itself is marked */
+    uint64_t count;
+} fsm_timed_witness;
+
 /* A pair that was reached. */
 typedef struct {
     uint32_t tuple;      /* number of the discrete part */
@@ -78,7 +91,7 @@ struct fsm_timed {
     uint64_t transitions;
     bool internal_back_edge;      /* some step that takes no time led to a discrete part no newer */
     size_t bytes;                 /* when last asked */
-    fsm_witness *witnesses;
+    fsm_timed_witness *witnesses;
     bool *awaited;                /* by mark; NULL: explore everything */
     uint32_t awaited_count;
     fsm_outcome outcome;

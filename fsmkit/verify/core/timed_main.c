@@ -58,7 +58,7 @@ static void print_marks(const fsm_timed *search)
     bool first = true;
     printf("\"marks\": [");
     for (uint32_t mark = 0; mark < search->composition->model.mark_count; mark++) {
-        fsm_witness witness = search->witnesses[mark];
+        fsm_timed_witness witness = search->witnesses[mark];
         if (witness.count == 0)
             continue;
         printf("%s{\"mark\": %" PRIu32 ", \"count\": %" PRIu64 ", \"path\": ", first ? "" : ", ", mark,
