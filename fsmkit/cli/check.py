@@ -66,10 +66,11 @@ def read_replacements(
 @click.option(
     "--time",
     "time_mode",
-    type=click.Choice(["discrete", "untimed"]),
-    default="discrete",
+    type=click.Choice(["zones", "discrete", "untimed"]),
+    default="zones",
     show_default=True,
-    help="Untimed: an armed timer may fire at any time.",
+    help="Zones: time is dense. Discrete: it passes by the greatest common divisor of all delays. "
+    "Untimed: an armed timer may fire at any time.",
 )
 @click.option(
     "--assume-watchdogs-silent",
@@ -114,7 +115,13 @@ def command(
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     findings = Findings()
     system = load_any(file, findings, replacing)
-    manner = Manner(engine or "", time_mode == "untimed", silent, Limits(memory, timeout))
+    manner = Manner(
+        engine or "",
+        time_mode == "untimed",
+        silent,
+        Limits(memory, timeout),
+        zones=time_mode == "zones",
+    )
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -150,6 +157,7 @@ def document(found: Report) -> Mapping[str, object]:
         "depth": explored.depth,
         "seconds": round(explored.seconds, 3),
         "engine": explored.engine,
+        "time": time_of(found),
         "exact": True,
         "complete": explored.end.value == "complete",
         "properties": [_result(result) for result in found.results],
@@ -166,6 +174,14 @@ def document(found: Report) -> Mapping[str, object]:
         },
         "assumptions": list(found.assumptions),
     }
+
+
+def time_of(found: Report) -> str:
+    """Return how time passed: ``zones``, ``discrete``, ``untimed``; ``none`` without delays."""
+    closed = found.closed
+    if closed.untimed:
+        return "untimed"
+    return "zones" if closed.zones else "discrete" if closed.unit else "none"
 
 
 def _result(result: Result) -> Mapping[str, object]:

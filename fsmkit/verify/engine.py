@@ -135,6 +135,38 @@ class CEngine:
             command.append("--traps")
         if progress is not None:
             command.append("--progress")
+        return self._read(self._result(command, progress))
+
+    def watch(
+        self, begin: int, end: int, most: int, memory: int, seconds: float
+    ) -> tuple[Exploration, Mapping[str, Any]]:
+        """Explore with a clock that runs from when one property begins to hold until another does.
+
+        In zones only. Also returns what the clock showed (``watch`` in core/timed_main.c); beyond
+        ``most`` units it shows only more.
+        """
+        command = [str(self._program), "--memory", str(memory), "--watch", f"{begin},{end},{most}"]
+        if seconds:
+            command += ["--timeout", str(seconds)]
+        told = self._result(command, None)
+        return self._read(told), told["watch"]
+
+    def shown(self) -> frozenset[tuple[str, ...]]:
+        """Return all that the machines together ever show: active leaves and data, as in traces.
+
+        In zones only.
+        """
+        command = [str(self._program), "--list"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        found: list[list[str]] = []
+        for line in done.stdout.splitlines():
+            if line.startswith("{"):
+                found.append([])
+            else:
+                found[-1].append(line)
+        return frozenset(map(tuple, found[:-1]))
+
+    def _result(self, command: list[str], progress: Progress | None) -> Mapping[str, Any]:
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None  # noqa: S101  (it is a pipe)
             while True:
@@ -142,7 +174,8 @@ class CEngine:
                     for line in process.stdout:
                         told = json.loads(line)
                         if "result" in told:
-                            return self._read(told["result"])
+                            result: Mapping[str, Any] = told["result"]
+                            return result
                         _show(told["progress"], progress)
                     break
                 except KeyboardInterrupt:

@@ -7,7 +7,7 @@ hundreds of thousands of global states are feasible. The order of everything is 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
@@ -116,7 +116,13 @@ class Oracle:
         if full:
             marks[self._first_marks[target] + FULL] = None
 
-    def _snapshots(self, state: State) -> tuple[Snapshot, ...]:
+    @property
+    def reached(self) -> Sequence[State]:
+        """The states found so far."""
+        return self._order
+
+    def snapshots(self, state: State) -> tuple[Snapshot, ...]:
+        """Return the machines in a global state."""
         return tuple(self._locals[machine][n].snapshot for machine, n in enumerate(state))
 
     # --- global steps --------------------------------------------------------------------------
@@ -271,7 +277,7 @@ class Oracle:
         self._origins.append((source, ordinal))
         if not self.closed.is_open and self._is_deadlock(edge.to):
             self._note(DEADLOCK, (number, -1))
-        snapshots = self._snapshots(edge.to)
+        snapshots = self.snapshots(edge.to)
         for index, property_ in enumerate(self.closed.system.properties):
             if judge(self.closed, property_, snapshots):
                 self._note(1 + index, (number, -1))
@@ -330,7 +336,7 @@ class Oracle:
             for state in self._order
         ]
         shown = [
-            tuple((s.configuration, s.running) for s in self._snapshots(state))
+            tuple((s.configuration, s.running) for s in self.snapshots(state))
             for state in self._order
         ]
         oldest: dict[object, int] = {}

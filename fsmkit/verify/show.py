@@ -54,8 +54,11 @@ def figures(report: Report) -> Iterator[Text]:
     rate = f"{found.states / found.seconds:,.0f} states/s" if found.seconds > 0.05 else "at once"
     whole = "all" if found.end is End.COMPLETE else "the first"
     engine = "generated C" if found.engine == "c" else "interpreter, in Python"
+    states = f"{found.states:,} states"
+    if report.closed.zones:
+        states = f"{found.states:,} zones of {found.parts:,} discrete states"
     yield Text(
-        f"{whole} {found.states:,} states, {found.transitions:,} transitions, depth {found.depth}; "
+        f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
         f"{found.seconds:.1f} s, {rate} ({engine})"
     )
     for machine, bounds in zip(report.closed.system.machines, found.machines, strict=True):

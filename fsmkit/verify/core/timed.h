@@ -128,6 +128,17 @@ uint32_t fsm_timed_find(fsm_timed *self, const fsm_timed_step *step);
 size_t fsm_timed_bytes(const fsm_timed *self);
 uint32_t fsm_timed_path(const fsm_timed *self, uint32_t pair, uint32_t *path);
 
+static inline uint32_t fsm_timed_machines(const fsm_timed *self)
+{
+    return self->composition->system->machine_count;
+}
+
+/* Whether the watch runs in a discrete part. */
+static inline bool fsm_timed_watches(const fsm_timed *self, const uint32_t *tuple)
+{
+    return tuple[fsm_timed_machines(self)] != 0;
+}
+
 static inline const uint32_t *fsm_timed_tuple(const fsm_timed *self, uint32_t pair)
 {
     return fsm_store_at(&self->tuples, self->pairs[pair].tuple);

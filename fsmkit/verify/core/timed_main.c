@@ -129,10 +129,12 @@ static void print_traps(const traps *found, bool known, bool doubt)
 static void print_bound(const char *name, fsm_bound bound, int32_t sign, const fsm_timed *search)
 {
     printf("\"%s\": ", name);
-    if (bound == FSM_UNBOUNDED || (bound >> 1) > search->watch.most)
+    int32_t units = sign * (bound >> 1), most = search->watch.most;
+    bool reached = bound & 1, more = units > most || (sign < 0 && units == most && !reached);
+    if (bound == FSM_UNBOUNDED || more)
         printf("null, ");
     else
-        printf("[%" PRId64 ", %s], ", (int64_t)sign * (bound >> 1) * search->unit, bound & 1 ? "true" : "false");
+        printf("[%" PRId64 ", %s], ", (int64_t)units * search->unit, reached ? "true" : "false");
 }
 
 /* Bounds in ticks, each with whether it is reached; null: there is none below what was watched for. */

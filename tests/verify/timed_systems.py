@@ -1,0 +1,162 @@
+"""Random systems with timers, as files: a few states, delays, delayed events and messages each."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+DELAYS = (0, 40, 80, 120, 200)
+"""Milliseconds; multiples of 40, so that time can pass by fractions of their common divisor."""
+TOP, NAMES = 2, ("a", "b")
+
+
+@st.composite
+def machines(draw: st.DrawFn, name: str, *, alone: bool) -> str:
+    """Draw a chart: ``go`` comes from outside, ``in0`` and ``in1`` from the other machine."""
+    count = draw(st.integers(2, 3))
+    states = [f"s{n}" for n in range(count)]
+    lines = [f"chart: {name.upper()}", f"data: {{n: 0..{TOP} = 0}}"]
+    lines.append("events: {in: [go, in0, in1], out: [out0, out1], internal: [later]}")
+    lines += ["initial: s0", "states:"]
+    for state in states:
+        lines += [f"  {state}:", f"    rest: {str(draw(st.booleans())).lower()}", "    on:"]
+        heard = [e for e in ("go", "in0", "in1", "later") if draw(st.integers(0, 3))] or ["go"]
+        lines += [f"      {event}: {draw(_reactions(states, alone))}" for event in heard]
+        timeouts = draw(st.lists(st.sampled_from(DELAYS[1:]), max_size=2, unique=True))
+        if timeouts:
+            lines.append("    after:")
+            lines += [f"      {ms}ms: {draw(_reactions(states, alone))}" for ms in timeouts]
+        if draw(st.integers(0, 4)) == 0:
+            every = draw(st.sampled_from(DELAYS[1:]))
+            lines += ["    every:", f"      {every}ms: {draw(_reactions(states, alone))}"]
+    return "\n".join(lines) + "\n"
+
+
+@st.composite
+def _reactions(draw: st.DrawFn, states: list[str], alone: bool) -> str:
+    """Draw a transition, with a guard now and then, and what it does."""
+    deeds = []
+    kinds = ["count", "reset", "later", "later", "cancel", "nothing", "nothing"]
+    for kind in draw(
+        st.lists(st.sampled_from(kinds + ([] if alone else ["send"] * 3)), max_size=2)
+    ):
+        match kind:
+            case "count":
+                deeds.append(f"n = n < {TOP} ? n + 1 : 0")
+            case "reset":
+                deeds.append("n = 0")
+            case "later":
+                deeds.append(f"send later after {draw(st.sampled_from(DELAYS))}ms as x")
+            case "cancel":
+                deeds.append("cancel x")
+            case "send":
+                deeds.append(f"send out{draw(st.integers(0, 1))}")
+            case _:
+                pass
+    parts = [f"do: '{'; '.join(deeds)}'"] if deeds else []
+    if draw(st.integers(0, 4)):
+        parts.append(f"target: {draw(st.sampled_from(states))}")
+    if draw(st.integers(0, 3)) == 0:
+        parts.append(f"if: n < {TOP}")
+    return "{" + ", ".join(parts) + "}" if parts else "{do: n = n}"
+
+
+@st.composite
+def systems(draw: st.DrawFn) -> dict[str, str]:
+    """Draw a system of one or two machines, and what may happen to them, as files."""
+    names = NAMES[: draw(st.integers(1, 2))]
+    files = {name: draw(machines(name, alone=len(names) == 1)) for name in names}
+    wires = [
+        f"{one}.out{port} -> {other}.in{draw(st.integers(0, 1))}"
+        for one, other in (("a", "b"), ("b", "a"))
+        for port in (0, 1)
+        if len(names) == 2 and draw(st.integers(0, 3))
+    ]
+    may = [f"{name}.go" for name in names if draw(st.integers(0, 3))] or [f"{names[0]}.go"]
+    system = [
+        "system: Random",
+        f"machines: {{{', '.join(f'{name}: {name}.yaml' for name in names)}}}",
+        f"connect: [{', '.join(dict.fromkeys(wires))}]",
+        f"environment: {{may: [{', '.join(may)}]}}",
+        "properties:",
+        *(f"  {name}{n}: {{reachable: {name}.n == {n} and {name}.In(s1)}}"
+          for name in names for n in range(TOP + 1)),
+        "  D: deadlock_free",
+        "  L: livelock_free",
+    ]  # fmt: skip
+    return {"system": "\n".join(system) + "\n", **files}
+
+
+HEATER = """
+chart: Heater
+events: {in: [press, cut], out: [hot]}
+initial: "off"
+states:
+  "off": {rest: true, on: {press: warming}}
+  warming: {after: {100ms: nearly}, on: {cut: "off"}}
+  nearly: {after: {50ms..80ms: {target: "on", do: send hot}}}
+  "on": {after: {40ms: "off"}}
+"""
+
+HEATING = """
+system: Heating
+machines: {heater: heater.yaml}
+environment: {may: [heater.press, heater.cut], will: [heater]}
+"""
+
+BETWEEN = """
+chart: Between
+doc: >
+  `y` overtakes `x` if `b` comes less than 40 ms after `a`, and `r` overtakes `q` if it comes more
+  than 0 ms after it. For both it must come between two multiples of 40 ms.
+events: {in: [a, b], internal: [p, q, r, x, y]}
+data: {x_seen: bool = false, q_seen: bool = false, y_first: bool = false, r_first: bool = false}
+initial: all
+states:
+  all:
+    initial: before
+    states:
+      before: {rest: true, on: {a: {target: first, do: send x after 80ms; send p after 40ms}}}
+      first: {rest: true, on: {b: {target: second, do: send y after 40ms; send q after 80ms}}}
+      second: {rest: true}
+    on:
+      p: {do: send r after 40ms}
+      q: {do: q_seen = true}
+      r: {do: r_first = not q_seen}
+      x: {do: x_seen = true}
+      y: {do: y_first = not x_seen}
+"""
+
+OVERTAKING = """
+system: Overtaking
+machines: {between: between.yaml}
+environment: {may: [between.a, between.b]}
+properties: {both: {reachable: between.y_first and between.r_first}}
+"""
+
+FOLLOWED = """
+chart: Followed
+doc: Two timers that one machine armed 20 ms apart, in an order that the other one chooses.
+events: {in: [a, b], internal: [x, y]}
+initial: s
+states:
+  s:
+    on:
+      a: {do: send x after 80ms}
+      b: {do: send y after 40ms}
+      x: xx
+      y: yy
+  xx: {rest: true}
+  yy: {rest: true}
+"""
+
+SPINS = """
+chart: Spins
+events: {in: [go, stop], internal: [again]}
+initial: still
+states:
+  still: {rest: true, on: {go: {target: spinning, do: send again after 0ms}}}
+  spinning:
+    on:
+      again: {do: send again after 0ms}
+    after: {40ms: still}
+"""
