@@ -26,7 +26,7 @@ from fsmkit.testing.differential import (
 from fsmkit.testing.harness import harness
 from fsmkit.testing.scripts import scripts
 
-CHARTS = {"python": 150}
+CHARTS = {"python": 150, "pyext": 25}
 FEWER = 60
 """For targets that have to be compiled."""
 SEED = 2024
