@@ -22,6 +22,7 @@ from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import System, system_of
 from fsmkit.verify.verdict import Report
 from tests.verify.conftest import Load
+from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
@@ -167,6 +168,11 @@ def test_engines_agree_on_random_charts(seed: int) -> None:
         in_python = explored(system, Findings(), manner)
         if in_python.end is End.COMPLETE:
             assert facts(in_c) == facts(in_python)
+
+
+@pytest.mark.parametrize("seed", [1, 5, 19])
+def test_engines_agree_on_random_systems(load: Load, seed: int) -> None:
+    both(load(**random_system(seed)))
 
 
 # --- the production cell ----------------------------------------------------------------------

@@ -1,0 +1,81 @@
+"""Random small systems: shared data, arrays, intervals, spontaneous steps, all kinds of links."""
+
+from __future__ import annotations
+
+from random import Random
+
+GUARDS = ["a == {n}", "a != {n}", "b[{k}]", "not b[{k}]", "b[a]", "a < own", "own > {n}", "lit"]
+DOES = ["a = {n}", "b[{k}] = not b[{k}]", "own += 1; a = own", "send out_{k}(v = a)", "b[a] = {t}",
+        "own = 0", "a = (a + 1) % 3", "send out_{k}(v = own)", "lamp = not lamp"]  # fmt: skip
+LINKS = ["", "", ": {kind: queued, capacity: 2}", ": {kind: queued, delay: 10ms, capacity: 2}",
+         ": {kind: lossy}", ": {kind: lossy, capacity: 1}"]  # fmt: skip
+MAY = ["[]", "[one.in_1]", '["m[i].in_1"]']
+DELAYS = ["10ms", "20ms", "30ms", "0ms..20ms", "10ms..30ms"]
+
+
+def random_system(seed: int) -> dict[str, str]:
+    """Return the files of a system, the system first."""
+    random = Random(seed)
+    count = random.choice([1, 2, 2])
+    lines = ["system: Random", "machines:"]
+    lines.append(f'  "m[i in 0..{count - 1}]": {{chart: many.yaml, with: {{ME: i}}}}')
+    lines += ["  one: one.yaml", 'shared: {a: 0..2 = 0, b: "bool[3] = false"}', "connect:"]
+    lines.append(f"  - m[i].out_0 -> one.in_0{random.choice(LINKS)}")
+    lines.append(f"  - one.out_1 -> m[{random.randrange(count)}].in_1{random.choice(LINKS)}")
+    lines.append("  - one.lamp -> m[i].lit")
+    if random.random() < 0.5:
+        lines.append(f"  - m[i].out_1 -> m[(i + 1) % {count}].in_0{random.choice(LINKS)}")
+    lines += ["environment:", f"  may: {random.choice(MAY)}"]
+    lines += ['  will: ["m[i]", one]', "properties:"]
+    lines.append('  p: {invariant: "count(i in m: m[i].In(s1)) < 2 or a == 0"}')
+    lines.append('  q: {reachable: "one.In(s2) and any(k in 0..2: b[k])"}')
+    charts = {name: _chart(random, name) for name in ("many", "one")}
+    return {"system": "\n".join(lines) + "\n", **charts}
+
+
+def _chart(random: Random, name: str) -> str:
+    lines = [f"chart: {name.title()}", "constants: {ME: 0}", "capacity: {queue: 2, microsteps: 20}"]
+    lines += ['data: {a: 0..2 = 0, b: "bool[3] = false", own: 0..2 = 0}', "inputs: {lit: bool}"]
+    lines += ["outputs: {lamp: bool = false}"]
+    lines += ["events:", '  in: ["in_0(v 0..2)", "in_1(v 0..2)"]']
+    lines += ['  out: ["out_0(v 0..2)", "out_1(v 0..2)"]']
+    lines += ["initial: s0", "states:"]
+    for state in range(3):
+        lines.append(f"  s{state}:")
+        if random.random() < 0.6:
+            lines.append("    rest: true")
+        if random.random() < 0.3:
+            lines.append(f"    entry: {_quoted(_text(random, DOES))}")
+        taken = [event for event in range(2) if random.random() < 0.7]
+        lines += ["    on:"] if taken else []
+        lines += [f"      in_{event}: {_transition(random)}" for event in taken]
+        if state < 2 and random.random() < 0.4:
+            guard = _quoted(_text(random, GUARDS))
+            lines.append(f"    always: {{if: {guard}, target: s{state + 1}}}")
+        if random.random() < 0.7:
+            lines += ["    after:", f"      {random.choice(DELAYS)}: {_transition(random)}"]
+            if random.random() < 0.3:
+                lines.append(f"      40ms: {_transition(random)}")
+        if random.random() < 0.4:
+            lines.append(f"    sometimes: {_transition(random)}")
+    return "\n".join(lines) + "\n"
+
+
+def _transition(random: Random) -> str:
+    parts = [f"target: s{random.randrange(3)}"] if random.random() < 0.8 else []
+    if random.random() < 0.5:
+        parts.append(f"if: {_quoted(_text(random, GUARDS))}")
+    if random.random() < 0.7 or not parts:
+        parts.append(f"do: {_quoted(_text(random, DOES))}")
+    return "{" + ", ".join(parts) + "}"
+
+
+def _text(random: Random, texts: list[str]) -> str:
+    text = random.choice(texts)
+    text = text.replace("{t}", random.choice(["true", "false"]))
+    text = text.replace("{n}", str(random.randrange(3)))
+    return text.replace("{k}", str(random.randrange(2)))
+
+
+def _quoted(text: str) -> str:
+    return f'"{text}"'
