@@ -23,21 +23,6 @@ static inline fsm_object *@_of_$P($P *m)
 }
 """
 
-SAVING = """
-#include "fsm_bytes.h"
-static bool @_is_foreign; /* whether a string was saved that the chart does not know */
-static inline void @_put_symbol(
-    fsm_writer *w, const uint16_t *table, uint32_t length, uint32_t symbol)
-{
-    if (fsm_find(table, length, symbol) == length)
-        @_is_foreign = true;
-    fsm_put_symbol(w, table, length, symbol);
-}
-#define fsm_put_symbol @_put_symbol
-#include "$P_save.c"
-#undef fsm_put_symbol
-"""
-
 METHODS = """
 static bool @_runs(const $P *m)
 {
@@ -222,60 +207,6 @@ static PyObject *@_active(PyObject *object, PyObject *unused)
     }
     return names;
 }
-
-[saved]static PyObject *@_save(
-[saved]    PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)
-[saved]{
-[saved]    static const char *const names[] = {"now"};
-[saved]    @_object *self = (@_object *)object;
-[saved]    PyObject *values[1];
-[saved]    uint8_t bytes[$UPPER_SAVED_BYTES];
-[saved]    uint32_t now = self->o.now;
-[saved]    if (!fsm_py_arguments("save", names, 1, given, count, keywords, values)
-[saved]        || (values[0] != NULL && values[0] != Py_None && !fsm_py_time(values[0], &now))
-[saved]        || !fsm_py_is_free(&self->o, $NAME))
-[saved]        return NULL;
-[saved]    @_is_foreign = false;
-[saved]    if (!$P_save(&self->m, now, bytes) || @_is_foreign) {
-[saved]        PyErr_Format(
-[saved]            PyExc_ValueError, "%s holds a text that its chart nowhere mentions", $NAME);
-[saved]        return NULL;
-[saved]    }
-[saved]    return PyBytes_FromStringAndSize((const char *)bytes, (Py_ssize_t)sizeof bytes);
-[saved]}
-
-[saved]static PyObject *@_restore(
-[saved]    PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)
-[saved]{
-[saved]    static const char *const names[] = {"saved", "now"};
-[saved]    static const char *const faults[] = {
-[saved]        NULL, "microsteps", "internal", "range", "error.*", "invoked",
-[saved]    };
-[saved]    @_object *self = (@_object *)object;
-[saved]    PyObject *values[2];
-[saved]    char *bytes = NULL;
-[saved]    Py_ssize_t size = 0;
-[saved]    uint32_t now = 0u;
-[saved]    if (!fsm_py_arguments("restore", names, 2, given, count, keywords, values)
-[saved]        || !fsm_py_all("restore", names, 1, values)
-[saved]        || (values[1] != NULL && !fsm_py_time(values[1], &now))
-[saved]        || PyBytes_AsStringAndSize(values[0], &bytes, &size) != 0
-[saved]        || !fsm_py_is_free(&self->o, $NAME))
-[saved]        return NULL;
-[saved]    switch ($P_restore(&self->m, now, (const uint8_t *)bytes, (size_t)size)) {
-[saved]        case FSM_RESTORED:
-[saved]            self->o.now = now;
-[saved]            self->o.fault = faults[$P_fault(&self->m)];
-[saved]            return fsm_py_or_none(NULL);
-[saved]        case FSM_FOREIGN:
-[saved]            PyErr_Format(
-[saved]                PyExc_ValueError, "this was saved by another chart than %s", $NAME);
-[saved]            return NULL;
-[saved]        default:
-[saved]            PyErr_Format(PyExc_ValueError, "this is no saved %s, or damaged", $NAME);
-[saved]            return NULL;
-[saved]    }
-[saved]}
 
 [traced]static void @_do_dump(void *job)
 [traced]{

@@ -263,7 +263,6 @@ def fill(module: Module, bound: Bound, text: str, **parts: str) -> list[str]:
     is_outer = bound is module.bound
     marks = {"[outer]": is_outer, "[traced]": module.traced, "[calls]": module.is_calling}
     marks |= {"[plain]": not module.is_calling, "[replies]": module.is_replying}
-    marks["[saved]"] = module.saved
     text = text.replace('"@%', '"\\100%').replace("@", module.wrapper)
     text = text.replace("\\100", "@").replace("$P", bound.names.prefix)
     for key, value in parts.items():

@@ -8,7 +8,8 @@ from fsmkit.codegen.c.names import comment
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.hosting import print_host
 from fsmkit.codegen.pyext.members import Bound, Module, fields_of, posted
-from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, SAVING, WITHIN
+from fsmkit.codegen.pyext.saving import SAVED_METHODS, SAVING
+from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, WITHIN
 from fsmkit.codegen.pyext.tracing import fill, print_hook_functions, print_hooks
 from fsmkit.codegen.pyext.values import Values
 from fsmkit.emit import Emitter
@@ -160,6 +161,9 @@ def _steps(out: Emitter, module: Module) -> None:
     parts |= {"UPPER": names.upper, "LEAVES": _leaves(module)}
     out.lines(fill(module, module.bound, METHODS, **parts))
     out.line()
+    if module.saved:
+        out.lines(fill(module, module.bound, SAVED_METHODS, **parts))
+        out.line()
 
 
 def _fixed(module: Module) -> list[Method]:
