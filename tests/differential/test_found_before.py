@@ -122,6 +122,50 @@ states:
       two: {initial: b, states: {b: {}}}
   last: {}
 """
+ASKED_BY_TWO_EVENTS = """\
+chart: AskedByTwoEvents
+data: {first: int32 = 2}
+events: {in: [both]}
+states:
+  outer:
+    on: {error: {do: first = 4}}
+    regions:
+      middle:
+        on: {"*": {if: 4 / first > 1, do: first -= 1}}
+        regions:
+          inner: {}
+"""
+APART = """\
+chart: Apart
+events: {in: [go]}
+states:
+  both:
+    regions:
+      one:
+        initial: a
+        states:
+          a: {exit: log "leave a", on: {go: b}}
+          b: {entry: log "enter b"}
+      two:
+        initial: c
+        states:
+          c:
+            initial: d
+            exit: log "leave c"
+            on:
+              go:
+                target: e
+                do:
+                  - log "go 1"
+                  - log "go 2"
+                  - log "go 3"
+            states: {d: {}, e: {entry: log "enter e"}}
+      three:
+        initial: f
+        states:
+          f: {on: {go: {target: g, do: log "go 4"}}}
+          g: {entry: log "enter g"}
+"""
 FULL_AT_ONCE = """\
 chart: FullAtOnce
 capacity: {internal: 1}
@@ -152,6 +196,25 @@ CASES = {
         [
             *("error error.execution", "t 1", "- b", "- two", "- a", "- one", "- work"),
             *("t 2", "+ last", "= last"),
+        ],
+    ),
+    # straight code asks it on one event, the general selection on another
+    "a guard that failed on one event is asked again on the next": (
+        ASKED_BY_TWO_EVENTS,
+        ("start 0", "post both", "post both", "post both", "run 1"),
+        [
+            *("@1 > event both", "error error.execution", "unhandled both"),
+            *("error error.execution", "t 1", "t 1", "= inner"),
+        ],
+    ),
+    # Appendix D, microstep: all are left, then all act, then all are entered
+    "regions that move at once act before any is entered": (
+        APART,
+        ("start 0", "post go", "run 1"),
+        [
+            *("- f", "- d", "- c", "log leave c", "- a", "log leave a"),
+            *("t 2", "t 5", "log go 1", "log go 2", "log go 3", "t 7", "log go 4"),
+            *("+ b", "log enter b", "+ c", "+ e", "log enter e", "+ g", "log enter g", "= b e g"),
         ],
     ),
     "a chart that raises nothing comes to its end": (

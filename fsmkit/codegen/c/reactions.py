@@ -90,14 +90,17 @@ class ReactionPrinter:
         """Return the condition of a guard, without the parentheses around it."""
         return ungrouped(self._selection.guard(transition))
 
-    def step(self, transition: Transition, leaf: int | None) -> Step:
-        """Return what a transition does; ``leaf``: the deepest active state, if that is known."""
+    def step(self, transition: Transition, leaf: int | None, *, is_alone: bool = True) -> Step:
+        """Return what a transition does; ``leaf``: the deepest active state, if that is known.
+
+        ``is_alone``: no other region acts between what it does and what it enters.
+        """
         if self.names.options.is_small:
             verb = "take" if self.plan.is_single else "take_one"
             return Step(act=(f"{self.prefix}_{verb}(m, {transition.index + 1}u);",))
         move = self.plan.moves[transition.index]
         if move.is_static:
-            return self._variant(transition, move.variants[0], leaf)
+            return self._variant(transition, move.variants[0], leaf, is_alone=is_alone)
         out = Emitter()
         word = "if"
         for variant in move.variants[:-1]:
@@ -109,7 +112,9 @@ class ReactionPrinter:
             out.lines(self._variant(transition, move.variants[-1], leaf).lines)
         return Step(enter=_lines(out))
 
-    def _variant(self, transition: Transition, variant: Variant, leaf: int | None) -> Step:
+    def _variant(
+        self, transition: Transition, variant: Variant, leaf: int | None, *, is_alone: bool = True
+    ) -> Step:
         act = self._act(transition)
         if variant.domain is None:
             return Step(act=act)
@@ -128,7 +133,8 @@ class ReactionPrinter:
         enter = Emitter()
         self._moves.ops(enter, variant.entry)
         rest = _lines(enter)
-        if self.chart.states[transition.source].children and len(act) + len(rest) > SHORT:
+        is_inherited = bool(self.chart.states[transition.source].children)
+        if is_alone and is_inherited and len(act) + len(rest) > SHORT:
             act, rest = (), self._shared(transition, variant, (*act, *rest))
         return Step(_lines(record), _lines(leave), act, rest)
 
@@ -191,7 +197,6 @@ class ReactionPrinter:
             may_stop = may_stop or (guard is not None and (can_fail(guard) or has_effect(guard)))
             out.line(f"/* {self._selection.comment(transition)} */")
             if guard is not None:
-                out.lines(self._selection.forget(transition))
                 out.open(f"if ({self.guard(transition)}) {{")
             out.lines(before)
             if may_stop and not before:
@@ -357,7 +362,7 @@ class ReactionPrinter:
                 with out.indented():
                     word = "if"
                     for transition in found:
-                        steps.append(self.step(transition, leaf))
+                        steps.append(self.step(transition, leaf, is_alone=False))
                         note = f"/* {self._selection.comment(transition)} */"
                         if transition.guard is not None:
                             out.line(f"{word} ({self.guard(transition)})")

@@ -47,7 +47,7 @@ FUNCTIONS = _words(
 """What follows the prefix in the names of functions and types that every machine has."""
 
 FAMILIES = re.compile(
-    r"(leave|leave_all|state|always|guard|block|select_event|select_eventless)_\d+"
+    r"(leave|leave_all|state|always|guard|ask|block|select_event|select_eventless)_\d+"
     r"|take_\d+(_\d+)?|(call|post|send)_.*"
 )
 """And of those that are made by number or by name."""

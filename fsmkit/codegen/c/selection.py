@@ -35,6 +35,7 @@ class SelectionPrinter:
         self.shapes = Shapes(self.plan, is_small=names.options.is_small)
         self.remembered = self._remembered()
         self._asked = {t: place for place, t in enumerate(self.remembered)}
+        self._asking: set[int] = set()
         self._interesting: frozenset[int] = frozenset()
 
     def _remembered(self) -> tuple[int, ...]:
@@ -52,12 +53,29 @@ class SelectionPrinter:
             and self.shapes.may_preempt(t)
         )
 
-    def forget(self, transition: Transition) -> tuple[str, ...]:
-        """Return what makes straight code evaluate a guard anew that selection remembers."""
-        place = self._asked.get(transition.index)
-        return () if place is None else (f"m->asked[{place}] = 0u;",)
-
     # --- guards ---------------------------------------------------------------------------
+
+    def asked(self, transition: Transition) -> str:
+        """Return the condition of a guard where several states may ask it in one selection.
+
+        It is evaluated once until `m->asked` is forgotten, which selections do at their end;
+        straight code, which asks once, takes `guard`.
+        """
+        place = self._asked.get(transition.index)
+        text = self.guard(transition)
+        if place is None:
+            return text
+        name = f"{self.prefix}_ask_{transition.index}"
+        if place not in self._asking:
+            self._asking.add(place)
+            out = self.functions
+            out.line(f"static bool {name}({self.prefix} *m)")
+            with out.block("{"):
+                out.line(f"if (m->asked[{place}] == 0u)")
+                out.line(f"    m->asked[{place}] = {text} ? 2u : 1u;")
+                out.line(f"return m->asked[{place}] == 2u;")
+            out.line()
+        return f"{name}(m)"
 
     def guard(self, transition: Transition) -> str:
         """Return the condition of a guard; what needs a function goes to ``functions``."""
@@ -70,25 +88,17 @@ class SelectionPrinter:
         assert guard is not None  # noqa: S101
         printer = Printer(self.names, transition.events)
         text = printer.condition(guard)
-        is_remembered = transition.index in self._asked
-        if not printer.temporaries and not can_fail(guard) and not is_remembered:
+        if not printer.temporaries and not can_fail(guard):
             return text
         name = f"{self.prefix}_guard_{transition.index}"
         out.line(f"static bool {name}({self.prefix} *m)")
         with out.block("{"):
-            if is_remembered:
-                place = self._asked[transition.index]
-                out.line(f"if (m->asked[{place}] != 0u)")
-                with out.indented():
-                    out.line(f"return m->asked[{place}] == 2u;")
             for ctype, temporary in printer.temporaries:
                 out.line(f"{ctype} {temporary};")
             out.line(f"bool holds = {text};")
             if can_fail(guard):
                 out.line(f"holds = {self.prefix}_guard_holds(m, holds);")
                 self.names.used.add("guard_holds")
-            if is_remembered:
-                out.line(f"m->asked[{place}] = holds ? 2u : 1u;")
             out.line("return holds;")
         out.line()
         return f"{name}(m)"
@@ -135,7 +145,7 @@ class SelectionPrinter:
                 f"{self.prefix}_{'state' if trigger is Trigger.EVENT else 'always'}_{state.index}"
             )
             own = askable(own)
-            guards = {t.index: self.guard(t) for t in own if t.guard is not None}
+            guards = {t.index: self.asked(t) for t in own if t.guard is not None}
             parameters = f"{self.prefix} *m"
             if trigger is Trigger.EVENT:
                 parameters += ", uint16_t event"

@@ -56,11 +56,6 @@ class TimeoutPrinter:
                     out.line("break;")
             with default(out):
                 pass
-        if self.selection.remembered:
-            count = len(self.selection.remembered)
-            out.line(f"for (uint8_t i = 0u; i < {count}u; i++)")
-            with out.indented():
-                out.line("m->asked[i] = 0u;")
 
     def print(self, out: Emitter, timeouts: Emitter) -> None:
         """Print the function that fires the first timer; ``timeouts``: what `answers` printed."""

@@ -271,7 +271,7 @@ class SmallPrinter(MovePrinter):
         guarded = [t for t in self.taken if t.guard is not None and _is_selected(t)]
         texts: dict[str, list[Transition]] = {}
         for transition in guarded:
-            texts.setdefault(self.selection.guard(transition), []).append(transition)
+            texts.setdefault(self.selection.asked(transition), []).append(transition)
         out.line(f"static bool {self.prefix}_guard_of({self.prefix} *m, uint16_t taken)")
         with out.block("{"):
             out.line("(void)m;")
