@@ -20,7 +20,7 @@ from typing import Protocol, runtime_checkable
 import click
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Document
 from fsmkit.model.elaborate import elaborate
@@ -37,6 +37,8 @@ BATCH = 25
 """Charts that one process generates, builds and compares at a time."""
 CONTEXT = 8
 """Lines of the trace shown before the first that differs."""
+LIMITS = frozenset({"abstract-chart", "c-limit", "python-sometimes", "transitions-limit"})
+"""The rules by which a target refuses a chart; any other error is a fault of the target."""
 
 Trace = Sequence[str]
 
@@ -174,8 +176,8 @@ def _attempt_or_refuse(target: Harness, case: Case) -> list[str] | None:
     try:
         return target.run(case.chart, case.script)
     except FsmkitError as error:
-        is_refusal = all(d.rule.code.startswith("FK04") for d in error.diagnostics)
-        return None if is_refusal else [f"(refused: {error})"]
+        rules = {d.rule.name for d in error.diagnostics if d.severity is Severity.ERROR}
+        return None if rules <= LIMITS else [f"(refused: {error})"]
     except Exception:  # noqa: BLE001  (whatever it is, it is a divergence to be shown)
         return [f"(crashed: {traceback.format_exc(limit=-3)})"]
 

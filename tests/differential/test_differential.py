@@ -5,16 +5,21 @@ The long run is ``python -m fsmkit.testing.differential --charts 1000``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pytest
 from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fsmkit.diagnostics import fail
+from fsmkit.model.chart import Chart
 from fsmkit.testing.charts import documents
 from fsmkit.testing.differential import (
     BATCH,
     Case,
     compare,
+    compare_all,
     elaborated,
     explain,
     main,
@@ -63,6 +68,31 @@ def test_drawn_charts_in_python(data: st.DataObject) -> None:
     case = Case((document,), chart, data.draw(scripts(chart, 15)))
     divergence = compare(case, harness("python"))
     assert divergence is None, explain(case, divergence)
+
+
+class Failing:
+    """A target that ends each run with an error of one rule."""
+
+    name = "failing"
+
+    def __init__(self, rule: str) -> None:
+        self.rule = rule
+
+    def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
+        raise fail(self.rule, f"`{chart.name}`, {len(script)} lines: on purpose")
+
+
+def test_what_a_target_cannot_express_is_refused() -> None:
+    totals = compare_all([random_case(SEED, 1)], [Failing("c-limit")])
+    assert (totals.refused, totals.divergences) == (1, [])
+
+
+@pytest.mark.parametrize("rule", ["c-compiler-failed", "harness-failed", "no-c-compiler"])
+def test_a_target_that_fails_has_not_refused(rule: str) -> None:
+    totals = compare_all([random_case(SEED, 1)], [Failing(rule)])
+    assert totals.refused == 0
+    ((_, divergence),) = totals.divergences
+    assert "on purpose" in divergence.got
 
 
 def test_the_long_run_tells_its_figures() -> None:
