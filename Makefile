@@ -1,5 +1,6 @@
 # make demo   the Production Cell: compile, run, check, draw
 # make test   the whole test suite
+# make verify the Production Cell proved: all systems, properties and seeded defects
 # make tools  what some tests need beyond Python, make and a C compiler (Debian and Ubuntu)
 # Both set up .venv by themselves; nothing is installed outside the project.
 
@@ -8,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: demo test lint tools bless differential endurance bench bench-scaling fuzz clean
+.PHONY: demo verify test lint tools bless differential endurance bench bench-scaling fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -20,6 +21,10 @@ $(VENV)/ready: pyproject.toml
 
 demo: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/demo.py
+
+# Every system and property of the Production Cell, and every seeded defect; VERIFY=--quick is a part.
+verify: $(VENV)/ready
+	@$(BIN)/python machines/production_cell/verify.py $(VERIFY)
 
 test: lint
 	$(BIN)/pytest -q -n $(WORKERS)

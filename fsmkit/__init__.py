@@ -132,6 +132,7 @@ def check(
     properties: tuple[str, ...] = (),
     untimed: bool = False,
     assume_watchdogs_silent: bool = False,
+    zones: bool = False,
     engine: str = "",
     memory: int = 4 << 30,
     seconds: float = 0,
@@ -141,9 +142,10 @@ def check(
 
     ``subject``: a chart, a system, or the path of either. ``properties``: judge these only (none
     named: all). ``untimed``: an armed timer may fire at any time, and transitions marked
-    ``watchdog`` never if ``assume_watchdogs_silent``. ``engine``: ``c``, ``python``, or C where
-    there is a compiler. ``memory`` in bytes and ``seconds`` (0: none) bound the exploration; where
-    it ends early, what was not decided is undecided.
+    ``watchdog`` never if ``assume_watchdogs_silent``. ``zones``: time is dense; else it passes by
+    the greatest common divisor of all delays. ``engine``: ``c``, ``python``, or C where there is a
+    compiler. ``memory`` in bytes and ``seconds`` (0: none) bound the exploration; where it ends
+    early, what was not decided is undecided.
 
     The report's ``verdict`` is the worst of all, ``results`` has each with its counterexample,
     ``exploration`` the figures. Raises `FsmkitError` where the subject cannot be read or explored.
@@ -160,7 +162,8 @@ def check(
         subject = load_any(Path(subject), found)
     elif isinstance(subject, Chart):
         subject = system_of(subject)
-    manner = Manner(engine, untimed, assume_watchdogs_silent, Limits(memory, seconds))
+    limits = Limits(memory, seconds)
+    manner = Manner(engine, untimed, assume_watchdogs_silent, limits, zones and not untimed)
     return explore(subject, found, manner=manner, names=frozenset(properties))
 
 

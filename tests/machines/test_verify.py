@@ -1,0 +1,96 @@
+"""`make verify`: a part of it that takes seconds, and what its tables rest on."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from rich.console import Console
+
+import fsmkit
+from fsmkit.verify.engine import compiler
+
+CELL = Path(__file__).parents[2] / "machines" / "production_cell"
+needs_compiler = pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
+
+
+@pytest.fixture(name="verify", scope="module")
+def the_script() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("cell_verify", CELL / "verify.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def systems() -> list[Path]:
+    return [CELL / "ring.yaml", *sorted((CELL / "pairs").glob("*-*.yaml"))]
+
+
+@pytest.mark.parametrize("path", systems(), ids=lambda path: path.stem)
+def test_every_system_can_be_read(path: Path) -> None:
+    system = fsmkit.load_system(path)
+    assert {"L1"} <= {p.name for p in system.properties}
+
+
+def test_every_mutant_differs_from_its_reference_and_fits_its_system(verify: ModuleType) -> None:
+    files = {chart for mutant in verify.MUTANTS for _, chart in mutant.run.replace}
+    assert files == {
+        str(path.relative_to(CELL))
+        for folder in ("mutants", "defects")
+        for path in (CELL / folder).glob("*.yaml")
+    }
+    for mutant in verify.MUTANTS:
+        charts = {machine: CELL / chart for machine, chart in mutant.run.replace}
+        system = fsmkit.load_system(CELL / mutant.run.system, replace=charts)
+        names = {p.name for p in system.properties}
+        assert not mutant.breaks or mutant.breaks in names
+
+
+def test_every_module_of_the_ring_inherits_the_emergency_stop() -> None:
+    system = fsmkit.load_system(CELL / "ring.yaml")
+    modules = [m for m in system.machines if "emergency" in m.chart.state_index]
+    assert len(modules) == 8
+    for module in modules:
+        chart = module.chart
+        (stop,) = (
+            t
+            for t in chart.transitions
+            if "estop" in t.descriptors and chart.states[t.source].id == "operational"
+        )
+        assert stop.guard is None
+        assert [chart.states[target].id for target in stop.targets] == ["emergency"]
+
+
+@needs_compiler
+@pytest.mark.parametrize(("blocks", "time"), [(1, "untimed"), (3, "zones")])
+def test_all_properties_of_the_ring_hold(verify: ModuleType, blocks: int, time: str) -> None:
+    report = verify.check(verify.Run("ring.yaml", time, blocks))
+    assert [r.name for r in report.results if r.verdict is not fsmkit.Verdict.HOLDS] == []
+    assert report.exploration.states > 10_000
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["M5", "M17"])
+def test_a_mutant_is_found(verify: ModuleType, name: str) -> None:
+    (mutant,) = (m for m in verify.MUTANTS if m.name == name)
+    report = verify.check(mutant.run, (mutant.breaks,))
+    assert verify.is_as_expected(mutant, report)
+    trace = next(r.trace for r in report.results if r.name == mutant.breaks)
+    assert trace.replayed
+    assert verify.length(mutant, report) == len(trace.steps) > 50
+
+
+@needs_compiler
+def test_a_verdict_that_is_not_expected_is_told(verify: ModuleType) -> None:
+    (found,) = (m for m in verify.MUTANTS if m.name == "M5")
+    wrong = verify.Mutant("X", "the reference", verify.Run("ring.yaml", "untimed", 1), "P2")
+    console = Console(record=True, width=120)
+    assert not verify.hunt([wrong], console)
+    assert "NOT P2" in console.export_text()
+    assert not verify.prove([found.run], console)
