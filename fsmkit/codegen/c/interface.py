@@ -94,15 +94,15 @@ class InterfacePrinter:
     def _first_of_all(self, out: Emitter) -> None:
         """Print the first deadline of the machine and of those in its slots."""
         names = self.names
-        out.lines(["bool found = false;", "uint32_t due = 0u;"])
+        out.lines(["bool found = false;", "uint32_t due = 0u;", "uint32_t first = 0u;"])
         if names.has_timers or names.delays:
             with out.block("if (m->timer_count > 0u) {"):
-                out.lines(["found = true;", "*deadline = m->timers[0].deadline;"])
+                out.lines(["found = true;", "first = m->timers[0].deadline;"])
         for inside, slot in zip(names.invoked, names.slots, strict=True):
             out.line(f"if (m->{slot}.running && {inside.prefix}_next_deadline(&m->{slot}, &due)")
-            with out.block("    && (!found || !fsm_reached(due, *deadline))) {"):
-                out.lines(["found = true;", "*deadline = due;"])
-        out.line("return found;")
+            with out.block("    && (!found || !fsm_reached(due, first))) {"):
+                out.lines(["found = true;", "first = due;"])
+        out.lines(["if (found)", "    *deadline = first;", "return found;"])
 
     def _initialize(
         self, out: Emitter, name: str, value: object, type_: object, printer: Printer

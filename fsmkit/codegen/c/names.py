@@ -8,8 +8,11 @@ from pathlib import PurePath
 
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reserved import (
+    COUNTED,
     FAMILIES,
     FUNCTIONS,
+    HEADERS,
+    INSIDE,
     INVOKING,
     KEYWORDS,
     LOCALS,
@@ -188,7 +191,7 @@ def _place(span: object) -> str:
 def name_everything(plan: Plan, prefix: str | None, options: Options | None = None) -> Names:
     """Return the names for a plan; ``prefix`` instead of one made of the chart's name."""
     lower = snake(prefix or plan.chart.name)
-    if lower in KEYWORDS:
+    if lower in LOCALS | HEADERS | INSIDE or COUNTED.fullmatch(lower):
         lower += "_machine"
     names = _name(plan, lower, None)
     _choose(names, options or Options())
@@ -262,7 +265,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             for s in chart.states
             for region in plan.recorded_regions[s.index]
         },
-        fields=_fields(chart),
+        fields=_fields(chart, lower),
         state_names=state_names,
         outermost=lower,
     )
@@ -280,8 +283,9 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     return names
 
 
-def _fields(chart: Chart) -> dict[str, str]:
-    """Return the names of all fields, which SCXML lets be any text."""
+def _fields(chart: Chart, prefix: str) -> dict[str, str]:
+    """Return the names of all fields, which SCXML lets be any text; none hides the machine."""
+    hidden = LOCALS | {prefix}
     found = {
         part.name
         for fields in (
@@ -291,11 +295,11 @@ def _fields(chart: Chart) -> dict[str, str]:
         )
         for part in fields
     }
-    plain = sorted(name for name in found if name not in LOCALS and legal(name) == name)
-    namer = Namer(LOCALS)
+    plain = sorted(name for name in found if name not in hidden and legal(name) == name)
+    namer = Namer(hidden)
     given = {name: namer.name(name) for name in plain}
     others = sorted(found - given.keys())
-    return given | {n: namer.name(f"{n}_" if n in LOCALS else n) for n in others}
+    return given | {n: namer.name(f"{n}_" if n in hidden else n) for n in others}
 
 
 def _slots(chart: Chart, members: Namer) -> tuple[str, ...]:

@@ -24,6 +24,27 @@ LOCALS = KEYWORDS | _words(
 )
 """And what a parameter cannot be called: what the functions that take it name themselves."""
 
+HEADERS = _words(
+    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal "
+    "stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath "
+    "threads time uchar wchar wctype fsm fsm_bytes main"
+)
+"""What a machine cannot be called, since its header would hide another, or it `main`."""
+
+INSIDE = _words(
+    "acted acting allowance at before below bytes cause coming count counter deadline defers "
+    "delay domain domains due entered error event failed fault fits found given hi holds "
+    "initial is_deferred is_external is_quiet is_sound item j keep kept key last leaves left "
+    "length limit lo mark may_defer name none now number numbers other outside place preempted "
+    "n peer queue r rank recalled rest room round route running s said sent size state states "
+    "symbol taken tell texts timer timers t transition until value w what whole why wins word "
+    "words"
+)
+"""Nor how its own functions call what they hold: its type would be hidden there."""
+
+COUNTED = re.compile(r"(copy|holds|item|way|[dinostvw])_?\d+")
+"""Nor those made by number."""
+
 MEMBERS = _words(
     "now timers queue deferred internal delayed event fault failed budget timer_count queue_count "
     "deferred_count internal_count delayed_count running finished busy "

@@ -338,8 +338,10 @@ class SourcePrinter:
     def _tables(self, out: Emitter) -> None:
         chart, p = self.chart, self.names.prefix
         below = ", ".join(f"{s.last_descendant + 1}u" for s in chart.states)
-        sources = ", ".join(f"{t.source}u" for t in chart.transitions)
-        out.line("/* By state: the last state below it, plus one. By transition: its source. */")
+        sources = ", ".join(["0u", *(f"{t.source}u" for t in chart.transitions)])
+        out.line(
+            "/* By state: the last state below it, plus one. By transition plus one: its source. */"
+        )
         out.line(f"static const uint16_t {p}_last_below[] = {{{below}}};")
         out.line(f"static const uint16_t {p}_source_of[] = {{{sources}}};")
         out.line()

@@ -21,8 +21,10 @@ static void @_add(@_selection *found, uint16_t taken)
     for (uint8_t i = 0u; i < found->count; i++)
         if (found->at[i] == taken)
             return;
-    found->at[found->count] = taken;
-    found->count++;
+    if (found->count < %_REGIONS) { /* always: at most one for each region */
+        found->at[found->count] = taken;
+        found->count++;
+    }
 }
 """
 
@@ -48,17 +50,17 @@ static void @_remove_conflicts(const @ *m, @_selection *found)
             uint16_t t2 = kept.at[j];
             bool wins = false;
             if (!preempted && @_conflict(d1, @_domain(m, t2))) {
-                uint16_t s1 = @_source_of[t1 - 1u];
-                uint16_t s2 = @_source_of[t2 - 1u];
+                uint16_t s1 = @_source_of[t1];
+                uint16_t s2 = @_source_of[t2];
                 wins = s1 > s2 && s1 < @_last_below[s2];
                 preempted = !wins;
             }
-            if (!wins) {
+            if (!wins && rest.count < %_REGIONS) {
                 rest.at[rest.count] = t2;
                 rest.count++;
             }
         }
-        if (!preempted) {
+        if (!preempted && rest.count < %_REGIONS) {
             kept = rest;
             kept.at[kept.count] = t1;
             kept.count++;
@@ -71,7 +73,7 @@ static void @_remove_conflicts(const @ *m, @_selection *found)
 /* Leave, act, enter (Appendix D, microstep), in the order of the domains: none is in another. */
 static void @_microstep(@ *m, const @_selection *found)
 {
-    uint16_t domains[%_REGIONS];
+    uint16_t domains[%_REGIONS] = {0u};
     @_selection acting = *found;
     for (uint8_t i = 0u; i < found->count; i++)
         domains[i] = @_domain(m, found->at[i]);
@@ -161,7 +163,7 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
     bool is_deferred = taken == %_DEFER;
     if (is_deferred)
         taken = 0u;
-    if (is_deferred && may_defer) {
+    if (is_deferred && may_defer && m->deferred_count < %_QUEUE) {
         m->deferred[m->deferred_count] = *e;
         m->deferred_count++;
         return FSM_IGNORED;
@@ -181,7 +183,7 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
     @_select_event_0(m, (uint16_t)e->event, &found);
     $FORGET
     $PREEMPT
-    if (found.count == 0u && found.defers && may_defer) {
+    if (found.count == 0u && found.defers && may_defer && m->deferred_count < %_QUEUE) {
         m->deferred[m->deferred_count] = *e;
         m->deferred_count++;
         return FSM_IGNORED;
