@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import keyword
+import sys
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
@@ -83,8 +84,10 @@ def distinct(names: Iterable[str], taken: Collection[str] = ()) -> tuple[str, ..
 
 
 def file_name(chart: Chart, prefix: str | None = None) -> str:
-    """Return the name of the module: ``feeder.py``."""
-    return f"{snake(prefix or chart.name)}.py"
+    """Return the name of the module: ``feeder.py``; none that hides a module or is a keyword."""
+    name = snake(prefix or chart.name)
+    is_taken = keyword.iskeyword(name) or name in sys.stdlib_module_names
+    return f"{name}_machine.py" if is_taken else f"{name}.py"
 
 
 def quoted(text: str) -> str:
