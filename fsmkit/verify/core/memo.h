@@ -7,8 +7,12 @@
 #include <stdint.h>
 
 typedef struct {
-    uint64_t *keys;   /* key plus one; 0 is empty */
-    uint64_t *values;
+    uint64_t key; /* plus one; 0 is empty */
+    uint64_t value;
+} fsm_memo_slot;
+
+typedef struct {
+    fsm_memo_slot *slots;
     size_t count, capacity;
 } fsm_memo;
 
@@ -22,7 +26,7 @@ bool fsm_memo_add(fsm_memo *self, uint64_t key, uint64_t value);
 
 static inline size_t fsm_memo_bytes(const fsm_memo *self)
 {
-    return self->capacity * 2 * sizeof *self->keys;
+    return self->capacity * sizeof *self->slots;
 }
 
 #endif

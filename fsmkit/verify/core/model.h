@@ -50,7 +50,16 @@ typedef struct {
     bool deadlock; /* nothing can happen, and that is not meant: mark 0 of the state */
 } fsm_steps;
 
-bool fsm_steps_add(fsm_steps *self, fsm_state to, uint32_t marks, fsm_kind kind);
+bool fsm_steps_grow(fsm_steps *self);
+
+/* False if memory ran out. */
+static inline bool fsm_steps_add(fsm_steps *self, fsm_state to, uint32_t marks, fsm_kind kind)
+{
+    if (self->count == self->room && !fsm_steps_grow(self))
+        return false;
+    self->items[self->count++] = (fsm_step){to, marks, kind};
+    return true;
+}
 
 typedef struct {
     uint32_t abi; /* FSM_MODEL_ABI of the header the model was compiled against */

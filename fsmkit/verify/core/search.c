@@ -9,17 +9,14 @@ enum {
     FREE_CHECKPOINTS = 32 << 20 /* bytes that need not be saved */
 };
 
-bool fsm_steps_add(fsm_steps *self, fsm_state to, uint32_t marks, fsm_kind kind)
+bool fsm_steps_grow(fsm_steps *self)
 {
-    if (self->count == self->room) {
-        size_t room = self->room == 0 ? 64 : 2 * self->room;
-        fsm_step *items = realloc(self->items, room * sizeof *items);
-        if (items == NULL)
-            return false;
-        self->items = items;
-        self->room = room;
-    }
-    self->items[self->count++] = (fsm_step){to, marks, kind};
+    size_t room = self->room == 0 ? 64 : 2 * self->room;
+    fsm_step *items = realloc(self->items, room * sizeof *items);
+    if (items == NULL)
+        return false;
+    self->items = items;
+    self->room = room;
     return true;
 }
 
@@ -218,7 +215,8 @@ static bool found_new(fsm_search *self, fsm_layer *next, fsm_found found)
 /* A step on its way into the set. */
 typedef struct {
     fsm_state to;
-    uint32_t tag;
+    uint64_t home;
+    uint32_t edition, tag;
     fsm_kind kind;
 } pending;
 
@@ -229,7 +227,7 @@ typedef struct {
 
 static bool arrive(fsm_search *self, fsm_layer *next, uint32_t depth, pending what)
 {
-    switch (fsm_set_put(&self->passed, what.to)) {
+    switch (fsm_set_put_home(&self->passed, what.to, what.home, what.edition)) {
     case FSM_KNOWN:
         self->maybe_cyclic = self->maybe_cyclic || what.kind == FSM_STEP_INTERNAL;
         return true;
@@ -269,9 +267,9 @@ static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
             note_marks(self, step->marks, self->at, (uint32_t)i);
         if (pipe->count == PIPE && !drain(self, next, pipe, PIPE - 1))
             return false;
-        fsm_set_prefetch(&self->passed, step->to);
         pipe->items[(pipe->first + pipe->count++) % PIPE] =
-            (pending){step->to, self->at.tag, step->kind};
+            (pending){step->to, fsm_set_home(&self->passed, step->to), self->passed.edition, self->at.tag,
+                      step->kind};
     }
     self->transitions += steps->count;
     self->expanded++;

@@ -13,6 +13,7 @@ enum {
     REST_BITS = 31, /* of a slot; the last bit tells that it is taken */
     FIRST_BITS = 9, /* of each half */
     MOST_BITS = 31, /* of each half */
+    LINE = 512,     /* pairs in a cache line */
     FIRST_BUCKETS = 64
 };
 
@@ -180,6 +181,7 @@ static bool hashed_grow(fsm_set *self, uint64_t buckets)
     fsm_set old = *self;
     bool fine = true;
     set_buckets(self, buckets);
+    self->edition++;
     for (uint64_t bucket = old.buckets; bucket-- > 0;) {
         uint32_t slots[BUCKET];
         memcpy(slots, bucket_at(self, bucket), sizeof slots);
@@ -209,14 +211,6 @@ static void set_cell(fsm_set *self, uint64_t cell)
 }
 
 /* --- from one form to another ------------------------------------------------------------------- */
-
-static uint64_t power_above(uint64_t n)
-{
-    uint64_t power = 64;
-    while (power <= n)
-        power *= 2;
-    return power;
-}
 
 static unsigned bits_for(uint32_t most)
 {
@@ -272,15 +266,8 @@ static void start_hashed(fsm_set *self, uint64_t states)
 static void start_dense(fsm_set *self)
 {
     self->dense = true;
-    self->width = power_above(self->most_right);
-    self->row_room = power_above(self->most_left);
+    self->width = ((uint64_t)self->most_right + self->most_right / 4 + LINE) / LINE * LINE;
     self->rows = (uint64_t)self->most_left + 1;
-}
-
-static size_t needed(const fsm_set *self)
-{
-    return self->dense ? (size_t)(self->row_room * self->width / 8)
-                       : (size_t)(self->buckets * BUCKET * sizeof(uint32_t));
 }
 
 static bool add_new(fsm_set *self, fsm_state state)
@@ -291,23 +278,50 @@ static bool add_new(fsm_set *self, fsm_state state)
     return true;
 }
 
-/* Makes the set anew, in the smaller form, with room for the largest halves met. */
+static size_t needed(const fsm_set *self)
+{
+    return self->dense ? (size_t)(self->rows * self->width / 8)
+                       : (size_t)(self->buckets * BUCKET * sizeof(uint32_t));
+}
+
+/* Whether to be dense rather than hashed: it is much faster, and spaces become denser as they are
+ * explored, so it may take more at first. */
+static bool prefers_dense(const fsm_set *dense, size_t hashed)
+{
+    size_t most = hashed < SIZE_MAX / 2 ? 2 * hashed : SIZE_MAX;
+    if (most < dense->limit / 64)
+        most = dense->limit / 64;
+    return dense->rows <= dense->limit / (dense->width / 8) && needed(dense) <= most;
+}
+
+/* The first place from one on that is taken, or one after the last place. */
+static uint64_t next_taken(const fsm_set *self, uint64_t place)
+{
+    const unsigned char *bytes = self->region.base;
+    uint64_t places = fsm_set_places(self);
+    while (place < places && !fsm_set_taken(self, place))
+        place += self->dense && place % 8 == 0 && bytes[place / 8] == 0 ? 8 : 1;
+    return place;
+}
+
+/* Makes the set anew, in the form that is better, with room for the largest halves met. */
 static bool rebuild(fsm_set *self)
 {
     fsm_set next = *self, dense = *self;
     next.overflow = (fsm_overflow){0};
     start_hashed(&next, self->count + self->count / 5);
     start_dense(&dense);
-    if (dense.row_room < SIZE_MAX / dense.width && needed(&dense) <= needed(&next)) {
+    if (prefers_dense(&dense, needed(&next))) {
         next = dense;
         next.overflow = (fsm_overflow){0};
     }
+    next.edition++;
     if ((self->most_left | self->most_right) >> MOST_BITS != 0 || needed(&next) > self->limit || !fsm_region_reserve(&next.region, self->limit))
         return false;
     bool fine = needed(&next) <= next.region.reserved;
-    for (uint64_t place = 0, places = fsm_set_places(self); fine && place < places; place++)
-        if (fsm_set_taken(self, place))
-            fine = add_new(&next, fsm_set_at(self, place));
+    uint64_t places = fsm_set_places(self);
+    for (uint64_t place = next_taken(self, 0); fine && place < places; place = next_taken(self, place + 1))
+        fine = add_new(&next, fsm_set_at(self, place));
     fsm_set discarded = fine ? *self : next;
     if (fine)
         *self = next;
@@ -318,7 +332,8 @@ static bool rebuild(fsm_set *self)
 static bool fits(const fsm_set *self, fsm_state state)
 {
     if (self->dense)
-        return fsm_left(state) < self->row_room && fsm_right(state) < self->width;
+        return fsm_right(state) < self->width && fsm_left(state) < self->limit / (self->width / 8)
+            && fsm_left(state) < self->region.reserved / (self->width / 8);
     return fsm_left(state) >> self->left_bits == 0 && fsm_right(state) >> self->right_bits == 0;
 }
 
@@ -328,7 +343,7 @@ static bool make_room(fsm_set *self)
     start_dense(&dense);
     uint64_t buckets = self->buckets + self->buckets / 4;
     size_t bytes = (size_t)(buckets * BUCKET * sizeof(uint32_t));
-    if (dense.row_room < SIZE_MAX / dense.width && needed(&dense) <= bytes)
+    if (prefers_dense(&dense, bytes))
         return rebuild(self);
     return bytes <= self->limit && hashed_grow(self, buckets);
 }
@@ -354,23 +369,25 @@ size_t fsm_set_bytes(const fsm_set *self)
     return needed(self) + self->overflow.capacity * sizeof *self->overflow.slots;
 }
 
-void fsm_set_prefetch(const fsm_set *self, fsm_state state)
+/* A home is a cell, or a bucket and what is kept in a slot of it. */
+uint64_t fsm_set_home(const fsm_set *self, fsm_state state)
 {
     if (!fits(self, state))
-        return;
+        return FSM_NOWHERE;
     if (self->dense) {
-        __builtin_prefetch((const char *)self->region.base + cell_of(self, state) / 8, 1);
-        return;
+        uint64_t cell = cell_of(self, state);
+        __builtin_prefetch((const char *)self->region.base + cell / 8, 1);
+        return cell;
     }
     uint64_t bucket;
     uint32_t rest;
     divide(self, permuted(self, state), &bucket, &rest);
     __builtin_prefetch(bucket_at(self, bucket), 1);
+    return bucket << 32 | rest;
 }
 
-static fsm_put dense_put(fsm_set *self, fsm_state state)
+static fsm_put dense_put(fsm_set *self, fsm_state state, uint64_t cell)
 {
-    uint64_t cell = cell_of(self, state);
     if (has_cell(self, cell))
         return FSM_KNOWN;
     set_cell(self, cell);
@@ -380,21 +397,19 @@ static fsm_put dense_put(fsm_set *self, fsm_state state)
     return FSM_ADDED;
 }
 
-static fsm_put hashed_put(fsm_set *self, fsm_state state)
+static fsm_put hashed_put(fsm_set *self, fsm_state state, uint64_t home)
 {
-    uint64_t x = permuted(self, state), bucket;
-    uint32_t rest;
+    uint64_t bucket = home >> 32, x = bucket * self->divisor + ((uint32_t)home >> 1);
     unsigned taken;
-    divide(self, x, &bucket, &rest);
     uint32_t *slots = bucket_at(self, bucket);
-    if (search_bucket(slots, rest, &taken) < BUCKET)
+    if (search_bucket(slots, (uint32_t)home, &taken) < BUCKET)
         return FSM_KNOWN;
     if (taken == BUCKET && self->overflow.capacity > 0 && *overflow_slot(&self->overflow, x) != 0)
         return FSM_KNOWN;
     if (self->count >= self->most)
         return make_room(self) ? fsm_set_put(self, state) : FSM_NO_ROOM;
     if (taken < BUCKET)
-        slots[taken] = rest;
+        slots[taken] = (uint32_t)home;
     else if (!overflow_add(&self->overflow, x))
         return FSM_NO_ROOM;
     self->count++;
@@ -409,7 +424,16 @@ fsm_put fsm_set_put(fsm_set *self, fsm_state state)
         self->most_right = fsm_right(state);
     if (!fits(self, state) && !rebuild(self))
         return FSM_NO_ROOM;
-    return self->dense ? dense_put(self, state) : hashed_put(self, state);
+    uint64_t home = fsm_set_home(self, state);
+    return self->dense ? dense_put(self, state, home) : hashed_put(self, state, home);
+}
+
+fsm_put fsm_set_put_home(fsm_set *self, fsm_state state, uint64_t home, uint32_t edition)
+{
+    if (home == FSM_NOWHERE || edition != self->edition || fsm_left(state) > self->most_left
+        || fsm_right(state) > self->most_right)
+        return fsm_set_put(self, state);
+    return self->dense ? dense_put(self, state, home) : hashed_put(self, state, home);
 }
 
 uint64_t fsm_set_find(const fsm_set *self, fsm_state state)

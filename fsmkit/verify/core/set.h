@@ -19,7 +19,8 @@ typedef struct {
 
 typedef struct {
     uint64_t count;
-    size_t limit; /* bytes */
+    size_t limit;    /* bytes */
+    uint32_t edition; /* another one each time that states change their places */
     bool dense;
     fsm_region region;
     /* hashed */
@@ -29,7 +30,7 @@ typedef struct {
     uint64_t factors[2], inverses[2];
     fsm_overflow overflow;
     /* dense */
-    uint64_t rows, row_room, width;
+    uint64_t rows, width;
     uint32_t most_left, most_right; /* the largest halves met */
 } fsm_set;
 
@@ -38,10 +39,14 @@ typedef enum { FSM_KNOWN, FSM_ADDED, FSM_NO_ROOM } fsm_put;
 bool fsm_set_init(fsm_set *self, size_t limit);
 void fsm_set_free(fsm_set *self);
 
+/* Where a state belongs, in the present edition of the set; its memory is fetched meanwhile. */
+uint64_t fsm_set_home(const fsm_set *self, fsm_state state);
+
 /* Adds a state, if it is new. */
 fsm_put fsm_set_put(fsm_set *self, fsm_state state);
 
-void fsm_set_prefetch(const fsm_set *self, fsm_state state);
+/* The same, knowing its home in an edition. */
+fsm_put fsm_set_put_home(fsm_set *self, fsm_state state, uint64_t home, uint32_t edition);
 
 size_t fsm_set_bytes(const fsm_set *self);
 
