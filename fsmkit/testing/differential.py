@@ -199,13 +199,16 @@ def explain(case: Case, divergence: Divergence) -> str:
 
 
 def reduced(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, Divergence | None]:
-    """Return a smaller case on which the target still diverges."""
+    """Return a smaller case on which the target still diverges; to refuse a chart is not that."""
 
     def attempt(documents: Documents, script: Script) -> Divergence | None:
         try:
-            return compare(Case(documents, elaborated(documents), script), target)
+            smaller = Case(documents, elaborated(documents), script)
+            expected = InterpreterHarness().run(smaller.chart, script)
         except FsmkitError:  # no valid chart, or a script that is not one for it
             return None
+        got = _attempt_or_refuse(target, smaller)
+        return None if got is None else first_difference(target.name, expected, got)
 
     documents, script = reduce_example(
         case.documents, case.script, lambda d, s: attempt(d, s) is not None, budget

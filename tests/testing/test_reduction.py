@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from fsmkit.diagnostics import fail
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Kind
 from fsmkit.testing.differential import compare, explain, first_difference, random_case, reduced
@@ -34,6 +35,23 @@ def test_a_divergence_is_reduced_to_its_cause() -> None:
     text = explain(small, divergence)
     for part in ("chart: Random", "--- script", "start", "deaf:", "interpreter: raise"):
         assert part in text
+
+
+class Choosy(Deaf):
+    """Refuses charts without the content that it gets wrong."""
+
+    def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
+        told = super().run(chart, script)
+        if told == InterpreterHarness().run(chart, script):
+            raise fail("c-limit", "on purpose")
+        return told
+
+
+def test_a_chart_that_is_refused_is_not_what_a_divergence_is_reduced_to() -> None:
+    case = next(case for n in range(100) if compare(case := random_case(1, n), Deaf()))
+    _, divergence = reduced(case, Choosy(), 300)
+    assert divergence is not None
+    assert divergence.expected.startswith("raise")
 
 
 def test_traces_of_different_length_differ_at_the_end_of_the_shorter() -> None:
