@@ -96,6 +96,8 @@ $BEFORE
 
 [queued]bool @_step_event(@ *m)
 [queued]{
+[queued][guarded]    if (m->busy)
+[queued][guarded]        return false;
 [queued]    if ($STOPPED)
 [queued]        return false;
 $RECALL
@@ -112,6 +114,8 @@ HOST = """
 [polls]{
 [polls][!loops]    (void)m;
 [polls][!loops]    return false;
+[polls][loops][guarded]    if (m->busy)
+[polls][loops][guarded]        return false;
 [polls][loops]    if ($STOPPED)
 [polls][loops]        return false;
 [polls][loops]    @_begin(m);
@@ -124,6 +128,8 @@ HOST = """
 
 [runs]void @_run(@ *m, uint32_t now)
 [runs]{
+[runs][guarded]    if (m->busy)
+[runs][guarded]        return;
 [runs][queued]    uint32_t allowance = (uint32_t)m->queue_count + %_MICROSTEPS$DEFERRED_PLUS;
 [runs][now]    m->now = now;
 [runs][!now]    (void)now;
@@ -143,6 +149,10 @@ fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
 {
 [guarded]    if (m->busy)
 [guarded]        return FSM_BUSY;
+#ifdef FSM_CHECKED
+    if (!@_is_allowed(e))
+        return FSM_REFUSED;
+#endif
 [!checked]#ifdef FSM_HOOKS /* which must not be told of it; otherwise it is found out below */
     if ($STOPPED)
         return FSM_STOPPED;
@@ -157,6 +167,12 @@ fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
 POST = """
 [queued]bool @_post(@ *m, const @_event *e)
 [queued]{
+[queued]#ifdef FSM_CHECKED
+[queued]    if (!@_is_allowed(e)) {
+[queued][counted]        @_count(&m->rejected);
+[queued]        return false;
+[queued]    }
+[queued]#endif
 [queued]    if ($STOPPED) {
 [queued][counted]        @_count(&m->rejected);
 [queued]        FSM_HOOK_POST(m, e, false);

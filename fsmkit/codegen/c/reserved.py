@@ -33,7 +33,7 @@ HEADERS = _words(
 
 INSIDE = _words(
     "acted acting allowance at before below bytes cause coming count counter deadline defers "
-    "delay domain domains due entered error event failed fault fits found given hi holds "
+    "delay domain domains due entered error event failed fault first fits found given hi holds "
     "initial is_deferred is_external is_quiet is_sound item j keep kept key last leaves left "
     "length limit lo mark may_defer name none now number numbers other outside place preempted "
     "n peer queue r rank recalled rest room round route running s said sent size state states "
@@ -62,7 +62,8 @@ FUNCTIONS = _words(
     "respond_any may_go_on rest emit take_one place_above places_before place_last path_places "
     "path_of path_step enter_path enter_place enter_recorded entry_of exit_of leave_until "
     "guard_of select_at row_table row_first region_at "
-    "is_deferred select_event select_eventless event_symbol no_event last_below source_of "
+    "is_deferred is_allowed select_event select_eventless event_symbol no_event last_below "
+    "source_of "
     "save restore put_event get_event put_machine get_machine head routes ids peers texts"
 )
 """What follows the prefix in the names of functions and types that every machine has."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.cases import case, default
 from fsmkit.codegen.c.content import ROUTES, ContentPrinter
 from fsmkit.codegen.c.header import NOTICE, event_type, parameters
@@ -94,6 +95,7 @@ class SourcePrinter:
         out.lines(fill(names, QUEUES, DEFERRED_COUNT=deferred))
         out.line()
         helpers(out, names, names.used, event_type(names))
+        print_allowed(out, names)
 
     def _calls(self, out: Emitter) -> None:
         """Print the wrappers of operations and of events that leave."""

@@ -16,6 +16,7 @@ extern "C" {
 /* ---- configuration ----------------------------------------------------------------------------
  * FSM_HOOKS       a header that defines some of the hooks below, e.g. -DFSM_HOOKS='"my_hooks.h"'
  * FSM_NO_NAMES    leave out the tables of names
+ * FSM_CHECKED     refuse events that are unknown, or carry values that are none of their type
  * You usually need not change anything below this line. */
 
 #ifdef FSM_HOOKS
@@ -87,7 +88,8 @@ typedef enum {
     FSM_IGNORED, /* no transition was enabled */
     FSM_HANDLED,
     FSM_BUSY,    /* called from within a step of the same machine */
-    FSM_STOPPED  /* not started, finished, or in a fault */
+    FSM_STOPPED, /* not started, finished, or in a fault */
+    FSM_REFUSED  /* unknown, or carries what its declaration does not allow; with FSM_CHECKED */
 } fsm_result;
 
 /* What became of saved bytes. */

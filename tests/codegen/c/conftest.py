@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 
 import pytest
 
+from fsmkit.codegen.c.generate import Machine, generate_machine
+from fsmkit.loading import load
+
+ROOT = Path(__file__).parents[3]
+CELL = ROOT / "machines/production_cell"
+HERE = Path(__file__).parent
+CHARTS = {
+    **{name: CELL / f"{name}.yaml" for name in ("feeder", "molder", "plant")},
+    **{name: HERE / "charts" / f"{name}.yaml" for name in ("flat", "nested", "apart", "kinds")},
+    "shop": ROOT / "tests/golden/shop.yaml",
+}
+YARDSTICK = Path(os.environ.get("FSMKIT_YARDSTICK", ROOT / "../shared/benchmarks"))
+CHARTS |= {f"chart_{path.stem.lower()}": path for path in sorted(YARDSTICK.glob("[ABC].scxml"))}
+"""Whose C is looked at: the production cell; the kinds of the yardstick, and its own charts where
+they are; what is left of the language."""
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
 
@@ -45,3 +62,9 @@ def write() -> Callable[[Path, Mapping[str, str]], Path]:
         return folder
 
     return files
+
+
+@cache
+def machine_of(name: str) -> Machine:
+    """Return the machine of one of `CHARTS`, or of the yardstick's where that is."""
+    return generate_machine(load(CHARTS[name]), name)
