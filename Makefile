@@ -9,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: demo verify test lint tools bless differential endurance bench bench-scaling fuzz clean
+.PHONY: demo verify test lint tools bless differential endurance bench bench-scaling bench-explorer fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -57,6 +57,10 @@ bench: $(VENV)/ready
 # Seconds and calls of functions, stage by stage, for charts of 1,000 and 10,000 states.
 bench-scaling: $(VENV)/ready
 	$(BIN)/python benchmarks/scaling.py --calls
+
+# The explorer beside SPIN on the dining philosophers: states a second, bytes a state.
+bench-explorer: $(VENV)/ready
+	$(BIN)/python -m benchmarks.explorer
 
 # Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
 FUZZ_SECONDS ?= 60

@@ -75,7 +75,7 @@ class CEngine:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails."""
         self._closed = closed
         self._temporary: tempfile.TemporaryDirectory[str] | None = None
-        self._program = self._build(model_files(closed, findings))
+        self.program = self._build(model_files(closed, findings))
 
     def close(self) -> None:
         """Remove what is not kept in the cache."""
@@ -126,7 +126,7 @@ class CEngine:
         until: frozenset[int] = frozenset(),
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early."""
-        command = [str(self._program), "--livelock", "--memory", str(memory)]
+        command = [str(self.program), "--livelock", "--memory", str(memory)]
         if seconds:
             command += ["--timeout", str(seconds)]
         if until:
@@ -145,7 +145,7 @@ class CEngine:
         In zones only. Also returns what the clock showed (``watch`` in core/timed_main.c); beyond
         ``most`` units it shows only more.
         """
-        command = [str(self._program), "--memory", str(memory), "--watch", f"{begin},{end},{most}"]
+        command = [str(self.program), "--memory", str(memory), "--watch", f"{begin},{end},{most}"]
         if seconds:
             command += ["--timeout", str(seconds)]
         told = self._result(command, None)
@@ -156,7 +156,7 @@ class CEngine:
 
         In zones only.
         """
-        command = [str(self._program), "--list"]
+        command = [str(self.program), "--list"]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         found: list[list[str]] = []
         for line in done.stdout.splitlines():
@@ -230,7 +230,7 @@ class CEngine:
     def _replayed(self, path: tuple[int, ...]) -> list[tuple[Step, tuple[str, ...]]]:
         """Return the steps of a path, and what the machines did in each."""
         written = ",".join("!" if step == AT_ONCE else str(step) for step in path)
-        command = [str(self._program), "--replay", written]
+        command = [str(self.program), "--replay", written]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise fail(

@@ -1,0 +1,1 @@
+"""The explorer beside SPIN: the same closed systems, the same number of states."""

@@ -1,0 +1,146 @@
+"""Measure: ``python -m benchmarks.explorer [--count N]``.
+
+Both tools explore the dining philosophers exhaustively, with all reductions off, on one core,
+compiled by the same compiler with the same flags. Processor seconds and the largest resident size
+are those of the whole process, as the system accounts for them. SPIN runs in its fastest exhaustive
+mode for this system, depth first; where it is not installed, its row is missing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from fsmkit.diagnostics import Findings
+from fsmkit.verify.closed import close
+from fsmkit.verify.engine import CEngine, compiler
+from fsmkit.verify.reader import load_system
+
+HERE = Path(__file__).parent
+SYSTEM = """\
+system: Philosophers
+machines:
+  "phil[i in 0..{last}]":
+    chart: {chart}
+    with: {{N: {count}, FIRST: "min(i, (i + 1) % {count})", SECOND: "max(i, (i + 1) % {count})"}}
+shared:
+  taken: "bool[{count}] = false"
+properties:
+  apart:
+    invariant: "all(i in phil: not (phil[i].In(eating) and phil[(i + 1) % {count}].In(eating)))"
+  D: deadlock_free
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What one tool took: seconds of processor time, and bytes of memory at most."""
+
+    tool: str
+    states: int
+    transitions: int
+    seconds: float
+    bytes: int
+
+    @property
+    def rate(self) -> float:
+        """States a second."""
+        return self.states / self.seconds
+
+    @property
+    def bytes_a_state(self) -> float:
+        """All memory of the process, for each state."""
+        return self.bytes / self.states
+
+
+def run(command: list[str], folder: Path) -> tuple[str, float, int]:
+    """Return what a program printed, its processor seconds, and its largest resident size."""
+    with (folder / "said").open("w+") as said:
+        process = subprocess.Popen(command, stdout=said, cwd=folder)
+        _, status, usage = os.wait4(process.pid, 0)
+        if status:
+            raise click.ClickException(f"{command[0]} ended with status {status}")
+        said.seek(0)
+        return said.read(), usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024
+
+
+def measure_fsmkit(count: int, memory: int, folder: Path) -> Measured:
+    """Explore the philosophers here."""
+    file = folder / "philosophers.yaml"
+    chart = HERE / "philosopher.yaml"
+    file.write_text(SYSTEM.format(count=count, last=count - 1, chart=chart), encoding="utf-8")
+    findings = Findings()
+    with closing(CEngine(close(load_system(file, findings)), findings)) as engine:
+        said, seconds, most = run([str(engine.program), "--memory", str(memory)], folder)
+    told = json.loads(said.splitlines()[-1])["result"]
+    if told["outcome"] != "complete":
+        raise click.ClickException(f"the exploration ended early: {told['outcome']}")
+    return Measured("fsmkit", told["states"], told["transitions"], seconds, most)
+
+
+def measure_spin(count: int, folder: Path) -> Measured | None:
+    """Explore the philosophers with SPIN; None where there is none."""
+    spin, gcc = shutil.which("spin"), compiler()
+    if spin is None or gcc is None:
+        return None
+    model = shutil.copy(HERE / "philosophers.pml", folder)
+    subprocess.run([spin, "-a", f"-DN={count}", model], cwd=folder, check=True)
+    flags = ["-std=gnu99", "-O2", "-w", "-DSAFETY", "-DNOREDUCE", "-DMEMLIM=16000"]
+    subprocess.run([gcc, *flags, "pan.c", "-o", "pan"], cwd=folder, check=True)
+    said, seconds, most = run(["./pan", "-m1000000", f"-w{16 + count}"], folder)
+    if "error: max search depth" in said or "aborted" in said:
+        raise click.ClickException("SPIN ended early")
+    states, transitions = (
+        int(re.search(rf"(\d+) {what}", said)[1])  # type: ignore[index]
+        for what in ("states, stored", "transitions")
+    )
+    return Measured("SPIN, depth first", states, transitions, seconds, most)
+
+
+def table_of(found: list[Measured]) -> Table:
+    """Return the figures side by side."""
+    table = Table()
+    for head in ("tool", "states", "transitions", "CPU s", "M states/s", "bytes a state"):
+        table.add_column(head, justify="left" if head == "tool" else "right")
+    for one in found:
+        table.add_row(
+            one.tool,
+            f"{one.states:,}",
+            f"{one.transitions:,}",
+            f"{one.seconds:.2f}",
+            f"{one.rate / 1e6:.2f}",
+            f"{one.bytes_a_state:.1f}",
+        )
+    return table
+
+
+@click.command(help="Explore the dining philosophers here and with SPIN, and compare.")
+@click.option("--count", default=8, show_default=True, help="philosophers")
+@click.option("--memory", default=16 << 30, help="bytes")
+def main(count: int, memory: int) -> None:
+    """Print the table and the ratios."""
+    console = Console()
+    with tempfile.TemporaryDirectory() as name:
+        ours = measure_fsmkit(count, memory, Path(name))
+        spin = measure_spin(count, Path(name))
+    console.print(table_of([one for one in (ours, spin) if one is not None]))
+    if spin is None:
+        console.print("SPIN is not installed: `make tools` installs it")
+        return
+    console.print(f"{ours.rate / spin.rate:.1f} times the rate of SPIN")
+    console.print(f"{ours.bytes_a_state / spin.bytes_a_state:.3f} of the memory a state of SPIN")
+
+
+if __name__ == "__main__":
+    main()
