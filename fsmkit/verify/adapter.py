@@ -146,6 +146,7 @@ class MachineAdapter(TimerWriter):
             out.lines(["default:", "    return false;"])
         out.line()
         self._slack()
+        self._timer_name()
         if not self.closed.untimed and not self.closed.zones and not self._intervals:
             out.text(f"""
             static bool fire(void *m, uint32_t timer)
@@ -182,6 +183,24 @@ class MachineAdapter(TimerWriter):
             return {t}_step_timer(m);
         }}
         """)
+        out.line()
+
+    def _timer_name(self) -> None:
+        """Write what tells the timers of a machine apart where deadlines do not count."""
+        if not self.closed.untimed:
+            return
+        out, t = self.out, self.type
+        with out.block("static uint32_t timer_name(const void *state, uint32_t timer)\n{"):
+            out.line(f"const {t} *m = state;")
+            if "delayed" in self.built.members:
+                out.text(f"""
+                uint32_t rank = 0u;
+                for (uint32_t i = 0u; i < timer; i++)
+                    rank += m->timers[i].what == FSM_TIMER_SEND;
+                if (m->timers[timer].what == FSM_TIMER_SEND)
+                    return {len(self.chart.transitions)}u + (uint32_t)m->delayed[rank].e.event - 1u;
+                """)
+            out.line("return m->timers[timer].what;")
         out.line()
 
     @property
@@ -252,6 +271,8 @@ class MachineAdapter(TimerWriter):
             ]:
                 out.line(f".{name} = {name},")
             self._clock_members()
+            named = self.closed.untimed and "timer_count" in self.built.members
+            out.line(f".timer_name = {'timer_name' if named else 'NULL'},")
             out.line(f".early = {'early' if self._intervals else 'NULL'},")
             out.line(f".eventless = {'eventless' if self._tries_inputs else 'NULL'},")
             out.line(f".choose_inputs = {'choose_inputs' if self.closed.is_open else 'NULL'},")

@@ -92,6 +92,11 @@ class Closed:
     """Time is dense, see ``core/timed.h``; ``unit`` then only divides all delays."""
 
     @property
+    def is_timeless(self) -> bool:
+        """Whether there is no delay at all: then what never comes to rest need not stop time."""
+        return unit_of(self.system) == 0
+
+    @property
     def is_open(self) -> bool:
         """Whether this is one chart alone."""
         return self.system.is_open

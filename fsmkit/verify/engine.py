@@ -25,9 +25,10 @@ from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_values import Built, describe, prefix_of
 from fsmkit.verify.closed import Closed, with_greatest_delays
 from fsmkit.verify.counterexample import Counterexample
-from fsmkit.verify.exploration import AT_ONCE, End, Exploration, Figures, Mark, Trail
+from fsmkit.verify.exploration import AT_ONCE, Answer, End, Exploration, Figures, Mark, Trail
 from fsmkit.verify.instants import Armed, Performed, scheduled
 from fsmkit.verify.moves import Action, Step
+from fsmkit.verify.system import PropertyKind, goal_place, temporal_properties
 from fsmkit.verify.wiring import system_file
 
 CORE = Path(__file__).parent / "core"
@@ -135,7 +136,22 @@ class CEngine:
             command.append("--traps")
         if progress is not None:
             command.append("--progress")
+        command += self._temporal()
         return self._read(self._result(command, progress))
+
+    def _temporal(self) -> list[str]:
+        """Return the options that ask for temporal properties, in their order."""
+        if self._closed.zones:
+            return []
+        properties = self._closed.system.properties
+        found = ["--timeless"] if self._closed.is_timeless else []
+        for number in temporal_properties(properties):
+            if properties[number].kind is PropertyKind.RECOVERABLE:
+                found += ["--recoverable", str(1 + number)]
+            else:
+                goal = 1 + goal_place(properties, number)
+                found += ["--leads-to", f"{1 + number},{goal}"]
+        return found
 
     def watch(
         self, begin: int, end: int, most: int, memory: int, seconds: float
@@ -223,6 +239,14 @@ class CEngine:
             ),
             parts=told.get("parts", 0),
             doubt=told.get("doubt", ""),
+            temporal=tuple(
+                Answer(number, a["known"], a["violated"], tuple(a["path"]), tuple(a["cycle"]))
+                for number, a in zip(
+                    temporal_properties(self._closed.system.properties),
+                    told.get("temporal", ()),
+                    strict=False,
+                )
+            ),
         )
 
     # --- replay --------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from enum import Enum
 
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.moves import UNHANDLED, Step
+from fsmkit.verify.system import judged
 
 DEADLOCK = 0
 AT_ONCE = -1
@@ -35,6 +36,21 @@ class Mark:
     number: int
     count: int
     path: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What the graph tells of a temporal property, by its number.
+
+    ``violated``: by a path, and a cycle that it leads to, empty if nothing more happens or nothing
+    helps. Without a path memory for it ran out. Not ``known``: nothing is told.
+    """
+
+    property: int
+    known: bool
+    violated: bool = False
+    path: tuple[int, ...] = ()
+    cycle: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +93,12 @@ class Exploration:
     """In dense time: how many discrete parts the states have; a state is such a part and a zone."""
     doubt: str = ""
     """Why a livelock or a trap is not known, if that is not for want of memory."""
+    temporal: tuple[Answer, ...] = ()
+
+    def answer(self, property_: int) -> Answer:
+        """Return what is known of a temporal property."""
+        unknown = Answer(property_, known=False)
+        return next((found for found in self.temporal if found.property == property_), unknown)
 
     def mark(self, number: int) -> Mark | None:
         """Return what was seen of a mark."""
@@ -86,7 +108,7 @@ class Exploration:
 def first_mark(closed: Closed, machine: int) -> int:
     """Return the first mark of a machine: queue full, fault, then each event unanswered."""
     charts = closed.charts[:machine]
-    properties = len(closed.system.properties)
+    properties = len(judged(closed.system.properties))
     return 1 + properties + sum(UNHANDLED + len(chart.events) for chart in charts)
 
 

@@ -6,7 +6,7 @@ from fsmkit.expressions import ContentError, Value, evaluate
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.closed import Closed
-from fsmkit.verify.system import JUDGED_AT_STATES, Atom, Property, PropertyKind
+from fsmkit.verify.system import Atom, Property, PropertyKind
 
 
 class _World:
@@ -60,7 +60,7 @@ def judge(closed: Closed, property_: Property, snapshots: tuple[Snapshot, ...]) 
 
     A condition that cannot be evaluated (an index out of range) counts as false.
     """
-    if property_.kind not in JUDGED_AT_STATES or property_.condition is None:
+    if property_.condition is None:
         return False
     try:
         holds = bool(evaluate(property_.condition, _World(closed, property_, snapshots)))

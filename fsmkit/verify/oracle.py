@@ -12,12 +12,23 @@ from dataclasses import dataclass, field
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.closed import PATIENCE, Closed
-from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Figures, Mark, Trail, first_mark
+from fsmkit.verify.exploration import (
+    DEADLOCK,
+    Answer,
+    End,
+    Exploration,
+    Figures,
+    Mark,
+    Trail,
+    first_mark,
+)
 from fsmkit.verify.graph import find_cycle, find_traps
 from fsmkit.verify.judge import judge
 from fsmkit.verify.moves import FULL, Action, Message, Outcome, Step, TooManyChoices, View, Who
 from fsmkit.verify.shared import written_value
 from fsmkit.verify.steps import LocalSteps
+from fsmkit.verify.system import Property, judged, temporal_properties
+from fsmkit.verify.temporal import Arc, action_of, answers
 
 State = tuple[int, ...]
 """A global state: a local state, by number, for each machine."""
@@ -64,6 +75,7 @@ class Oracle:
         self._origins: list[tuple[int, int]] = []
         self._marks: dict[int, tuple[int, tuple[int, int]]] = {}
         self._transitions = 0
+        self._judged = judged(closed.system.properties)
 
     # --- local states --------------------------------------------------------------------------
 
@@ -264,6 +276,7 @@ class Oracle:
             traps_known=traps and complete,
             traps=self._traps() if traps and complete else (),
             machines=tuple(self._figures(machine) for machine in range(self._count)),
+            temporal=self._temporal() if complete else (),
         )
 
     def _visit(self, source: int, ordinal: int, edge: _Edge) -> None:
@@ -278,7 +291,7 @@ class Oracle:
         if not self.closed.is_open and self._is_deadlock(edge.to):
             self._note(DEADLOCK, (number, -1))
         snapshots = self.snapshots(edge.to)
-        for index, property_ in enumerate(self.closed.system.properties):
+        for index, property_ in enumerate(self._judged):
             if judge(self.closed, property_, snapshots):
                 self._note(1 + index, (number, -1))
 
@@ -345,6 +358,25 @@ class Oracle:
             if not all(view.at_rest or view.faulted for view in views):
                 oldest[shown[trap]] = min(trap, oldest.get(shown[trap], trap))
         return tuple(self._path_to(trap, -1) for trap in sorted(oldest.values()))
+
+    def _temporal(self) -> tuple[Answer, ...]:
+        if not temporal_properties(self.closed.system.properties):
+            return ()
+        graph = [
+            [self._arc(state, n, edge) for n, edge in enumerate(self.successors(state))]
+            for state in self._order
+        ]
+        return answers(self.closed, graph, self._where, lambda state: self._path_to(state, -1))
+
+    def _where(self, property_: Property) -> list[bool]:
+        return [judge(self.closed, property_, self.snapshots(state)) for state in self._order]
+
+    def _arc(self, state: State, ordinal: int, edge: _Edge) -> Arc:
+        step = edge.steps[0]
+        timers = self._locals[step.machine][state[step.machine]].snapshot.timers
+        action = action_of(self.closed, step, edge.who, timers)
+        ticks = self.closed.unit if step.action is Action.ELAPSE else 0
+        return Arc(self._states[edge.to], ordinal, edge.who is Who.INTERNAL, action, ticks)
 
     def _figures(self, machine: int) -> Figures:
         found = self._locals[machine]

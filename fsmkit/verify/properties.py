@@ -16,7 +16,6 @@ from fsmkit.emit import legal
 from fsmkit.expressions import (
     BOOL,
     ArrayType,
-    Expr,
     Literal,
     Scope,
     Storage,
@@ -25,21 +24,13 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart
 from fsmkit.verify.indices import INDEXED, canonical
-from fsmkit.verify.system import Atom, Machine
+from fsmkit.verify.system import Atom, Condition, Machine
 
 TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
 DOTTED = rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*)"
 QUOTED = r'"[^"]*"|\'[^\']*\''
 BARE = r"(?P<shared>[A-Za-z_]\w*)(?![\w.(])(?:\s*\[\s*(?P<element>\d+)\s*\])?"
 NAMES = re.compile(rf"(?P<quoted>{QUOTED})|(?<![\w.]){TEST}|(?<![\w.]){DOTTED}|(?<![\w.]){BARE}")
-
-
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """A condition, typed, and what its variables stand for."""
-
-    expression: Expr
-    atoms: tuple[tuple[str, Atom], ...]
 
 
 @dataclass(slots=True)

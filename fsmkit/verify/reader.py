@@ -20,6 +20,8 @@ from fsmkit.verify.shared import read_shared, shared_links
 from fsmkit.verify.surroundings import read_environment
 from fsmkit.verify.system import (
     JUDGED_AT_STATES,
+    TEMPORAL,
+    Condition,
     Machine,
     Property,
     PropertyKind,
@@ -30,6 +32,7 @@ from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
     Node,
     Scalar,
+    Sequence,
     check_keys,
     demand_mapping,
     demand_text,
@@ -180,22 +183,53 @@ def _property(
     kind = _kind(key, findings)
     if kind is None:
         return None
-    if kind not in JUDGED_AT_STATES:
+    if "occurs(" in _written(value).replace(" ", ""):
+        reason = "`occurs` is not explored yet"
+        return Property(name.value, kind, _written(value), span=name.span, unexplored=reason)
+    if kind is PropertyKind.LEADS_TO:
+        return _leads_to(name, value, machines, findings)
+    if kind not in JUDGED_AT_STATES | TEMPORAL:
         text = _written(value)
         reason = "" if kind in NEEDS_NOTHING else f"`{kind.value}` is not explored yet"
         return Property(name.value, kind, text, span=name.span, unexplored=reason)
-    text_ = demand_text(value, f"the condition of `{name}`", findings)
-    if text_ is None:
-        return None
-    if "occurs(" in text_.value.replace(" ", ""):
-        reason = "`occurs` is not explored yet"
-        return Property(name.value, kind, text_.value, span=name.span, unexplored=reason)
-    written_out = unquantified(text_, machines, findings)
-    condition = None if written_out is None else read_condition(written_out, machines, findings)
+    condition = _condition(name, value, machines, findings)
     if condition is None:
         return None
+    text, expression, atoms = _written(value), condition.expression, condition.atoms
+    return Property(name.value, kind, text, expression, atoms, span=name.span)
+
+
+def _condition(
+    name: Text, node: Node, machines: tuple[Machine, ...], findings: Findings
+) -> Condition | None:
+    text = demand_text(node, f"the condition of `{name}`", findings)
+    written_out = None if text is None else unquantified(text, machines, findings)
+    return None if written_out is None else read_condition(written_out, machines, findings)
+
+
+def _leads_to(
+    name: Text, node: Node, machines: tuple[Machine, ...], findings: Findings
+) -> Property | None:
+    """Read ``[P, Q]``."""
+    if not isinstance(node, Sequence) or len(node.items) != 2:
+        findings.add(
+            "unexpected-shape",
+            f"`{name}` needs two conditions",
+            node.span,
+            help="for instance `leads_to: [plant.In(inserted), plant.In(out)]`",
+        )
+        return None
+    first, second = (_condition(name, item, machines, findings) for item in node.items)
+    if first is None or second is None:
+        return None
     return Property(
-        name.value, kind, text_.value, condition.expression, condition.atoms, span=name.span
+        name.value,
+        PropertyKind.LEADS_TO,
+        _written(node),
+        first.expression,
+        first.atoms,
+        goal=second,
+        span=name.span,
     )
 
 

@@ -6,7 +6,7 @@ something leaves it: an event (its index in the chart) or an operation (after al
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from fsmkit.diagnostics import Source, Span
@@ -89,7 +89,7 @@ class Possible:
 
 
 class PropertyKind(Enum):
-    """The kinds of properties; the last ones are read, but not explored yet."""
+    """The kinds of properties."""
 
     INVARIANT = "invariant"
     NEVER = "never"
@@ -103,6 +103,9 @@ class PropertyKind(Enum):
 
 
 JUDGED_AT_STATES = {PropertyKind.INVARIANT, PropertyKind.NEVER, PropertyKind.REACHABLE}
+"""Those that are decided by whether a state is ever marked."""
+TEMPORAL = {PropertyKind.RECOVERABLE, PropertyKind.LEADS_TO}
+"""Those that are decided over the graph; the states where their conditions hold are marked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +118,18 @@ class Atom:
 
 
 @dataclass(frozen=True, slots=True)
+class Condition:
+    """A condition, typed, and what its variables stand for."""
+
+    expression: Expr
+    atoms: tuple[tuple[str, Atom], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Property:
     """Something that shall hold. ``condition`` is given for those judged at states.
+
+    ``goal`` is what one that is temporal must come to from where the condition holds.
 
     The variables of the condition are the names in ``atoms``, or, for the invariant of a state,
     those of the machine that is its ``owner``. ``unexplored`` says why no verdict can be given.
@@ -129,7 +142,30 @@ class Property:
     atoms: tuple[tuple[str, Atom], ...] = ()
     owner: int | None = None
     unexplored: str = ""
+    goal: Condition | None = None
     span: Span | None = field(default=None, compare=False, repr=False)
+
+
+def judged(properties: tuple[Property, ...]) -> tuple[Property, ...]:
+    """Return what states are marked for, in the order of the marks: properties, then goals."""
+    goals = (
+        replace(p, condition=p.goal.expression, atoms=p.goal.atoms)
+        for p in properties
+        if p.goal is not None
+    )
+    return (*properties, *goals)
+
+
+def temporal_properties(properties: tuple[Property, ...]) -> tuple[int, ...]:
+    """Return the numbers of the properties that the graph decides."""
+    return tuple(
+        number for number, p in enumerate(properties) if p.kind in TEMPORAL and not p.unexplored
+    )
+
+
+def goal_place(properties: tuple[Property, ...], index: int) -> int:
+    """Return the place of the goal of a property among what is judged."""
+    return len(properties) + sum(p.goal is not None for p in properties[:index])
 
 
 @dataclass(frozen=True)

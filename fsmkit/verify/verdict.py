@@ -13,7 +13,7 @@ from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Mark, first_mark
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
-from fsmkit.verify.system import JUDGED_AT_STATES, Property, PropertyKind
+from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
 
 Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample]
 """Makes a counterexample of a path and a cycle."""
@@ -73,6 +73,13 @@ ENDS = {
     End.INTERRUPTED: "the exploration was interrupted",
     End.FAILED: "the exploration was given up",
 }
+
+
+LATER = {
+    PropertyKind.RECOVERABLE: "from the end of this path on it never holds again",
+    PropertyKind.LEADS_TO: "on this path, and as it goes on, the second never follows the first",
+}
+"""What the end of a path means."""
 
 
 def conclude(
@@ -152,6 +159,8 @@ class _Judge:
             return self._deadlock(name, kind, span)
         if kind is PropertyKind.LIVELOCK_FREE:
             return self._livelock(name, kind, span)
+        if kind in TEMPORAL:
+            return self._temporal(index, property_)
         if kind not in JUDGED_AT_STATES:
             reason = f"`{kind.value}` is not explored yet"
             return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
@@ -167,6 +176,24 @@ class _Judge:
         if mark is None:
             return self._absent(name, kind, text, span)
         return Result(name, kind, text, Verdict.VIOLATED, trace=self._seen(mark), span=span)
+
+    def _temporal(self, index: int, property_: Property) -> Result:
+        """Return the verdict on what the graph decides; of a part of the graph there is none."""
+        name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
+        found = self.found.answer(index)
+        doubt = self._doubt
+        if not doubt and self.closed.zones:
+            doubt = "it is not decided by zones; try `--time discrete` or `--time untimed`"
+        if not doubt and not found.known:
+            doubt = "memory ran out"
+        if doubt:
+            return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
+        if not found.violated:
+            return Result(name, kind, text, Verdict.HOLDS, span=span)
+        trace = self.show(found.path, found.cycle) if found.path else None
+        return Result(
+            name, kind, text, Verdict.VIOLATED, LATER[property_.kind], trace=trace, span=span
+        )
 
     def _deadlock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
         text = "no deadlock"

@@ -7,13 +7,21 @@ from collections.abc import Sequence
 
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
-from fsmkit.expressions import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
-from fsmkit.expressions import InState
+from fsmkit.expressions import (
+    ArrayType,
+    Field,
+    FloatType,
+    InState,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
 from fsmkit.expressions import Variable as Named
 from fsmkit.verify.adapter_values import MOST_VALUES, Built
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.conditions import ConditionPrinter
-from fsmkit.verify.system import JUDGED_AT_STATES, Atom, Property, PropertyKind
+from fsmkit.verify.system import Atom, Property, PropertyKind, judged
 from fsmkit.verify.walk import nodes
 
 
@@ -108,14 +116,14 @@ def _integer(value: int) -> str:
 
 
 def _judge(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
-    for number, property_ in enumerate(closed.system.properties):
-        if property_.kind in JUDGED_AT_STATES and property_.condition is not None:
+    for number, property_ in enumerate(judged(closed.system.properties)):
+        if property_.condition is not None:
             _judge_one(out, number, property_, built)
     with out.block("static bool judge(const void *const *machines, uint32_t property)\n{"):
         out.line("(void)machines;")
         with out.block("switch (property) {"):
-            for number, property_ in enumerate(closed.system.properties):
-                if property_.kind in JUDGED_AT_STATES and property_.condition is not None:
+            for number, property_ in enumerate(judged(closed.system.properties)):
+                if property_.condition is not None:
                     out.line(f"case {number}u:")
                     out.line(f"    return judge_{number}(machines);")
             out.lines(["default:", "    return false;"])
@@ -158,12 +166,14 @@ def _judge_one(out: Emitter, number: int, property_: Property, built: Sequence[B
 def _see(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
     """Write what copies all that properties read of a machine."""
     read: list[dict[str, str]] = [{} for _ in built]
-    for property_ in closed.system.properties:
+    for property_ in judged(closed.system.properties):
         for atom in _atoms_of(property_):
             machine = built[atom.machine]
             if atom.state is None:
                 place = f"m{atom.machine}->{machine.names.variables[atom.variable]}"
-                read[atom.machine][place] = f"sizeof(((const {machine.prefix} *)0)->{place.partition('->')[2]})"
+                read[atom.machine][place] = (
+                    f"sizeof(((const {machine.prefix} *)0)->{place.partition('->')[2]})"
+                )
             else:
                 read[atom.machine][f"(unsigned char){_active(machine, atom.state)}"] = "1u"
     with out.block("static void see(uint32_t machine, const void *state, unsigned char *seen)\n{"):
@@ -190,7 +200,7 @@ def _see(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
 
 
 def _atoms_of(property_: Property) -> list[Atom]:
-    if property_.kind not in JUDGED_AT_STATES or property_.condition is None:
+    if property_.condition is None:
         return []
     found = [atom for _, atom in property_.atoms]
     if property_.owner is not None:
@@ -230,7 +240,7 @@ def _table(out: Emitter, closed: Closed) -> None:
         out.line(f".event_link_count = {len(system.event_links)}u,")
         out.line(f".input_link_count = {len(system.input_links)}u,")
         out.line(f".possible_count = {len(closed.possible)}u,")
-        out.line(f".property_count = {len(system.properties)}u,")
+        out.line(f".property_count = {len(judged(system.properties))}u,")
         out.line(".judge = judge,")
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
         out.line(f".untimed = {str(closed.untimed).lower()},")

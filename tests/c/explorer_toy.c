@@ -107,6 +107,15 @@ static bool at_rest(void *self, fsm_state state)
     return false;
 }
 
+static bool owed(void *self, fsm_state state, const fsm_steps *steps, uint32_t *actions)
+{
+    (void)self;
+    (void)state;
+    for (size_t i = 0; i < steps->count; i++)
+        actions[i] = FSM_NONE;
+    return true;
+}
+
 static size_t memory(void *self)
 {
     (void)self;
@@ -160,8 +169,8 @@ int main(int argc, char **argv)
     busy = strstr(argv[2], "busy") != NULL;
     sparse = strstr(argv[2], "sparse") != NULL;
     size_t limit = argc > 3 ? (size_t)strtoull(argv[3], NULL, 10) : (size_t)1 << 30;
-    fsm_model model = {FSM_MODEL_ABI, 2, NULL, initial, successors, marks, mark_set, configuration, at_rest,
-                       memory, failure};
+    fsm_model model = {FSM_MODEL_ABI, 2, 0, NULL, initial, successors, marks, mark_set, configuration, at_rest,
+                       owed, memory, failure};
     fsm_search search;
     if (!fsm_search_init(&search, &model, limit))
         return 2;

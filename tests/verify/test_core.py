@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(not COMPILERS, reason="there is no C compiler")
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     program = tmp_path_factory.mktemp("core") / "toy"
-    sources = [CORE / f"{name}.c" for name in ("region", "set", "search", "path", "cycles")]
+    sources = [CORE / f"{name}.c" for name in ("region", "set", "search", "path", "walk", "cycles")]
     toy_source = ROOT / "tests/c/explorer_toy.c"
     subprocess.run(
         [COMPILERS[0], *STRICT, "-fsanitize=address,undefined", "-fno-sanitize-recover=all",

@@ -3,8 +3,10 @@
  *
  *   explore [--memory BYTES] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list]
  *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST]
+ *           [--recoverable MARK] [--leads-to MARK,MARK] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "cycles.h"
+#include "liveness.h"
 #include "path.h"
 #include "report.h"
 #include "system.h"
@@ -26,11 +28,16 @@ static void interrupt(int signal_number)
     interrupted = 1;
 }
 
+enum { MOST_TEMPORAL = 256 };
+
 typedef struct {
     size_t memory;
     double timeout; /* seconds; 0: none */
     bool progress, livelock, traps, list;
+    bool timeless;     /* nothing ever takes time */
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
+    const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
+    uint32_t temporal_count;
     time_t started, last_shown;
 } options;
 
@@ -156,6 +163,60 @@ static void print_traps(const fsm_search *search, const fsm_found *found, uint32
     printf("]");
 }
 
+/* --- temporal properties ---------------------------------------------------------------------- */
+
+static void print_numbers(const char *name, const fsm_path *path)
+{
+    printf("\"%s\": [", name);
+    for (size_t i = 0; i < path->count; i++)
+        printf("%s%" PRIu32, i == 0 ? "" : ", ", path->steps[i]);
+    printf("]");
+}
+
+typedef struct {
+    bool known;
+    fsm_lasso lasso;
+} temporal;
+
+static temporal decide(fsm_search *search, const options *o, const char *option, const char *argument)
+{
+    temporal found = {.known = false};
+    char *end;
+    uint32_t first = (uint32_t)strtoul(argument, &end, 10);
+    uint32_t second = *end == ',' ? (uint32_t)strtoul(end + 1, &end, 10) : 0;
+    if (search->outcome != FSM_COMPLETE)
+        return found;
+    found.known = strcmp(option, "--recoverable") == 0
+        ? fsm_find_unrecoverable(search, first, &found.lasso)
+        : fsm_find_unanswered(search, first, second, o->timeless, &found.lasso);
+    return found;
+}
+
+static temporal *decide_all(fsm_search *search, const options *o)
+{
+    temporal *found = calloc(o->temporal_count + 1u, sizeof *found);
+    for (uint32_t i = 0; found != NULL && i < o->temporal_count; i++)
+        found[i] = decide(search, o, o->temporal[2 * i], o->temporal[2 * i + 1]);
+    return found;
+}
+
+/* In the order of the options. */
+static void print_temporal(temporal *found, uint32_t count)
+{
+    printf(", \"temporal\": [");
+    for (uint32_t i = 0; found != NULL && i < count; i++) {
+        printf("%s{\"known\": %s, \"violated\": %s, ", i == 0 ? "" : ", ", found[i].known ? "true" : "false",
+               found[i].lasso.violated ? "true" : "false");
+        print_numbers("path", &found[i].lasso.path);
+        printf(", ");
+        print_numbers("cycle", &found[i].lasso.cycle);
+        printf("}");
+        fsm_lasso_free(&found[i].lasso);
+    }
+    printf("]");
+    free(found);
+}
+
 static void await_marks(fsm_search *search, bool *awaited, const char *until)
 {
     while (*until != '\0') {
@@ -186,6 +247,7 @@ static int explore(fsm_composition *composition, options *o)
     clock_t begin = clock();
     fsm_search_run(&search);
     /* These two tell progress, so they come before the first word of the result. */
+    temporal *answers = decide_all(&search, o);
     fsm_cycle cycle = {.state = FSM_NO_STATE};
     wanted found = {.search = &search};
     bool complete = search.outcome == FSM_COMPLETE;
@@ -207,6 +269,7 @@ static int explore(fsm_composition *composition, options *o)
     }
     print_livelock(&search, &cycle, &groups[found.traps], livelock_known);
     print_traps(&search, groups, found.traps, traps_known);
+    print_temporal(answers, o->temporal_count);
     fsm_print_machines(composition);
     printf(", \"seconds\": %.3f}}\n", (double)(clock() - begin) / CLOCKS_PER_SEC);
     free(cycle.steps);
@@ -293,7 +356,14 @@ int main(int argc, char **argv)
             o.progress = true;
         else if (strcmp(argv[i], "--livelock") == 0)
             o.livelock = true;
-        else if (strcmp(argv[i], "--list") == 0)
+        else if (strcmp(argv[i], "--timeless") == 0)
+            o.timeless = true;
+        else if (more && o.temporal_count < MOST_TEMPORAL
+                 && (strcmp(argv[i], "--recoverable") == 0 || strcmp(argv[i], "--leads-to") == 0)) {
+            o.temporal[2 * o.temporal_count] = argv[i];
+            o.temporal[2 * o.temporal_count++ + 1] = argv[i + 1];
+            i++;
+        } else if (strcmp(argv[i], "--list") == 0)
             o.list = true;
         else if (strcmp(argv[i], "--traps") == 0)
             o.traps = true;

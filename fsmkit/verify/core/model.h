@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FSM_MODEL_ABI 2u
+#define FSM_MODEL_ABI 3u
 
 #define FSM_NONE UINT32_MAX
 
@@ -63,7 +63,7 @@ static inline bool fsm_steps_add(fsm_steps *self, fsm_state to, uint32_t marks, 
 
 typedef struct {
     uint32_t abi; /* FSM_MODEL_ABI of the header the model was compiled against */
-    uint32_t mark_count;
+    uint32_t mark_count, action_count;
     void *self; /* handed to each function */
 
     /* Both add to `steps`, which the caller has emptied. They return false if the model gave up
@@ -78,6 +78,10 @@ typedef struct {
     /* For traps: a number for what is visible of the state, and whether to stay there is meant. */
     uint32_t (*configuration)(void *self, fsm_state state);
     bool (*at_rest)(void *self, fsm_state state);
+
+    /* For fairness: which action each of the steps of a state belongs to, if it is owed: it happens some
+     * time if it stays possible. Else FSM_NONE. False if memory ran out. */
+    bool (*owed)(void *self, fsm_state state, const fsm_steps *steps, uint32_t *actions);
 
     size_t (*memory)(void *self); /* bytes the model itself holds */
     const char *(*failure)(void *self);

@@ -78,32 +78,45 @@ static bool add_back(const tree *self, uint32_t number, fsm_path *path)
         && fsm_path_add(path, self->nodes[number].step);
 }
 
-static bool search_segment(const fsm_model *model, tree *self, fsm_state from, fsm_state to, fsm_path *path)
+static fsm_state search_from(const fsm_model *model, tree *self, fsm_find_way *way, void *context, fsm_path *path)
 {
     fsm_steps steps = {0};
-    bool fine = add(self, from, FSM_NONE, 0);
-    for (uint32_t at = 0; fine && at < self->count; at++) {
-        if (self->nodes[at].state == to) {
-            fine = add_back(self, at, path);
-            free(steps.items);
-            return fine;
-        }
+    fsm_state end = FSM_NO_STATE;
+    bool fine = true;
+    for (uint32_t at = 0; fine && end == FSM_NO_STATE && at < self->count; at++) {
+        fsm_state from = self->nodes[at].state;
         steps.count = 0;
-        fine = model->successors(model->self, self->nodes[at].state, &steps);
-        for (uint32_t i = 0; fine && i < steps.count; i++)
-            fine = add(self, steps.items[i].to, at, i);
+        fine = model->successors(model->self, from, &steps);
+        for (uint32_t i = 0; fine && end == FSM_NO_STATE && i < steps.count; i++) {
+            fsm_way goes = way(context, &steps, i, from);
+            if (goes == FSM_ARRIVES && add_back(self, at, path) && fsm_path_add(path, i))
+                end = steps.items[i].to;
+            fine = goes == FSM_GOES_ON ? add(self, steps.items[i].to, at, i) : goes == FSM_NO_WAY || end != FSM_NO_STATE;
+        }
     }
     free(steps.items);
-    return false;
+    return end;
+}
+
+fsm_state fsm_path_from(const fsm_model *model, fsm_state from, fsm_find_way *way, void *context, fsm_path *path)
+{
+    tree self = {0};
+    fsm_state end = add(&self, from, FSM_NONE, 0) ? search_from(model, &self, way, context, path) : FSM_NO_STATE;
+    free(self.nodes);
+    free(self.slots);
+    return end;
+}
+
+static fsm_way way_to(void *context, const fsm_steps *steps, size_t step, fsm_state from)
+{
+    const fsm_state *to = context;
+    (void)from;
+    return steps->items[step].to == *to ? FSM_ARRIVES : FSM_GOES_ON;
 }
 
 static bool add_segment(const fsm_search *search, fsm_state from, fsm_state to, fsm_path *path)
 {
-    tree self = {0};
-    bool fine = search_segment(search->model, &self, from, to, path);
-    free(self.nodes);
-    free(self.slots);
-    return fine;
+    return from == to || fsm_path_from(search->model, from, way_to, &to, path) != FSM_NO_STATE;
 }
 
 bool fsm_path_to(const fsm_search *search, const fsm_found *found, fsm_path *path)

@@ -175,6 +175,13 @@ static void note_marks(fsm_search *self, uint32_t set, fsm_found at, uint32_t st
 static void note_target(fsm_search *self, fsm_found found)
 {
     size_t first = 0, last = self->target_count;
+    if (self->is_target != NULL) {
+        if (self->groups_left > 0 && self->is_target(self->target_context, found.state)) {
+            self->groups[0] = found;
+            self->groups_left = 0;
+        }
+        return;
+    }
     while (first < last) {
         size_t middle = first + (last - first) / 2;
         if (self->targets[middle].state < found.state)
@@ -205,7 +212,7 @@ static bool found_new(fsm_search *self, fsm_layer *next, fsm_found found)
         return stop(self, FSM_MODEL_FAILED);
     if (marks != 0)
         note_marks(self, marks, found, FSM_NONE);
-    if (self->target_count > 0)
+    if (self->target_count > 0 || self->is_target != NULL)
         note_target(self, found);
     return true;
 }
@@ -279,7 +286,7 @@ static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
 static bool is_decided(const fsm_search *self)
 {
     return (self->awaited != NULL && self->awaited_count == 0)
-        || (self->target_count > 0 && self->groups_left == 0);
+        || ((self->target_count > 0 || self->is_target != NULL) && self->groups_left == 0);
 }
 
 static bool may_go_on(fsm_search *self)

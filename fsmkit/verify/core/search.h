@@ -62,6 +62,8 @@ struct fsm_search {
     uint32_t awaited_count;        /* those not seen yet */
     const fsm_target *targets;     /* by state; if there are any: stop when each group was found */
     size_t target_count;
+    bool (*is_target)(void *context, fsm_state state); /* or those for which this holds, group 0; may be NULL */
+    void *target_context;
     fsm_found *groups;             /* where the first state of each was found; FSM_NO_STATE: not yet */
     uint32_t group_count, groups_left;
 

@@ -169,17 +169,10 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     return busy || seen.awaited == 0 || c->system->unit == 0 || pass_time(tree, state, steps);
 }
 
-bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what,
-                       fsm_state *to)
+/* What a step of a state that has so many was. */
+static bool describe(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what)
 {
     fsm_tree *tree = self->tree;
-    fsm_steps steps = {0};
-    bool fine = successors(self, state, &steps) && ordinal < steps.count;
-    if (fine)
-        *to = steps.items[ordinal].to;
-    free(steps.items);
-    if (!fine)
-        return false;
     fsm_part parts[2] = {look(tree, state).answering ? FSM_ANSWERS : FSM_OWN, FSM_OPEN};
     for (int i = 0; i < 2; i++) {
         moves_of_both moves;
@@ -197,6 +190,69 @@ bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal,
         ordinal -= left + right;
     }
     *what = (fsm_description){.action = FSM_DO_ELAPSE};
+    return true;
+}
+
+bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what,
+                       fsm_state *to)
+{
+    fsm_steps steps = {0};
+    bool fine = successors(self, state, &steps) && ordinal < steps.count;
+    if (fine)
+        *to = steps.items[ordinal].to;
+    free(steps.items);
+    return fine && describe(self, state, ordinal, what);
+}
+
+/* --- what is owed ------------------------------------------------------------------------------- */
+
+/* Actions: what each machine does by itself; the passing of time; what is possible; untimed: each timer. */
+static uint32_t first_timer(const fsm_system *system, uint32_t machine)
+{
+    uint32_t first = system->machine_count + 1 + system->possible_count;
+    for (uint32_t i = 0; i < machine; i++)
+        first += system->machines[i]->transition_count + system->machines[i]->event_count;
+    return first;
+}
+
+/* An event that may carry several payloads is one action. */
+static uint32_t action_of_possible(const fsm_system *system, uint32_t number)
+{
+    const fsm_possible *what = &system->possible[number];
+    uint32_t first = 0;
+    if (what->spontaneous ? !system->machines[what->machine]->environment : !what->owed)
+        return FSM_NONE;
+    while (system->possible[first].machine != what->machine || system->possible[first].event != what->event
+           || system->possible[first].owed != what->owed)
+        first++;
+    return system->machine_count + 1 + first;
+}
+
+static uint32_t action_of(const fsm_composition *self, fsm_kind kind, fsm_description what)
+{
+    const fsm_system *system = self->system;
+    const fsm_machine *m = system->machines[what.machine];
+    if (what.action == FSM_DO_ELAPSE)
+        return system->machine_count;
+    if (what.action == FSM_DO_OCCUR)
+        return action_of_possible(system, what.argument);
+    if (kind == FSM_STEP_INTERNAL)
+        return what.machine;
+    if (what.action != FSM_DO_FIRE || kind != FSM_STEP_TIME || m->timer_name == NULL)
+        return FSM_NONE;
+    const void *before = fsm_store_at(&self->locals[what.machine], what.before);
+    return first_timer(system, what.machine) + m->timer_name(before, what.argument);
+}
+
+static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_t *actions)
+{
+    fsm_composition *self = context;
+    for (size_t i = 0; i < steps->count; i++) {
+        fsm_description what;
+        if (!describe(self, state, (uint32_t)i, &what))
+            return false;
+        actions[i] = action_of(self, steps->items[i].kind, what);
+    }
     return true;
 }
 
@@ -293,8 +349,9 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
     self->after = malloc(largest);
     self->model = (fsm_model){
         .abi = FSM_MODEL_ABI, .mark_count = fsm_first_mark(system, count), .self = self,
+        .action_count = first_timer(system, count),
         .initial = initial, .successors = successors, .marks = marks, .mark_set = mark_set,
-        .configuration = configuration, .at_rest = at_rest, .memory = memory, .failure = failure};
+        .configuration = configuration, .at_rest = at_rest, .owed = owed, .memory = memory, .failure = failure};
     self->tree = fine ? fsm_tree_make(self) : NULL;
     if (self->tree != NULL && self->before != NULL && self->after != NULL)
         return self;
