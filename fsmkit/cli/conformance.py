@@ -16,7 +16,7 @@ from fsmkit.testing.conformance import Case, Result, Verdict, judge
 from fsmkit.testing.conformance_charts import Reading, Stage, read_chart, totals
 from fsmkit.testing.conformance_page import page, write_into
 from fsmkit.testing.conformance_suites import find_cases, find_charts
-from fsmkit.testing.harness import Harness, harness, harnesses
+from fsmkit.testing.harness import Harness, harness, target_harnesses
 
 STYLES = {Result.PASSED: "green", Result.FAILED: "bold red", Result.SKIPPED: "yellow"}
 EPILOG = """\b
@@ -47,7 +47,7 @@ def command(
     it (`.json`) must follow it. Each runs on the target, or on all. Of any other chart it is told
     how far it gets: is it read, does it become a Chart, does a strict C compiler take its C.
     """
-    chosen = harnesses() if target == "all" else (harness(target),)
+    chosen = target_harnesses() if target == "all" else (harness(target),)
     cases, charts = find_cases(folder), find_charts(folder)
     if not cases and not charts:
         raise fail(

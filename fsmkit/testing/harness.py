@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 
 from fsmkit.diagnostics import fail
 from fsmkit.model.chart import Chart
-from fsmkit.plugins import plugins
+from fsmkit.plugins import Target, plugins
 from fsmkit.runtime.script import run_script
 
 
@@ -66,6 +66,12 @@ class TargetHarness:
 def harnesses() -> tuple[Harness, ...]:
     """Return the reference and a harness for each target that brings one."""
     return (InterpreterHarness(), *(TargetHarness(target) for target in plugins(Harnessed)))
+
+
+def target_harnesses() -> tuple[Harness, ...]:
+    """Return the reference and a harness for each target, not for each way it can write."""
+    targets = {target.name for target in plugins(Target)}
+    return tuple(h for h in harnesses() if h.name == "interpreter" or h.name in targets)
 
 
 def harness(name: str) -> Harness:

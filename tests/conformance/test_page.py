@@ -12,7 +12,7 @@ from fsmkit.testing.conformance_charts import Reading, Stage
 from fsmkit.testing.conformance_expectations import ends_in_pass
 from fsmkit.testing.conformance_page import BEGIN, END, page, write_into
 from fsmkit.testing.conformance_suites import find_cases
-from fsmkit.testing.harness import harnesses
+from fsmkit.testing.harness import target_harnesses
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs/reference/scxml.md"
@@ -84,7 +84,7 @@ def test_the_reference_is_such_a_page(shared: Callable[[str], Path]) -> None:
     text = REFERENCE.read_text(encoding="utf-8")
     assert text.count(BEGIN) == text.count(END) == 1
     written = text[text.index(BEGIN) : text.index(END)]
-    targets = [one.name for one in harnesses()]
+    targets = [one.name for one in target_harnesses()]
     passed = [
         Verdict(one, target, Result.PASSED) for one in find_cases(shared(".")) for target in targets
     ]
