@@ -10,6 +10,7 @@ from fsmkit.diagnostics import fail
 from fsmkit.model.chart import Transition
 from fsmkit.verify.adapter_timers import TimerWriter
 from fsmkit.verify.steps import tries_eventless
+from fsmkit.verify.system import asked_events
 
 
 class MachineAdapter(TimerWriter):
@@ -243,6 +244,11 @@ class MachineAdapter(TimerWriter):
             )
         out = self.out
         out.line(f"static const unsigned char noted[] = {{{noted or '0'}}};")
+        events = asked_events(self.closed.system.properties)
+        asked = [int((self.built.number, n) in events) for n in range(len(chart.events))]
+        if any(asked):
+            numbers = ", ".join(map(str, asked))
+            out.line(f"static const unsigned char asked[] = {{{numbers}}};")
         out.line()
         with out.block(f"const fsm_machine fsm_machine_{self.built.number} = {{", "};"):
             out.line(f'.name = "{machine.name}",')
@@ -252,6 +258,7 @@ class MachineAdapter(TimerWriter):
             out.line(f".transition_count = {len(chart.transitions)}u,")
             out.line(f".event_count = {len(chart.events)}u,")
             out.line(".noted = noted,")
+            out.line(f".asked = {'asked' if any(asked) else 'NULL'},")
             out.line(f".microsteps = {self.upper}_MICROSTEPS,")
             out.line(f".configuration_size = {size}u,")
             for name in [

@@ -106,10 +106,10 @@ class Exploration:
 
 
 def first_mark(closed: Closed, machine: int) -> int:
-    """Return the first mark of a machine: queue full, fault, then each event unanswered."""
+    """Return the first mark of a machine: queue full, fault, each event unanswered, each taken."""
     charts = closed.charts[:machine]
     properties = len(judged(closed.system.properties))
-    return 1 + properties + sum(UNHANDLED + len(chart.events) for chart in charts)
+    return 1 + properties + sum(UNHANDLED + 2 * len(chart.events) for chart in charts)
 
 
 Trail = tuple[tuple[Step, ...], ...]

@@ -115,6 +115,8 @@ def _awaited(closed: Closed, names: frozenset[str]) -> frozenset[int]:
             continue
         if property_.kind is PropertyKind.DEADLOCK_FREE and not closed.is_open:
             found.add(DEADLOCK)
+        elif property_.is_of_steps and closed.zones:
+            return frozenset()
         elif property_.kind in JUDGED_AT_STATES and not property_.unexplored:
             found.add(1 + number)
         else:

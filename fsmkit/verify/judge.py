@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from fsmkit.expressions import ContentError, Value, evaluate
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
@@ -13,18 +15,25 @@ class _World:
     """The environment of a condition: all machines at rest."""
 
     def __init__(
-        self, closed: Closed, property_: Property, snapshots: tuple[Snapshot, ...]
+        self,
+        closed: Closed,
+        property_: Property,
+        snapshots: tuple[Snapshot, ...],
+        occurring: Collection[tuple[int, int]],
     ) -> None:
         self._closed = closed
         self._owner = property_.owner
         self._atoms = dict(property_.atoms)
         self._snapshots = snapshots
+        self._occurring = occurring
 
     def variable(self, name: str) -> Value:
         """Return the value of an atom, or of a variable of the owner."""
         if self._owner is not None:
             return self._value(self._owner, name)
         atom: Atom = self._atoms[name]
+        if atom.event is not None:
+            return (atom.machine, atom.event) in self._occurring
         if atom.state is not None:
             return atom.state in self._snapshots[atom.machine].configuration
         return self._value(atom.machine, atom.variable)
@@ -55,15 +64,22 @@ class _World:
         """Pass over saturation."""
 
 
-def judge(closed: Closed, property_: Property, snapshots: tuple[Snapshot, ...]) -> bool:
+def judge(
+    closed: Closed,
+    property_: Property,
+    snapshots: tuple[Snapshot, ...],
+    occurring: Collection[tuple[int, int]] = (),
+) -> bool:
     """Whether a state is to be marked: it violates the property, or shows what is reachable.
+
+    ``occurring``: the events, by machine and number, that were taken in the step to it.
 
     A condition that cannot be evaluated (an index out of range) counts as false.
     """
     if property_.condition is None:
         return False
     try:
-        holds = bool(evaluate(property_.condition, _World(closed, property_, snapshots)))
+        holds = bool(evaluate(property_.condition, _World(closed, property_, snapshots, occurring)))
     except ContentError:
         holds = False
     return holds is not (property_.kind is PropertyKind.INVARIANT)

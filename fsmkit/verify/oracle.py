@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 
-from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.verify.closed import PATIENCE, Closed
+from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import (
     DEADLOCK,
     Answer,
@@ -20,203 +18,37 @@ from fsmkit.verify.exploration import (
     Figures,
     Mark,
     Trail,
-    first_mark,
 )
+from fsmkit.verify.global_steps import Edge, GlobalSteps, State
 from fsmkit.verify.graph import find_cycle, find_traps
 from fsmkit.verify.judge import judge
-from fsmkit.verify.moves import FULL, Action, Message, Outcome, Step, TooManyChoices, View, Who
-from fsmkit.verify.shared import written_value
-from fsmkit.verify.steps import LocalSteps
-from fsmkit.verify.system import Property, judged, temporal_properties
+from fsmkit.verify.moves import (
+    UNHANDLED,
+    Action,
+    TooManyChoices,
+    Who,
+)
+from fsmkit.verify.system import Property, asked_events, judged, temporal_properties
 from fsmkit.verify.temporal import Arc, action_of, answers
 
-State = tuple[int, ...]
-"""A global state: a local state, by number, for each machine."""
 
-
-@dataclass(slots=True)
-class _Local:
-    """What is known of a local state."""
-
-    snapshot: Snapshot
-    view: View
-    own: list[Outcome] | None = None
-    open: list[Outcome] | None = None
-    busy: bool = False
-    owed: bool = False
-    elapsed: int = -1
-    delivered: dict[Message, tuple[int, bool]] = field(default_factory=dict)
-
-
-@dataclass(slots=True)
-class _Edge:
-    """A step of a global state."""
-
-    steps: tuple[Step, ...]
-    who: Who
-    to: State
-    marks: tuple[int, ...]
-
-
-class Oracle:
+class Oracle(GlobalSteps):
     """A search, and what it found so far."""
 
     def __init__(self, closed: Closed) -> None:
         """Prepare to search."""
-        self.closed = closed
-        self.local_steps = LocalSteps(closed)
-        self._count = len(closed.charts)
-        self._locals: list[list[_Local]] = [[] for _ in closed.charts]
-        self._numbers: list[dict[Snapshot, int]] = [{} for _ in closed.charts]
-        self._first_marks = [first_mark(closed, m) for m in range(self._count)]
-        self._environment = [m.environment for m in closed.system.machines]
+        super().__init__(closed)
         self._states: dict[State, int] = {}
         self._order: list[State] = []
         self._origins: list[tuple[int, int]] = []
         self._marks: dict[int, tuple[int, tuple[int, int]]] = {}
         self._transitions = 0
         self._judged = judged(closed.system.properties)
-
-    # --- local states --------------------------------------------------------------------------
-
-    def _intern(self, machine: int, snapshot: Snapshot) -> int:
-        numbers = self._numbers[machine]
-        number = numbers.get(snapshot)
-        if number is None:
-            number = numbers[snapshot] = len(numbers)
-            view = self.local_steps.view(machine, snapshot)
-            self._locals[machine].append(_Local(snapshot, view))
-        return number
-
-    def _own(self, machine: int, number: int) -> list[Outcome]:
-        """Return the own steps of a local state; asked for only where they can be taken."""
-        local = self._locals[machine][number]
-        if local.own is None:
-            local.own = []
-            if local.view.running:
-                local.own = self.local_steps.own(machine, local.snapshot, local.view)
-            local.busy = any(outcome.who is Who.INTERNAL for outcome in local.own)
-            local.owed |= any(o.step.action is Action.OCCUR for o in local.own)
-        return local.own
-
-    def _open(self, machine: int, number: int) -> list[Outcome]:
-        """Return what may happen to a local state; asked for only where it can."""
-        local = self._locals[machine][number]
-        if local.open is None:
-            local.open = []
-            if local.view.running:
-                local.open = self.local_steps.open(machine, local.snapshot)
-            local.owed |= any(self.closed.possible[o.step.argument].owed for o in local.open)
-        return local.open
-
-    def _elapsed(self, machine: int, number: int) -> int:
-        local = self._locals[machine][number]
-        if local.elapsed < 0:
-            after = self.local_steps.elapsed(local.snapshot)
-            local.elapsed = self._intern(machine, after)
-        return local.elapsed
-
-    def _deliver(self, state: list[int], message: Message, marks: dict[int, None]) -> None:
-        target = message.target
-        local = self._locals[target][state[target]]
-        known = local.delivered.get(message)
-        if known is None:
-            after, full = self.local_steps.delivered(local.snapshot, message)
-            after = self.local_steps.settled(target, after)
-            known = local.delivered[message] = self._intern(target, after), full
-        state[target], full = known
-        if full:
-            marks[self._first_marks[target] + FULL] = None
-
-    @property
-    def reached(self) -> Sequence[State]:
-        """The states found so far."""
-        return self._order
-
-    def snapshots(self, state: State) -> tuple[Snapshot, ...]:
-        """Return the machines in a global state."""
-        return tuple(self._locals[machine][n].snapshot for machine, n in enumerate(state))
-
-    # --- global steps --------------------------------------------------------------------------
-
-    def initial(self) -> Iterator[_Edge]:
-        """Yield the initial states."""
-        settled = self.local_steps.settled
-        state = [
-            self._intern(m, settled(m, self.local_steps.initial(m))) for m in range(self._count)
-        ]
-        marks: dict[int, None] = {}
-        for link in self.closed.system.input_links:
-            data = self._locals[link.source][state[link.source]].snapshot.data
-            writer, chart = (
-                self.closed.system.machines[link.source],
-                self.closed.charts[link.source],
-            )
-            value = written_value(writer, chart, data, link.output)
-            self._deliver(state, Message(link.target, input=link.input, value=value), marks)
-        order = sorted(range(self._count), key=lambda m: not self._environment[m])
-        yield from self._start(state, order, (), [], marks)
-
-    def _start(
-        self,
-        state: list[int],
-        order: list[int],
-        steps: tuple[Step, ...],
-        sent: list[Message],
-        marks: dict[int, None],
-    ) -> Iterator[_Edge]:
-        if len(steps) == self._count:
-            reached = list(state)
-            for message in sent:
-                self._deliver(reached, message, marks)
-            yield _Edge(steps, Who.ENVIRONMENT, tuple(reached), tuple(marks))
-            return
-        machine = order[len(steps)]
-        snapshot = self._locals[machine][state[machine]].snapshot
-        start = Step(Action.START, machine)
-        for outcome in self.local_steps.explore(machine, snapshot, start, Who.INTERNAL):
-            next_ = list(state)
-            next_[machine] = self._intern(machine, outcome.after)
-            noted = dict(marks)
-            noted.update(dict.fromkeys(self._noted(machine, outcome)))
-            for message in outcome.messages:
-                if message.event is None:
-                    self._deliver(next_, message, noted)
-            later = [*sent, *(m for m in outcome.messages if m.event is not None)]
-            yield from self._start(next_, order, (*steps, outcome.step), later, noted)
-
-    def _noted(self, machine: int, outcome: Outcome) -> list[int]:
-        return [self._first_marks[machine] + note for note in outcome.notes]
-
-    def successors(self, state: State) -> Iterator[_Edge]:
-        """Yield the steps of a state."""
-        found = [self._locals[machine][number] for machine, number in enumerate(state)]
-        answering = [
-            is_environment and local.view.waiting > 0
-            for is_environment, local in zip(self._environment, found, strict=True)
-        ]
-        answers = any(answering)
-        is_open = not answers and sum(local.view.waiting for local in found) <= PATIENCE
-        for machine, number in enumerate(state):
-            if answers and not answering[machine]:
-                continue
-            for outcome in self._own(machine, number):
-                yield self._edge(state, machine, outcome)
-            if is_open:
-                for outcome in self._open(machine, number):
-                    yield self._edge(state, machine, outcome)
-        awaited = sum(local.view.awaited for local in found)
-        if awaited and self.closed.unit and not any(local.busy for local in found):
-            to = tuple(self._elapsed(machine, number) for machine, number in enumerate(state))
-            yield _Edge((Step(Action.ELAPSE),), Who.TIME, to, ())
-
-    def _edge(self, state: State, machine: int, outcome: Outcome) -> _Edge:
-        to = list(state)
-        to[machine] = self._intern(machine, outcome.after)
-        marks = dict.fromkeys(self._noted(machine, outcome))
-        for message in outcome.messages:
-            self._deliver(to, message, marks)
-        return _Edge((outcome.step,), outcome.who, tuple(to), tuple(marks))
+        taken = (
+            (self._first_marks[m] + UNHANDLED + len(closed.charts[m].events) + e, (m, e))
+            for m, e in asked_events(closed.system.properties)
+        )
+        self._asked = dict(taken)
 
     # --- the search ----------------------------------------------------------------------------
 
@@ -279,10 +111,12 @@ class Oracle:
             temporal=self._temporal() if complete else (),
         )
 
-    def _visit(self, source: int, ordinal: int, edge: _Edge) -> None:
+    def _visit(self, source: int, ordinal: int, edge: Edge) -> None:
         number = self._states.get(edge.to)
         for mark in edge.marks:
             self._note(mark, (source, ordinal))
+        if self._asked:
+            self._judge_step(source, ordinal, edge)
         if number is not None:
             return
         number = self._states[edge.to] = len(self._order)
@@ -292,8 +126,15 @@ class Oracle:
             self._note(DEADLOCK, (number, -1))
         snapshots = self.snapshots(edge.to)
         for index, property_ in enumerate(self._judged):
-            if judge(self.closed, property_, snapshots):
+            if not property_.is_of_steps and judge(self.closed, property_, snapshots):
                 self._note(1 + index, (number, -1))
+
+    def _judge_step(self, source: int, ordinal: int, edge: Edge) -> None:
+        occurring = {self._asked[mark] for mark in edge.marks if mark in self._asked}
+        snapshots = self.snapshots(edge.to)
+        for index, property_ in enumerate(self._judged):
+            if property_.is_of_steps and judge(self.closed, property_, snapshots, occurring):
+                self._note(1 + index, (source, ordinal))
 
     def _note(self, mark: int, place: tuple[int, int]) -> None:
         count, first = self._marks.get(mark, (0, place))
@@ -320,12 +161,17 @@ class Oracle:
     def trail(self, path: tuple[int, ...]) -> Trail:
         """Return the steps of a path."""
         found = []
-        edges: Iterator[_Edge] = self.initial()
+        edges: Iterator[Edge] = self.initial()
         for ordinal in path:
             edge = next(e for n, e in enumerate(edges) if n == ordinal)
             found.append(edge.steps)
             edges = self.successors(edge.to)
         return tuple(found)
+
+    @property
+    def reached(self) -> Sequence[State]:
+        """The states found so far."""
+        return self._order
 
     # --- the graph ------------------------------------------------------------------------------
 
@@ -371,7 +217,7 @@ class Oracle:
     def _where(self, property_: Property) -> list[bool]:
         return [judge(self.closed, property_, self.snapshots(state)) for state in self._order]
 
-    def _arc(self, state: State, ordinal: int, edge: _Edge) -> Arc:
+    def _arc(self, state: State, ordinal: int, edge: Edge) -> Arc:
         step = edge.steps[0]
         timers = self._locals[step.machine][state[step.machine]].snapshot.timers
         action = action_of(self.closed, step, edge.who, timers)

@@ -26,11 +26,14 @@ from fsmkit.model.chart import Chart
 from fsmkit.verify.indices import INDEXED, canonical
 from fsmkit.verify.system import Atom, Condition, Machine
 
+OCCURS = rf"occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>[A-Za-z_][\w.]*)\s*\)"
 TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
 DOTTED = rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*)"
 QUOTED = r'"[^"]*"|\'[^\']*\''
 BARE = r"(?P<shared>[A-Za-z_]\w*)(?![\w.(])(?:\s*\[\s*(?P<element>\d+)\s*\])?"
-NAMES = re.compile(rf"(?P<quoted>{QUOTED})|(?<![\w.]){TEST}|(?<![\w.]){DOTTED}|(?<![\w.]){BARE}")
+NAMES = re.compile(
+    rf"(?P<quoted>{QUOTED})|(?<![\w.]){OCCURS}|(?<![\w.]){TEST}|(?<![\w.]){DOTTED}|(?<![\w.]){BARE}"
+)
 
 
 @dataclass(slots=True)
@@ -47,16 +50,18 @@ class _Reader:
             return None
         if match["shared"] is not None:
             return self._shared(match, text)
-        group = "machine" if match["tested"] is None else "tested"
+        group = next(g for g in ("taking", "tested", "machine") if match[g] is not None)
         name = canonical(text.part(*match.span(group)), self.findings)
         index = next((n for n, m in enumerate(self.machines) if m.name == name), None)
         if index is None:
             if name is None:
                 self.failed = True
-            elif group == "tested" or "[" in name:
+            elif group != "machine" or "[" in name:
                 names = [machine.name for machine in self.machines]
                 self.unknown("there is no machine", name, names, text.part(*match.span(group)))
             return None
+        if match["taking"] is not None:
+            return self._event(index, match["event"], text.part(*match.span("event")))
         if match["tested"] is not None:
             return self._state(index, match["state"], text.part(*match.span("state")))
         return self._variable(index, match["name"], text.part(*match.span("name")))
@@ -69,6 +74,17 @@ class _Reader:
             return None
         safe = re.sub(r"\W", "_", state)
         return self._named(f"{legal(machine.name)}__In__{safe}", Atom(index, number), BOOL)
+
+    def _event(self, index: int, event: str, at: Text) -> str | None:
+        machine = self.machines[index]
+        number = machine.chart.event_index.get(event)
+        if number is None:
+            self.unknown(f"`{machine.name}` has no event", event, machine.chart.event_index, at)
+            return None
+        safe = re.sub(r"\W", "_", event)
+        return self._named(
+            f"{legal(machine.name)}__occurs__{safe}", Atom(index, event=number), BOOL
+        )
 
     def _variable(self, index: int, name: str, at: Text) -> str | None:
         machine = self.machines[index]

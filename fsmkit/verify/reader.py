@@ -183,9 +183,6 @@ def _property(
     kind = _kind(key, findings)
     if kind is None:
         return None
-    if "occurs(" in _written(value).replace(" ", ""):
-        reason = "`occurs` is not explored yet"
-        return Property(name.value, kind, _written(value), span=name.span, unexplored=reason)
     if kind is PropertyKind.LEADS_TO:
         return _leads_to(name, value, machines, findings)
     if kind not in JUDGED_AT_STATES | TEMPORAL:
@@ -196,7 +193,19 @@ def _property(
     if condition is None:
         return None
     text, expression, atoms = _written(value), condition.expression, condition.atoms
-    return Property(name.value, kind, text, expression, atoms, span=name.span)
+    found = Property(name.value, kind, text, expression, atoms, span=name.span)
+    if kind is PropertyKind.RECOVERABLE and found.is_of_steps:
+        _refuse_occurs(name, kind, findings)
+    return found
+
+
+def _refuse_occurs(name: Text, kind: PropertyKind, findings: Findings) -> None:
+    findings.add(
+        "unexpected-value",
+        f"`{kind.value}` is about states, `occurs` in `{name}` about a step",
+        name,
+        help="use `occurs` in `never`, `invariant` or `reachable`",
+    )
 
 
 def _condition(
@@ -222,6 +231,8 @@ def _leads_to(
     first, second = (_condition(name, item, machines, findings) for item in node.items)
     if first is None or second is None:
         return None
+    if any(atom.event is not None for _, atom in (*first.atoms, *second.atoms)):
+        _refuse_occurs(name, PropertyKind.LEADS_TO, findings)
     return Property(
         name.value,
         PropertyKind.LEADS_TO,

@@ -52,7 +52,7 @@ from fsmkit.verify.moves import (
     Who,
 )
 from fsmkit.verify.shared import driven, kept_at_start, reads_shared, written_value
-from fsmkit.verify.system import Machine
+from fsmkit.verify.system import Machine, asked_events
 
 
 @dataclass(slots=True)
@@ -83,6 +83,8 @@ class LocalSteps:
             {o.name: len(chart.events) + n for n, o in enumerate(machine.chart.operations)}
             for machine, chart in zip(closed.system.machines, self.charts, strict=True)
         )
+        asked = asked_events(closed.system.properties)
+        self._asked = tuple({e for m, e in asked if m == n} for n in range(len(self.charts)))
         self._noted = tuple(
             {event.index for event in machine.chart.events if event.directions}
             for machine in closed.system.machines
@@ -273,6 +275,8 @@ class LocalSteps:
     def _notes(self, machine: int, what: Step, done: Macrostep) -> tuple[int, ...]:
         found: dict[int, None] = {}
         own = self.closed.possible[what.argument].event if what.action is Action.OCCUR else None
+        if isinstance(done.event, Occurrence) and done.event.event in self._asked[machine]:
+            found[UNHANDLED + len(self.charts[machine].events) + done.event.event] = None
         for effect in done.effects:
             match effect:
                 case Overflowed():

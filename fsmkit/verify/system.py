@@ -110,11 +110,15 @@ TEMPORAL = {PropertyKind.RECOVERABLE, PropertyKind.LEADS_TO}
 
 @dataclass(frozen=True, slots=True)
 class Atom:
-    """What a name in a condition means: a state (``state``) or a variable of a machine."""
+    """What a name in a condition means: a state (``state``) or a variable of a machine.
+
+    ``event``: whether the machine takes this event in the step that is judged.
+    """
 
     machine: int
     state: int | None = None
     variable: str = ""
+    event: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +148,17 @@ class Property:
     unexplored: str = ""
     goal: Condition | None = None
     span: Span | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def is_of_steps(self) -> bool:
+        """Whether this is judged by steps and the states after them."""
+        return any(atom.event is not None for _, atom in self.atoms)
+
+
+def asked_events(properties: tuple[Property, ...]) -> tuple[tuple[int, int], ...]:
+    """Return the events, by machine and number, of which some property asks whether they occur."""
+    atoms = (atom for property_ in properties for _, atom in property_.atoms)
+    return tuple(sorted({(a.machine, a.event) for a in atoms if a.event is not None}))
 
 
 def judged(properties: tuple[Property, ...]) -> tuple[Property, ...]:

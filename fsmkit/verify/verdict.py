@@ -164,6 +164,9 @@ class _Judge:
         if kind not in JUDGED_AT_STATES:
             reason = f"`{kind.value}` is not explored yet"
             return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        if property_.is_of_steps and self.closed.zones:
+            reason = "`occurs` is not judged by zones; try `--time discrete` or `--time untimed`"
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
         mark = self.found.mark(1 + index)
         if kind is PropertyKind.REACHABLE:
             if mark is not None:

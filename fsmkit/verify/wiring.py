@@ -21,7 +21,7 @@ from fsmkit.expressions import Variable as Named
 from fsmkit.verify.adapter_values import MOST_VALUES, Built
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.conditions import ConditionPrinter
-from fsmkit.verify.system import Atom, Property, PropertyKind, judged
+from fsmkit.verify.system import Atom, Property, PropertyKind, asked_events, judged
 from fsmkit.verify.walk import nodes
 
 
@@ -116,21 +116,40 @@ def _integer(value: int) -> str:
 
 
 def _judge(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
-    for number, property_ in enumerate(judged(closed.system.properties)):
+    events = asked_events(closed.system.properties)
+    all_judged = judged(closed.system.properties)
+    for number, property_ in enumerate(all_judged):
         if property_.condition is not None:
-            _judge_one(out, number, property_, built)
-    with out.block("static bool judge(const void *const *machines, uint32_t property)\n{"):
-        out.line("(void)machines;")
-        with out.block("switch (property) {"):
-            for number, property_ in enumerate(judged(closed.system.properties)):
-                if property_.condition is not None:
+            _judge_one(out, number, property_, built, events)
+    for name, more, of_steps in (
+        ("judge", "", False),
+        ("judge_step", "const bool *occurs, ", True),
+    ):
+        parameters = f"const void *const *machines, {more}uint32_t property"
+        with out.block(f"static bool {name}({parameters})\n{{"):
+            out.lines(["(void)machines;", *(["(void)occurs;"] if of_steps else [])])
+            with out.block("switch (property) {"):
+                for number, property_ in enumerate(all_judged):
+                    if property_.condition is None or property_.is_of_steps is not of_steps:
+                        continue
+                    arguments = "machines, occurs" if of_steps else "machines"
                     out.line(f"case {number}u:")
-                    out.line(f"    return judge_{number}(machines);")
-            out.lines(["default:", "    return false;"])
+                    out.line(f"    return judge_{number}({arguments});")
+                out.lines(["default:", "    return false;"])
+        out.line()
+    with out.block("static const fsm_asked asked[] = {", "};"):
+        out.lines(f"{{{machine}u, {event}u}}," for machine, event in events)
+        out.line("{0}")
     out.line()
 
 
-def _judge_one(out: Emitter, number: int, property_: Property, built: Sequence[Built]) -> None:
+def _judge_one(
+    out: Emitter,
+    number: int,
+    property_: Property,
+    built: Sequence[Built],
+    events: Sequence[tuple[int, int]],
+) -> None:
     atoms = dict(property_.atoms)
     used = sorted({atom.machine for atom in atoms.values()} | _owner(property_))
 
@@ -142,6 +161,8 @@ def _judge_one(out: Emitter, number: int, property_: Property, built: Sequence[B
     def access(variable: Named) -> str:
         atom = atom_of(variable)
         machine = built[atom.machine]
+        if atom.event is not None:
+            return f"occurs[{events.index((atom.machine, atom.event))}]"
         if atom.state is not None:
             return _active(machine, atom.state)
         return f"m{atom.machine}->{machine.names.variables[atom.variable]}"
@@ -155,9 +176,11 @@ def _judge_one(out: Emitter, number: int, property_: Property, built: Sequence[B
     condition = ConditionPrinter(access, test, symbol).print(property_.condition)  # type: ignore[arg-type]
     sign = "!" if property_.kind is PropertyKind.INVARIANT else ""
     out.line(f"/* {property_.name}: {property_.kind.value} */")
-    with out.block(f"static bool judge_{number}(const void *const *machines)\n{{"):
+    more = ", const bool *occurs" if property_.is_of_steps else ""
+    with out.block(f"static bool judge_{number}(const void *const *machines{more})\n{{"):
         for index in used:
             out.line(f"const {built[index].prefix} *m{index} = machines[{index}];")
+            out.line(f"(void)m{index};")
         out.lines(["uint8_t failed = FSM_FINE;", f"bool holds = (bool)({condition});"])
         out.line(f"return {sign}(holds && failed == FSM_FINE);")
     out.line()
@@ -169,6 +192,8 @@ def _see(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
     for property_ in judged(closed.system.properties):
         for atom in _atoms_of(property_):
             machine = built[atom.machine]
+            if atom.event is not None:
+                continue
             if atom.state is None:
                 place = f"m{atom.machine}->{machine.names.variables[atom.variable]}"
                 read[atom.machine][place] = (
@@ -241,7 +266,8 @@ def _table(out: Emitter, closed: Closed) -> None:
         out.line(f".input_link_count = {len(system.input_links)}u,")
         out.line(f".possible_count = {len(closed.possible)}u,")
         out.line(f".property_count = {len(judged(system.properties))}u,")
-        out.line(".judge = judge,")
+        out.lines([".judge = judge,", ".judge_step = judge_step,", ".asked = asked,"])
+        out.line(f".asked_count = {len(asked_events(system.properties))}u,")
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
         out.line(f".untimed = {str(closed.untimed).lower()},")
         out.line(f".zones = {str(closed.zones).lower()},")

@@ -125,7 +125,7 @@ def test_what_is_not_explored_yet_is_undecided(load: Load) -> None:
 """
     )
     system = load(**{**SYSTEMS["drive"], "drive": text})
-    assert [bool(p.unexplored) for p in system.properties] == [False] * 5 + [True] * 2
+    assert [bool(p.unexplored) for p in system.properties] == [False] * 5 + [True, False]
 
 
 @pytest.mark.parametrize(

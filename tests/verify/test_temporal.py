@@ -11,8 +11,9 @@ from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.exploration import Answer, Trail
 from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.global_steps import State
 from fsmkit.verify.judge import judge
-from fsmkit.verify.oracle import Oracle, State, explore_in_python
+from fsmkit.verify.oracle import Oracle, explore_in_python
 from fsmkit.verify.system import (
     Property,
     PropertyKind,
@@ -137,6 +138,42 @@ def test_a_run_that_goes_round_for_ever(load: Load, engine: str) -> None:
     }
 
 
+OCCURS = """
+  pressed: {reachable: occurs(lamp.press) and lamp.In(warming)}
+  off: {never: occurs(lamp.press) and lamp.In(off)}
+  only_press: {invariant: "not lamp.In(warming) or lamp.n == 3 or occurs(lamp.press)"}
+  mended: {reachable: occurs(lamp.mend) and lamp.In(broken)}
+  not_on: {never: occurs(lamp.blow) and not lamp.In(broken)}
+  start: {invariant: occurs(lamp.press) or lamp.n < 4}
+"""
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_events_that_occur(load: Load, engine: str) -> None:
+    system = load(**lamp("lamp.press, lamp.mend, lamp.blow", "", OCCURS))
+    report = check(system, Findings(), manner=Manner(engine))
+    found = {r.name: r for r in report.results}
+    assert {name: found[name].verdict.value for name in found if name[0] != "d"} == {
+        "livelock": "holds",
+        "pressed": "holds",
+        "off": "violated",  # from on
+        "only_press": "violated",  # time passes in warming
+        "mended": "holds",  # taken, and nothing answers
+        "not_on": "violated",  # where nothing answers
+        "start": "holds",
+    }
+    lengths = {n: len(r.trace.steps) for n, r in found.items() if r.trace is not None}
+    assert lengths["pressed"] == 2
+    assert lengths["only_press"] == 3
+
+
+def test_zones_do_not_judge_what_occurs(load: Load) -> None:
+    if "c" not in ENGINES:
+        pytest.skip("there is no C compiler")
+    system = load(**lamp("lamp.press", "", "  off: {never: occurs(lamp.press) and lamp.In(off)}"))
+    assert result(system, "off", Manner("c", zones=True)).verdict.value == "undecided"
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: str) -> None:
     files = dict(SYSTEMS["livelock"])
@@ -170,6 +207,11 @@ def test_what_was_not_explored_is_undecided(load: Load) -> None:
         ("{leads_to: lamp.In(on)}", "unexpected-shape: `x` needs two conditions"),
         ("{leads_to: [lamp.In(on), lamp.In(oof)]}", "unknown-name: `lamp` has no state `oof`"),
         ("{recoverable: lamp.m}", "unknown-name: `lamp` has no variable `m`"),
+        (
+            "{recoverable: occurs(lamp.press)}",
+            "unexpected-value: `recoverable` is about states, `occurs` in `x` about a step",
+        ),
+        ("{never: occurs(lamp.pres)}", "unknown-name: `lamp` has no event `pres`"),
         ("recoverable", "missing-condition: `recoverable` needs a condition"),
     ],
 )
@@ -189,6 +231,9 @@ ASKED = """
   l2: {leads_to: ["m[0].In(s1)", "m[0].In(s2) or a == 1"]}
   l3: {leads_to: [a == 1, a != 1]}
   l4: {leads_to: [one.In(s2), "b[0] or b[1]"]}
+  o1: {never: occurs(one.in_1) and one.In(s1)}
+  o2: {reachable: "occurs(m[0].in_0) and not occurs(one.in_1) and a == 2"}
+  o3: {invariant: "occurs(m[0].in_0) or occurs(m[0].in_1) or m[0].own == 0"}
   l5: {leads_to: [a == 0, one.In(s2) or a == 2]}
 """
 
@@ -275,6 +320,9 @@ def compare(system: System, *, untimed: bool) -> None:
     numbers = temporal_properties(system.properties)
     with closing(CEngine(closed, Findings())) as engine:
         in_c = engine.explore(1 << 30, 60, None)
+        assert [(m.number, m.count, len(m.path)) for m in in_c.marks] == [
+            (m.number, m.count, len(m.path)) for m in in_python.marks
+        ]
         assert [a.property for a in in_c.temporal] == list(numbers)
         assert [(a.known, a.violated) for a in in_c.temporal] == [
             (a.known, a.violated) for a in in_python.temporal

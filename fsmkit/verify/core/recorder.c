@@ -91,6 +91,12 @@ void fsm_note_unhandled(uint32_t event)
         fsm_note_mark(FSM_NOTE_UNHANDLED + event);
 }
 
+void fsm_note_occurs(uint32_t event)
+{
+    if (fsm_recording.asked != NULL && fsm_recording.asked[event] != 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + fsm_recording.event_count + event);
+}
+
 void fsm_note_text(uint32_t note, const char *what, const char *text)
 {
     fsm_note_mark(note);

@@ -31,6 +31,8 @@ typedef struct {
     uint32_t choice_count, choice_at;
     bool took;               /* a transition was taken */
     uint32_t budget;         /* the fewest microsteps that were left */
+    const unsigned char *asked; /* events of the machine whose being taken is noted; NULL: none */
+    uint32_t event_count;       /* of the machine */
     const unsigned char *noted; /* events of the machine whose going unanswered is noted */
     unsigned char *states_seen, *transitions_seen; /* of the machine at hand; coverage of the whole run */
     const char *too_much;    /* a bound above was passed */
@@ -40,7 +42,7 @@ typedef struct {
 
 extern fsm_recorder fsm_recording;
 
-/* Marks of a machine: these two, then one for each event that was not answered. */
+/* Marks of a machine: these two, then one for each event that was not answered, and one for each that was taken. */
 enum { FSM_NOTE_FULL, FSM_NOTE_FAULT, FSM_NOTE_UNHANDLED };
 
 void fsm_recorder_begin(void);   /* before a step; the choices stay */
@@ -54,6 +56,7 @@ void fsm_note_mark(uint32_t note);
 void fsm_note_taken(uint32_t transition);
 void fsm_note_entered(uint32_t state);
 void fsm_note_unhandled(uint32_t event);
+void fsm_note_occurs(uint32_t event);
 void fsm_note_text(uint32_t note, const char *what, const char *text);
 void fsm_note_budget(uint32_t left);
 void fsm_note_line(const char *what, uint32_t number);

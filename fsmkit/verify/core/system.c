@@ -8,7 +8,7 @@ uint32_t fsm_first_mark(const fsm_system *system, uint32_t machine)
 {
     uint32_t mark = 1 + system->property_count;
     for (uint32_t i = 0; i < machine; i++)
-        mark += FSM_NOTE_UNHANDLED + system->machines[i]->event_count;
+        mark += FSM_NOTE_UNHANDLED + 2 * system->machines[i]->event_count;
     return mark;
 }
 
@@ -21,6 +21,54 @@ size_t fsm_composition_bytes(const fsm_composition *self)
         bytes += fsm_store_bytes(&self->locals[i]) + fsm_store_bytes(&self->configurations[i])
             + self->info_room[i] * sizeof *self->infos[i];
     return bytes + (self->tree == NULL ? 0 : fsm_tree_bytes(self->tree));
+}
+
+/* --- properties that are judged at steps ------------------------------------------------------- */
+
+static bool has_mark(const fsm_tree *tree, uint32_t set, uint32_t mark)
+{
+    uint32_t count;
+    const uint32_t *marks = fsm_lists_at(&tree->marks, set, &count);
+    for (uint32_t i = 0; i < count; i++)
+        if (marks[i] == mark)
+            return true;
+    return false;
+}
+
+/* Marks a step for the properties that are judged by what occurs in it and the state after it. */
+static bool judge_step(fsm_composition *self, fsm_step *step)
+{
+    const fsm_system *system = self->system;
+    const void *structs[FSM_MOST_MACHINES];
+    uint32_t locals[FSM_MOST_MACHINES];
+    bool *occurs = malloc(system->asked_count * sizeof *occurs);
+    if (occurs == NULL)
+        return fsm_fail(self, "out of memory");
+    fsm_tree_unfold(self->tree, step->to, locals);
+    for (uint32_t i = 0; i < system->machine_count; i++)
+        structs[i] = fsm_local(self, i, locals[i]);
+    for (uint32_t i = 0; i < system->asked_count; i++) {
+        fsm_asked asked = system->asked[i];
+        uint32_t first = fsm_first_mark(system, asked.machine) + FSM_NOTE_UNHANDLED;
+        occurs[i] = has_mark(self->tree, step->marks, first + system->machines[asked.machine]->event_count + asked.event);
+    }
+    for (uint32_t p = 0; p < system->property_count && step->marks != FSM_NONE; p++) {
+        uint32_t mark = 1 + p;
+        if (system->judge_step(structs, occurs, p)) {
+            uint32_t one = fsm_lists_number(&self->tree->marks, &mark, 1);
+            step->marks = one == FSM_NONE ? FSM_NONE : fsm_tree_join_marks(self->tree, step->marks, one);
+        }
+    }
+    free(occurs);
+    return step->marks != FSM_NONE || fsm_fail(self, "out of memory");
+}
+
+static bool judge_steps(fsm_composition *self, fsm_steps *steps, size_t first)
+{
+    for (size_t i = first; i < steps->count; i++)
+        if (!judge_step(self, &steps->items[i]))
+            return false;
+    return true;
 }
 
 /* --- initial states ------------------------------------------------------------------------------ */
@@ -43,6 +91,8 @@ static bool add_start(void *context, const fsm_start *start)
     if (state == FSM_NO_STATE || marks == FSM_NONE
         || !fsm_steps_add(self->steps, state, marks, FSM_STEP_ENVIRONMENT))
         return fsm_fail(c, "out of memory");
+    if (c->system->asked_count > 0 && !judge_steps(c, self->steps, self->steps->count - 1))
+        return false;
     for (uint32_t i = 0; is_wanted && i < c->system->machine_count; i++) {
         fsm_description *what = &self->described->what[i];
         *what = start->what[i];
@@ -166,7 +216,8 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     bool owed = own.left->owed || own.right->owed || (is_open && (open.left->owed || open.right->owed));
     steps->deadlock = !c->system->open && seen.waiting == 0 && seen.awaited == 0 && !seen.faulted
         && !busy && !owed && !seen.at_rest;
-    return busy || seen.awaited == 0 || c->system->unit == 0 || pass_time(tree, state, steps);
+    return (busy || seen.awaited == 0 || c->system->unit == 0 || pass_time(tree, state, steps))
+        && (c->system->asked_count == 0 || judge_steps(c, steps, 0));
 }
 
 /* What a step of a state that has so many was. */

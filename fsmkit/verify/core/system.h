@@ -36,6 +36,7 @@ typedef struct {
     bool environment;
     uint32_t state_count, transition_count, event_count;
     const unsigned char *noted; /* which events are worth a mark when nobody answers them */
+    const unsigned char *asked; /* which events some property asks of whether they occur; NULL: none */
     uint32_t microsteps; /* the bound of a macrostep */
     size_t configuration_size;
     void (*init)(void *m);
@@ -81,6 +82,11 @@ typedef struct {
     bool spontaneous; /* a transition of the machine itself */
 } fsm_possible;
 
+/* An event of a machine that some property asks of whether it occurs. */
+typedef struct {
+    uint32_t machine, event;
+} fsm_asked;
+
 typedef struct {
     const fsm_machine *const *machines;
     const fsm_event_link *event_links;
@@ -88,6 +94,9 @@ typedef struct {
     const fsm_possible *possible;
     uint32_t machine_count, event_link_count, input_link_count, possible_count, property_count;
     bool (*judge)(const void *const *machines, uint32_t property); /* whether to mark the state */
+    const fsm_asked *asked;
+    uint32_t asked_count; /* 0: no property is judged at steps */
+    bool (*judge_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: of `asked` */
     const size_t *seen_sizes; /* by machine: bytes of what properties see of it */
     void (*see)(uint32_t machine, const void *m, unsigned char *seen);
     bool untimed, zones, open;
