@@ -159,10 +159,13 @@ static void check_cover(void)
 {
     fsm_bound big[9], small[9];
     fsm_limits limits[3] = {{0, 0}};
+    const fsm_bound upper[3] = {0, fsm_at_most(MOST + 1), fsm_at_most(MOST + 1)}; /* all of it on the grid */
     random_zone(big, 3);
-    random_zone(small, 3);
+    do
+        random_zone(small, 3);
+    while (!fsm_zone_below(small, 3, upper));
     for (uint32_t i = 1; i < 3; i++)
-        limits[i] = (fsm_limits){(int32_t)pick(MOST), (int32_t)pick(MOST)};
+        limits[i] = (fsm_limits){(int32_t)pick(MOST + 1) - 1, (int32_t)pick(MOST)};
     bool subset = true, covered = true;
     int32_t point[4] = {0};
     do {
@@ -181,6 +184,13 @@ static void check_cover(void)
     expect(fsm_zones_hold(&kept, small, 3), "hold");
     expect(fsm_zones_covers(&kept, first, limits) == covered, "kept covers");
     expect(fsm_zones_is_covered(&kept, first, NULL) == fsm_zone_covers(small, big, 3, NULL), "is covered");
+    limits[1] = (fsm_limits){MOST + 1, MOST + 1}; /* none is passed, as summaries demand it */
+    limits[2].upper = MOST + 1;
+    fsm_zone_summary of_small = fsm_zones_summary(&kept, limits);
+    bool plain = fsm_zone_covers(big, small, 3, limits);
+    expect(fsm_zones_hold(&kept, big, 3), "hold");
+    expect(!plain || fsm_may_cover(fsm_zones_summary(&kept, limits), of_small), "summary");
+    expect(fsm_zones_find(&kept) == first, "find");
     fsm_bound again[9];
     fsm_zones_read(&kept, first, 3, again);
     expect(memcmp(again, big, sizeof again) == 0, "read");

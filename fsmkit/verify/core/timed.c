@@ -13,9 +13,9 @@ bool fsm_timed_init(fsm_timed *self, fsm_composition *composition, size_t memory
     size_t marks = (size_t)composition->model.mark_count + 1;
     *self = (fsm_timed){.composition = composition, .memory_limit = memory_limit,
                         .unit = system->unit > 0 ? (int32_t)system->unit : 1};
-    self->pair_room = self->head_room = 64;
+    self->pair_room = self->family_room = 64;
     self->pairs = malloc(self->pair_room * sizeof *self->pairs);
-    self->heads = malloc(self->head_room * sizeof *self->heads);
+    self->families = malloc(self->family_room * sizeof *self->families);
     self->witnesses = malloc(marks * sizeof *self->witnesses);
     self->marks = malloc((FSM_MOST_NOTES + FSM_MOST_MACHINES) * sizeof *self->marks);
     self->judged = malloc(marks * sizeof *self->judged);
@@ -28,7 +28,7 @@ bool fsm_timed_init(fsm_timed *self, fsm_composition *composition, size_t memory
     self->source = malloc((FSM_MOST_CLOCKS + 1) * sizeof *self->source);
     bool fine = fsm_store_init(&self->tuples, (system->machine_count + 1u) * sizeof(uint32_t));
     fine = fsm_zones_init(&self->zones) && fine;
-    if (!fine || self->pairs == NULL || self->heads == NULL || self->witnesses == NULL
+    if (!fine || self->pairs == NULL || self->families == NULL || self->witnesses == NULL
         || self->marks == NULL || self->judged == NULL || self->before == NULL || self->guarded == NULL || self->after == NULL
         || self->upper == NULL || self->limits == NULL || self->next_limits == NULL || self->source == NULL) {
         fsm_timed_free(self);
@@ -41,11 +41,13 @@ bool fsm_timed_init(fsm_timed *self, fsm_composition *composition, size_t memory
 
 void fsm_timed_free(fsm_timed *self)
 {
+    for (uint32_t tuple = 0; tuple < self->tuples.count; tuple++)
+        free(self->families[tuple].entries);
     fsm_store_free(&self->tuples);
     fsm_zones_free(&self->zones);
     fsm_memo_free(&self->fires);
     free(self->pairs);
-    free(self->heads);
+    free(self->families);
     free(self->witnesses);
     free(self->marks);
     free(self->judged);
@@ -62,7 +64,8 @@ void fsm_timed_free(fsm_timed *self)
 size_t fsm_timed_bytes(const fsm_timed *self)
 {
     return fsm_store_bytes(&self->tuples) + self->zones.bytes + self->pair_room * sizeof *self->pairs
-        + self->head_room * sizeof *self->heads + fsm_memo_bytes(&self->fires)
+        + self->family_room * sizeof *self->families
+        + self->entry_room * sizeof(fsm_entry) + fsm_memo_bytes(&self->fires)
         + fsm_composition_bytes(self->composition);
 }
 
@@ -101,41 +104,67 @@ static bool make_room(fsm_timed *self)
         self->pairs = pairs;
         self->pair_room = (uint32_t)room;
     }
-    if (self->tuples.count >= self->head_room) {
-        size_t room = 2 * (size_t)self->head_room;
-        uint32_t *heads = room >= FSM_NONE ? NULL : realloc(self->heads, room * sizeof *heads);
-        if (heads == NULL)
+    if (self->tuples.count >= self->family_room) {
+        size_t room = 2 * (size_t)self->family_room;
+        fsm_family *families = room >= FSM_NONE ? NULL : realloc(self->families, room * sizeof *families);
+        if (families == NULL)
             return false;
-        self->heads = heads;
-        self->head_room = (uint32_t)room;
+        self->families = families;
+        self->family_room = (uint32_t)room;
     }
     return true;
 }
 
-/* Whether a pair kept covers the zone in hand. */
-static bool is_known(const fsm_timed *self, uint32_t tuple, const fsm_limits *limits, uint32_t *found)
+/* The watch may show more than it is compared with, so that no summary tells anything. */
+static fsm_zone_summary summary_of(const fsm_timed *self, const fsm_limits *limits)
 {
-    for (*found = self->heads[tuple]; *found != FSM_NONE; *found = self->pairs[*found].next)
-        if (fsm_zones_covers(&self->zones, self->pairs[*found].zone, limits))
-            return true;
-    return false;
+    return self->watch.present ? (fsm_zone_summary){0, 0} : fsm_zones_summary(&self->zones, limits);
+}
+
+/* A pair kept that covers the zone in hand; FSM_NONE if there is none. */
+static uint32_t find_cover(const fsm_timed *self, uint32_t tuple, fsm_zone_summary summary, const fsm_limits *limits)
+{
+    const fsm_family *family = &self->families[tuple];
+    uint32_t same = family->count > 0 ? fsm_zones_find(&self->zones) : FSM_NONE;
+    for (uint32_t i = 0; i < family->count; i++) {
+        const fsm_entry *entry = &family->entries[i];
+        if (entry->zone == same || (fsm_may_cover(entry->summary, summary) && fsm_zones_covers(&self->zones, entry->zone, limits)))
+            return entry->pair;
+    }
+    return FSM_NONE;
 }
 
 /* Takes the pairs out that the zone in hand covers. One whose turn is in the layer at hand still has
  * it, so that paths stay shortest. */
-static void displace(fsm_timed *self, uint32_t tuple, const fsm_limits *limits)
+static void displace(fsm_timed *self, uint32_t tuple, fsm_zone_summary summary, const fsm_limits *limits)
 {
-    uint32_t *link = &self->heads[tuple];
-    while (*link != FSM_NONE) {
-        fsm_pair *pair = &self->pairs[*link];
-        if (fsm_zones_is_covered(&self->zones, pair->zone, limits)) {
-            pair->covered = *link >= self->layer_end;
-            self->kept--;
-            *link = pair->next;
-        } else {
-            link = &pair->next;
-        }
+    fsm_family *family = &self->families[tuple];
+    uint32_t left = 0;
+    for (uint32_t i = 0; i < family->count; i++) {
+        fsm_entry entry = family->entries[i];
+        if (fsm_may_cover(summary, entry.summary) && fsm_zones_is_covered(&self->zones, entry.zone, limits))
+            self->pairs[entry.pair].covered = entry.pair >= self->layer_end;
+        else
+            family->entries[left++] = entry;
     }
+    self->kept -= family->count - left;
+    family->count = left;
+}
+
+static bool add_entry(fsm_timed *self, uint32_t tuple, fsm_entry entry)
+{
+    fsm_family *family = &self->families[tuple];
+    if (family->count == family->room) {
+        uint32_t room = family->room == 0 ? 1 : 2 * family->room;
+        fsm_entry *entries = realloc(family->entries, room * sizeof *entries);
+        if (entries == NULL)
+            return false;
+        self->entry_room += room - family->room;
+        family->entries = entries;
+        family->room = room;
+    }
+    family->entries[family->count++] = entry;
+    return true;
 }
 
 static void read_watch(fsm_timed *self, const fsm_timed_step *step)
@@ -152,14 +181,13 @@ static void read_watch(fsm_timed *self, const fsm_timed_step *step)
     }
 }
 
-static bool add_pair(fsm_timed *self, uint32_t tuple, bool new_tuple, const fsm_timed_step *step)
+static bool add_pair(fsm_timed *self, uint32_t tuple, bool new_tuple, fsm_zone_summary summary, const fsm_timed_step *step)
 {
     uint32_t number = self->pair_count;
     uint32_t zone = fsm_zones_keep(&self->zones, limit_for(self, self->zones.bytes));
-    if (zone == FSM_NONE)
+    if (zone == FSM_NONE || !add_entry(self, tuple, (fsm_entry){summary, zone, number}))
         return out_of_memory(self);
-    self->pairs[number] = (fsm_pair){tuple, zone, self->heads[tuple], {self->next, self->step}, false};
-    self->heads[tuple] = number;
+    self->pairs[number] = (fsm_pair){tuple, zone, {self->next, self->step}, false};
     self->pair_count++;
     self->kept++;
     if (!new_tuple)
@@ -180,15 +208,15 @@ static bool visit(void *context, const fsm_timed_step *step)
     if (tuple == FSM_NONE || !fsm_zones_hold(&self->zones, step->zone, step->size))
         return out_of_memory(self);
     if (added)
-        self->heads[tuple] = FSM_NONE;
+        self->families[tuple] = (fsm_family){NULL, 0, 0};
     for (uint32_t i = 0; i < step->mark_count; i++)
         note_mark(self, step->marks[i], self->next, self->step);
     if (self->watch.present)
         read_watch(self, step);
-    uint32_t known;
-    if (!is_known(self, tuple, step->limits, &known)) {
-        displace(self, tuple, step->limits);
-        if (!add_pair(self, tuple, added, step))
+    fsm_zone_summary summary = summary_of(self, step->limits);
+    if (find_cover(self, tuple, summary, step->limits) == FSM_NONE) {
+        displace(self, tuple, summary, step->limits);
+        if (!add_pair(self, tuple, added, summary, step))
             return false;
     }
     if (self->next != FSM_NONE && step->kind == FSM_STEP_INTERNAL && (!step->fires || step->instant)
@@ -245,10 +273,10 @@ void fsm_timed_run(fsm_timed *self)
 
 uint32_t fsm_timed_find(fsm_timed *self, const fsm_timed_step *step)
 {
-    uint32_t found, tuple = fsm_store_find(&self->tuples, step->tuple);
+    uint32_t tuple = fsm_store_find(&self->tuples, step->tuple);
     if (tuple == FSM_NONE || !fsm_zones_hold(&self->zones, step->zone, step->size))
         return FSM_NONE;
-    return is_known(self, tuple, step->limits, &found) ? found : FSM_NONE;
+    return find_cover(self, tuple, summary_of(self, step->limits), step->limits);
 }
 
 uint32_t fsm_timed_path(const fsm_timed *self, uint32_t pair, uint32_t *path)

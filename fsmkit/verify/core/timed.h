@@ -33,10 +33,20 @@ typedef struct {
 typedef struct {
     uint32_t tuple;      /* number of the discrete part */
     uint32_t zone;       /* of those of its size */
-    uint32_t next;       /* the next pair of the same discrete part; FSM_NONE: the last */
     fsm_origin origin;
     bool covered;        /* by one found later, before it was its turn */
 } fsm_pair;
+
+/* The pairs of one discrete part that no other covers. */
+typedef struct {
+    fsm_zone_summary summary;
+    uint32_t zone, pair;
+} fsm_entry;
+
+typedef struct {
+    fsm_entry *entries;
+    uint32_t count, room;
+} fsm_family;
 
 /* A step of a pair, while it is being taken. */
 typedef struct {
@@ -82,8 +92,9 @@ struct fsm_timed {
     fsm_watch watch;
 
     fsm_store tuples;
-    uint32_t *heads;              /* by tuple: its first pair */
-    uint32_t head_room;
+    fsm_family *families;         /* by tuple */
+    uint32_t family_room;
+    size_t entry_room;            /* of all families */
     fsm_zones zones;
     fsm_pair *pairs;
     uint32_t pair_count, pair_room, kept; /* found; those that none covers */

@@ -144,8 +144,9 @@ static bool follow_up(walk *self, uint32_t start, fsm_timed_cycle *found)
     bool fine = cycle != NULL && last != NULL && s.zone != NULL;
     for (uint32_t i = 0; fine && i < count; i++)
         cycle[i] = self->edges[self->frames[first + i].edge - 1];
-    for (uint32_t pair = t->heads[start]; fine && pair != FSM_NONE && found->pair == FSM_NONE; pair = t->pairs[pair].next)
-        (void)go_round(t, pair, cycle, count, last, &s, found);
+    const fsm_family *family = &t->families[start];
+    for (uint32_t i = 0; fine && i < family->count && found->pair == FSM_NONE; i++)
+        (void)go_round(t, family->entries[i].pair, cycle, count, last, &s, found);
     free(cycle);
     free(last);
     free(s.zone);
@@ -234,10 +235,11 @@ static bool push_arc(void *context, const fsm_timed_step *step)
 
 static bool is_kept(const fsm_timed *self, uint32_t pair)
 {
-    uint32_t at = self->heads[self->pairs[pair].tuple];
-    while (at != FSM_NONE && at != pair)
-        at = self->pairs[at].next;
-    return at == pair;
+    const fsm_family *family = &self->families[self->pairs[pair].tuple];
+    for (uint32_t i = 0; i < family->count; i++)
+        if (family->entries[i].pair == pair)
+            return true;
+    return false;
 }
 
 static bool find_arcs(arcs *self)

@@ -41,7 +41,7 @@ static bool read_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limi
             if (l->upper / self->unit >= FSM_LONGEST)
                 return fail(self, "a delay is too long for zones");
             *choice = *choice || l->lower != l->upper;
-            l->lower /= self->unit;
+            l->lower = l->lower == 0 && l->upper > 0 ? -1 : l->lower / self->unit; /* it always is 0 or more */
             l->upper /= self->unit;
         }
     }

@@ -104,7 +104,7 @@ void fsm_zone_extrapolate(fsm_bound *zone, uint32_t size, uint32_t clock, int32_
 static bool escapes(fsm_bound tight, fsm_bound least, uint32_t i, uint32_t j, const fsm_limits *limits)
 {
     int32_t lower = i == 0 ? 0 : limits[i].lower, upper = j == 0 ? 0 : limits[j].upper;
-    return least >= fsm_at_most(-upper) && fsm_bound_sum(tight, fsm_less_than(-lower)) < least;
+    return lower >= 0 && least >= fsm_at_most(-upper) && fsm_bound_sum(tight, fsm_less_than(-lower)) < least;
 }
 
 bool fsm_zone_covers(const fsm_bound *big, const fsm_bound *small, uint32_t size,
@@ -128,18 +128,28 @@ static fsm_bound widened(int16_t bound)
     return bound == FITS ? FSM_UNBOUNDED : bound;
 }
 
-/* The same as fsm_zone_covers on 16 bits. A row without limits is compared without a jump. */
+enum { BLOCK = 16 };
+
+/* Whether some bound of a block is tighter; compilers make two comparisons of it. */
+static bool is_tighter(const int16_t *big, const int16_t *small)
+{
+    int16_t found = 0;
+    for (int i = 0; i < BLOCK; i++)
+        found = (int16_t)(found | (big[i] < small[i] ? -1 : 0));
+    return found != 0;
+}
+
+/* The same as fsm_zone_covers on 16 bits, in blocks. */
 static bool covers_packed(const int16_t *big, const int16_t *small, uint32_t size, const fsm_limits *limits)
 {
-    for (uint32_t i = 0; i < size; i++) {
-        const int16_t *b = &big[i * size], *s = &small[i * size];
-        int tighter = 0;
-        for (uint32_t j = 0; j < size; j++)
-            tighter |= b[j] < s[j];
-        if (tighter && limits == NULL)
-            return false;
-        for (uint32_t j = 0; tighter && j < size; j++)
-            if (b[j] < s[j] && escapes(widened(b[j]), widened(small[j]), i, j, limits))
+    uint32_t cells = size * size;
+    for (uint32_t block = 0; block < cells; block += BLOCK) {
+        uint32_t end = block + BLOCK < cells ? block + BLOCK : cells;
+        if (end == block + BLOCK && !is_tighter(&big[block], &small[block]))
+            continue;
+        for (uint32_t at = block; at < end; at++)
+            if (big[at] < small[at]
+                && (limits == NULL || escapes(widened(big[at]), widened(small[at % size]), at / size, at % size, limits)))
                 return false;
     }
     return true;
@@ -200,6 +210,41 @@ uint32_t fsm_zones_keep(fsm_zones *self, size_t limit)
     uint32_t number = fsm_store_insert(store, bytes, limit > others ? limit - others : 0, NULL);
     self->bytes = others + fsm_store_bytes(store);
     return number == FSM_NONE || self->fits ? number : number | WIDE;
+}
+
+uint32_t fsm_zones_find(const fsm_zones *self)
+{
+    const fsm_store *store = self->fits ? &self->narrow[self->size - 1] : &self->wide[self->size - 1];
+    uint32_t number = fsm_store_find(store, self->fits ? (const void *)self->packed : (const void *)self->held);
+    return number == FSM_NONE || self->fits ? number : number | WIDE;
+}
+
+static uint64_t clamped(int64_t sum)
+{
+    const int64_t zero = 1 << 14;
+    return sum < -zero ? 0 : sum >= zero ? 2 * (uint64_t)zero - 1 : (uint64_t)(sum + zero);
+}
+
+/* The bounds of a clock without a choice are plain, since it never passes the one constant that it is
+ * compared with: there `escapes` is always true. That holds for clock 0, too. */
+fsm_zone_summary fsm_zones_summary(const fsm_zones *self, const fsm_limits *limits)
+{
+    fsm_zone_summary found = {0, 0};
+    int64_t sums[4] = {0, 0, 0, 0};
+    uint32_t at = 0;
+    for (uint32_t i = 0; i < self->size; i++) {
+        if (i > 0 && limits != NULL && limits[i].lower != limits[i].upper)
+            continue;
+        const fsm_bound *row = &self->held[i * self->size];
+        for (uint32_t j = 0; j < self->size; j++) {
+            sums[i & 3] += row[j] == FSM_UNBOUNDED ? 1 << 16 : row[j];
+            if (i > 0 && j > 0 && i != j)
+                found.order |= (uint64_t)(row[j] > fsm_at_most(0)) << (at++ & 63);
+        }
+    }
+    for (int lane = 0; lane < 4; lane++)
+        found.sums |= clamped(sums[lane]) << (16 * lane);
+    return found;
 }
 
 bool fsm_zones_covers(const fsm_zones *self, uint32_t number, const fsm_limits *limits)

@@ -39,8 +39,8 @@ static inline fsm_bound fsm_bound_sum(fsm_bound a, fsm_bound b)
     return a == FSM_UNBOUNDED || b == FSM_UNBOUNDED ? FSM_UNBOUNDED : a + b - ((a | b) & 1);
 }
 
-/* The constants a clock is compared with: whether it is at least `lower`, whether it is at most
- * `upper`. Beyond them its value makes no difference (Behrmann et al. 2006). */
+/* The constants a clock is compared with: whether it is at least `lower` (negative: it always is),
+ * whether it is at most `upper`. Beyond them its value makes no difference (Behrmann et al. 2006). */
 typedef struct {
     int32_t lower, upper;
 } fsm_limits;
@@ -96,6 +96,26 @@ bool fsm_zones_hold(fsm_zones *self, const fsm_bound *zone, uint32_t size);
 /* The number of the zone in hand among those of its size, which is kept if it is new; FSM_NONE if
  * memory ran out or all would take more than `limit` bytes. */
 uint32_t fsm_zones_keep(fsm_zones *self, size_t limit);
+
+/* The number of the zone in hand if it is kept; FSM_NONE else. */
+uint32_t fsm_zones_find(const fsm_zones *self);
+
+/* A summary of a zone, by which most that do not cover each other are told apart: a bit for each pair of
+ * clocks, whether the first may be greater; and four sums of bounds. Only of clocks whose two limits are
+ * the same (of all, if `limits` is NULL), and only for zones in which no clock passes its upper limit. */
+typedef struct {
+    uint64_t order, sums;
+} fsm_zone_summary;
+
+/* The summary of the zone in hand. */
+fsm_zone_summary fsm_zones_summary(const fsm_zones *self, const fsm_limits *limits);
+
+/* Whether a zone may cover another one. */
+static inline bool fsm_may_cover(fsm_zone_summary big, fsm_zone_summary small)
+{
+    const uint64_t high = 0x8000800080008000u; /* above each of the sums, of 15 bits */
+    return (small.order & ~big.order) == 0 && (((big.sums | high) - small.sums) & high) == high;
+}
 
 /* Whether a kept zone covers the one in hand, and the other way round; see `fsm_zone_covers`. */
 bool fsm_zones_covers(const fsm_zones *self, uint32_t number, const fsm_limits *limits);
