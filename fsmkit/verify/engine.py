@@ -148,6 +148,10 @@ class CEngine:
         for number in temporal_properties(properties):
             if properties[number].kind is PropertyKind.RECOVERABLE:
                 found += ["--recoverable", str(1 + number)]
+            elif properties[number].kind is PropertyKind.WITHIN:
+                goal = 1 + goal_place(properties, number)
+                units = properties[number].ticks // (self._closed.unit or 1)
+                found += ["--within", f"{1 + number},{goal},{units}"]
             else:
                 goal = 1 + goal_place(properties, number)
                 found += ["--leads-to", f"{1 + number},{goal}"]
@@ -240,13 +244,23 @@ class CEngine:
             parts=told.get("parts", 0),
             doubt=told.get("doubt", ""),
             temporal=tuple(
-                Answer(number, a["known"], a["violated"], tuple(a["path"]), tuple(a["cycle"]))
-                for number, a in zip(
+                self._answer(number, answer)
+                for number, answer in zip(
                     temporal_properties(self._closed.system.properties),
                     told.get("temporal", ()),
                     strict=False,
                 )
             ),
+        )
+
+    def _answer(self, number: int, told: Mapping[str, Any]) -> Answer:
+        return Answer(
+            number,
+            told["known"],
+            told["violated"],
+            tuple(told["path"]),
+            tuple(told["cycle"]),
+            told["greatest"] * (self._closed.unit or 1) if "greatest" in told else None,
         )
 
     # --- replay --------------------------------------------------------------------------------

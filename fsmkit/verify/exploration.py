@@ -51,6 +51,8 @@ class Answer:
     violated: bool = False
     path: tuple[int, ...] = ()
     cycle: tuple[int, ...] = ()
+    greatest: int | None = None
+    """Of `within`: the greatest time in ticks; None if it has no bound, or never begins."""
 
 
 @dataclass(frozen=True, slots=True)

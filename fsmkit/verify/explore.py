@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import Counterexample, ReplayError, write
 from fsmkit.verify.engine import CEngine, compiler
-from fsmkit.verify.exploration import DEADLOCK, Exploration, Trail
+from fsmkit.verify.exploration import DEADLOCK, Answer, End, Exploration, Trail
 from fsmkit.verify.oracle import explore_in_python
-from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System
+from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System, goal_place
 from fsmkit.verify.verdict import Report, conclude
+
+WATCHED = 16
+"""Delays are told apart up to so many units beyond what they may be."""
 
 Progress = Callable[[int, int, int], None]
 """Called now and then with states, transitions and depth."""
@@ -74,8 +77,30 @@ def check(
         return conclude(closed, found, _shower(closed, trail_of), names, findings)
     with closing(CEngine(closed, findings)) as built:
         found = built.explore(manner.limits.memory, manner.limits.seconds, progress, until)
+        if closed.zones:
+            found = replace(found, temporal=tuple(_delays(built, closed, manner.limits, names)))
         show = _shower(closed, built.trail, built.confirm)
         return conclude(closed, found, show, names, findings)
+
+
+def _delays(
+    built: CEngine, closed: Closed, limits: Limits, names: frozenset[str]
+) -> Iterator[Answer]:
+    """Measure all `within` by a clock that runs from one condition to the other."""
+    properties = closed.system.properties
+    for number, property_ in enumerate(properties):
+        if property_.kind is not PropertyKind.WITHIN or (names and property_.name not in names):
+            continue
+        most = property_.ticks // closed.unit + WATCHED
+        end = goal_place(properties, number)
+        found, told = built.watch(number, end, most, limits.memory, limits.seconds)
+        if found.end is not End.COMPLETE:
+            yield Answer(number, known=False)
+            continue
+        pending = told["pending"]
+        greatest = None if pending is None else pending[0]
+        late = greatest is None or greatest > property_.ticks
+        yield Answer(number, known=True, violated=late, greatest=greatest)
 
 
 def _demand_no_invocations(system: System) -> None:

@@ -212,7 +212,10 @@ class Oracle(GlobalSteps):
             [self._arc(state, n, edge) for n, edge in enumerate(self.successors(state))]
             for state in self._order
         ]
-        return answers(self.closed, graph, self._where, lambda state: self._path_to(state, -1))
+        initial = {n for n, (source, _) in enumerate(self._origins) if source < 0}
+        return answers(
+            self.closed, graph, self._where, lambda state: self._path_to(state, -1), initial
+        )
 
     def _where(self, property_: Property) -> list[bool]:
         return [judge(self.closed, property_, self.snapshots(state)) for state in self._order]

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
-from fsmkit.expressions import Scope
+from fsmkit.expressions import Scope, read_duration
 from fsmkit.loading import read_bytes
 from fsmkit.verify.connections import connect
 from fsmkit.verify.indices import unquantified
@@ -43,6 +43,7 @@ KEYS = frozenset(
     {"system", "doc", "machines", "shared", "connect", "environment", "schedule", "properties"}
 )
 KINDS = {kind.value: kind for kind in PropertyKind}
+EXAMPLE = "leads_to: [plant.In(inserted), plant.In(out)]"
 NEEDS_NOTHING = {PropertyKind.DEADLOCK_FREE, PropertyKind.LIVELOCK_FREE}
 
 
@@ -183,8 +184,8 @@ def _property(
     kind = _kind(key, findings)
     if kind is None:
         return None
-    if kind is PropertyKind.LEADS_TO:
-        return _leads_to(name, value, machines, findings)
+    if kind in (PropertyKind.LEADS_TO, PropertyKind.WITHIN):
+        return _of_two(name, kind, value, machines, findings)
     if kind not in JUDGED_AT_STATES | TEMPORAL:
         text = _written(value)
         reason = "" if kind in NEEDS_NOTHING else f"`{kind.value}` is not explored yet"
@@ -216,30 +217,38 @@ def _condition(
     return None if written_out is None else read_condition(written_out, machines, findings)
 
 
-def _leads_to(
-    name: Text, node: Node, machines: tuple[Machine, ...], findings: Findings
+def _of_two(
+    name: Text, kind: PropertyKind, node: Node, machines: tuple[Machine, ...], findings: Findings
 ) -> Property | None:
-    """Read ``[P, Q]``."""
-    if not isinstance(node, Sequence) or len(node.items) != 2:
+    """Read ``[P, Q]`` of `leads_to`, ``[P, T, Q]`` of `within`."""
+    timed = kind is PropertyKind.WITHIN
+    if not isinstance(node, Sequence) or len(node.items) != 2 + timed:
+        example = "within: [plant.In(hot), 500ms, plant.In(cold)]"
         findings.add(
             "unexpected-shape",
-            f"`{name}` needs two conditions",
+            f"`{name}` needs two conditions{', and a duration between them' if timed else ''}",
             node.span,
-            help="for instance `leads_to: [plant.In(inserted), plant.In(out)]`",
+            help=f"for instance `{example if timed else EXAMPLE}`",
         )
         return None
-    first, second = (_condition(name, item, machines, findings) for item in node.items)
-    if first is None or second is None:
+    first, last = (_condition(name, node.items[place], machines, findings) for place in (0, -1))
+    ticks: int | None = 0
+    if timed:
+        text = demand_text(node.items[1], f"the time of `{name}`", findings)
+        scope = Scope(constants=constants_of(machines), tick=machines[0].chart.capacities.tick)
+        ticks = None if text is None else read_duration(text, scope, findings)
+    if first is None or last is None or ticks is None:
         return None
-    if any(atom.event is not None for _, atom in (*first.atoms, *second.atoms)):
-        _refuse_occurs(name, PropertyKind.LEADS_TO, findings)
+    if any(atom.event is not None for _, atom in (*first.atoms, *last.atoms)):
+        _refuse_occurs(name, kind, findings)
     return Property(
         name.value,
-        PropertyKind.LEADS_TO,
+        kind,
         _written(node),
         first.expression,
         first.atoms,
-        goal=second,
+        goal=last,
+        ticks=ticks,
         span=name.span,
     )
 

@@ -104,7 +104,7 @@ class PropertyKind(Enum):
 
 JUDGED_AT_STATES = {PropertyKind.INVARIANT, PropertyKind.NEVER, PropertyKind.REACHABLE}
 """Those that are decided by whether a state is ever marked."""
-TEMPORAL = {PropertyKind.RECOVERABLE, PropertyKind.LEADS_TO}
+TEMPORAL = {PropertyKind.RECOVERABLE, PropertyKind.LEADS_TO, PropertyKind.WITHIN}
 """Those that are decided over the graph; the states where their conditions hold are marked."""
 
 
@@ -147,6 +147,8 @@ class Property:
     owner: int | None = None
     unexplored: str = ""
     goal: Condition | None = None
+    ticks: int = 0
+    """Of `within`: the most that it may take."""
     span: Span | None = field(default=None, compare=False, repr=False)
 
     @property

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Container, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from math import inf
 
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.verify.closed import Closed
@@ -110,7 +111,9 @@ class Unanswered:
         at = state
         if at not in goals:
             inside = [not done for done in self.answered]
-            path, at = self._walk(at, lambda arc: inside[arc.to], lambda arc: arc.to in goals)
+            path, at = surely_walk(
+                self.graph, at, lambda arc: inside[arc.to], lambda arc: arc.to in goals
+            )
         if at in self.ends:
             return Lasso(state, path)
         component, unstable = next(c for c in self.cores if at in c[0])
@@ -131,7 +134,7 @@ class Unanswered:
                 new_state = counts(arc.to) and (not seen or bool(now - self._owed(arc.to)))
                 return arc.action in now or new_state
 
-            path, _ = self._walk(at, lambda arc: arc.to in component, news)
+            path, _ = surely_walk(self.graph, at, lambda arc: arc.to in component, news)
             for ordinal in path:
                 arc = self.graph[at][ordinal]
                 left.discard(arc.action)
@@ -141,26 +144,99 @@ class Unanswered:
                     seen = True
             cycle += path
         if not cycle or at != first:
-            cycle += self._walk(at, lambda arc: arc.to in component, lambda a: a.to == first)[0]
+            cycle += surely_walk(
+                self.graph, at, lambda arc: arc.to in component, lambda a: a.to == first
+            )[0]
         return cycle
 
-    def _walk(
-        self, start: int, allowed: Callable[[Arc], bool], ends: Callable[[Arc], bool]
-    ) -> tuple[tuple[int, ...], int]:
-        """Return a shortest path of at least one step that ends so, and where it ends."""
-        origin: dict[int, tuple[int, ...]] = {start: ()}
-        waiting = deque([start])
-        while waiting:
-            at = waiting.popleft()
-            for arc in self.graph[at]:
-                if not allowed(arc):
-                    continue
-                if ends(arc):
-                    return (*origin[at], arc.ordinal), arc.to
-                if arc.to not in origin:
-                    origin[arc.to] = (*origin[at], arc.ordinal)
-                    waiting.append(arc.to)
+
+@dataclass(slots=True)
+class Delays:
+    """How long it takes until the end from each state, along all ways."""
+
+    graph: Graph
+    holds: Sequence[bool]
+    ended: Sequence[bool]
+    initial: Container[int]
+    longest: dict[int, float] = field(default_factory=dict)
+
+    def measure(self) -> None:
+        """Fill in ``longest``: ticks, or infinity."""
+        open_ = {n for n, done in enumerate(self.ended) if not done}
+        for component in reversed(components(self.graph, open_)):
+            longest = 0.0
+            for state in component:
+                arcs = self.graph[state]
+                if not any(arc.internal or arc.ticks > 0 for arc in arcs):
+                    longest = inf
+                for arc in arcs:
+                    if arc.to in component:
+                        longest = max(longest, inf if arc.ticks > 0 else 0)
+                    else:
+                        longest = max(longest, arc.ticks + self.longest.get(arc.to, 0))
+            self.longest.update(dict.fromkeys(component, longest))
+
+    def beginnings(self) -> Iterator[tuple[int | None, int]]:
+        """Yield the states in which it begins, each with a state before it, None at the start."""
+        for state, arcs in enumerate(self.graph):
+            if state in self.initial and self.holds[state] and not self.ended[state]:
+                yield None, state
+            for arc in arcs if not self.holds[state] else ():
+                if self.holds[arc.to] and not self.ended[arc.to]:
+                    yield state, arc.to
+
+    def late(self, ticks: int, path_to: Callable[[int], tuple[int, ...]]) -> tuple[int, ...]:
+        """Return a path on which it takes longer than it may."""
+        late = [(b, to) for b, to in self.beginnings() if self.longest[to] > ticks]
+        paths = [
+            (path_to(to) if b is None else (*path_to(b), self._step(b, to)), to) for b, to in late
+        ]
+        path, at = min(paths, key=lambda found: len(found[0]))
+        passed = 0
+        while passed <= ticks and not self.ended[at]:
+            now = self.longest[at]
+
+            def fits(arc: Arc, now: float = now) -> bool:
+                return arc.ticks + self.longest.get(arc.to, 0) == now
+
+            on = walk(self.graph, at, fits, lambda arc: arc.ticks > 0)
+            if on is None:
+                break
+            path, at = (*path, *on[0]), on[1]
+            passed += next(arc.ticks for arcs in self.graph for arc in arcs if arc.ticks > 0)
+        return path
+
+    def _step(self, state: int, to: int) -> int:
+        return next(arc.ordinal for arc in self.graph[state] if arc.to == to)
+
+
+def walk(
+    graph: Graph, start: int, allowed: Callable[[Arc], bool], ends: Callable[[Arc], bool]
+) -> tuple[tuple[int, ...], int] | None:
+    """Return a shortest path of at least one step that ends so, and where; else None."""
+    origin: dict[int, tuple[int, ...]] = {start: ()}
+    waiting = deque([start])
+    while waiting:
+        at = waiting.popleft()
+        for arc in graph[at]:
+            if not allowed(arc):
+                continue
+            if ends(arc):
+                return (*origin[at], arc.ordinal), arc.to
+            if arc.to not in origin:
+                origin[arc.to] = (*origin[at], arc.ordinal)
+                waiting.append(arc.to)
+    return None
+
+
+def surely_walk(
+    graph: Graph, start: int, allowed: Callable[[Arc], bool], ends: Callable[[Arc], bool]
+) -> tuple[tuple[int, ...], int]:
+    """Return such a path where there is one."""
+    found = walk(graph, start, allowed, ends)
+    if found is None:
         raise AssertionError("there is such a path")
+    return found
 
 
 def components(graph: Graph, inside: set[int]) -> list[frozenset[int]]:
@@ -232,6 +308,7 @@ def answers(
     graph: Graph,
     where: Callable[[Property], list[bool]],
     path_to: Callable[[int], tuple[int, ...]],
+    initial: Container[int],
 ) -> tuple[Answer, ...]:
     """Decide all temporal properties; states are numbered in the order they were found."""
     properties = closed.system.properties
@@ -245,6 +322,16 @@ def answers(
             found.append(Answer(number, True, bool(lost), path))
             continue
         goal = where(all_judged[goal_place(properties, number)])
+        if properties[number].kind is PropertyKind.WITHIN:
+            delays = Delays(graph, holds, goal, initial)
+            delays.measure()
+            times = [delays.longest[to] for _, to in delays.beginnings()]
+            greatest = max(times, default=inf)
+            violated = bool(times) and greatest > properties[number].ticks
+            path = delays.late(properties[number].ticks, path_to) if violated else ()
+            shown = None if greatest == inf else int(greatest)
+            found.append(Answer(number, True, violated, path, greatest=shown))
+            continue
         asked = [a and not b for a, b in zip(holds, goal, strict=True)]
         unanswered = Unanswered(graph, asked, goal, closed.is_timeless)
         hopeless = unanswered.hopeless()

@@ -9,9 +9,10 @@ from enum import Enum
 from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.model.chart import State, Transition
 from fsmkit.model.document import Trigger
+from fsmkit.runtime.clock import duration_text
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.counterexample import Counterexample
-from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Mark, first_mark
+from fsmkit.verify.exploration import DEADLOCK, Answer, End, Exploration, Mark, first_mark
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
 from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
 
@@ -185,18 +186,29 @@ class _Judge:
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
         found = self.found.answer(index)
         doubt = self._doubt
-        if not doubt and self.closed.zones:
+        if kind is PropertyKind.WITHIN and self.closed.untimed:
+            doubt = doubt or "time does not count when untimed"
+        within_by_zones = self.closed.zones and kind is PropertyKind.WITHIN
+        if not doubt and self.closed.zones and not within_by_zones:
             doubt = "it is not decided by zones; try `--time discrete` or `--time untimed`"
         if not doubt and not found.known:
-            doubt = "memory ran out"
+            doubt = self.found.doubt or "memory ran out"
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
+        reason = self._seen_of(property_, found)
         if not found.violated:
-            return Result(name, kind, text, Verdict.HOLDS, span=span)
+            return Result(name, kind, text, Verdict.HOLDS, reason, span=span)
         trace = self.show(found.path, found.cycle) if found.path else None
-        return Result(
-            name, kind, text, Verdict.VIOLATED, LATER[property_.kind], trace=trace, span=span
-        )
+        return Result(name, kind, text, Verdict.VIOLATED, reason, trace=trace, span=span)
+
+    def _seen_of(self, property_: Property, found: Answer) -> str:
+        """Return what is told beside the verdict."""
+        if property_.kind is not PropertyKind.WITHIN:
+            return LATER[property_.kind] if found.violated else ""
+        if found.greatest is None:
+            return "there is no bound" if found.violated else ""
+        tick = self.closed.charts[0].capacities.tick
+        return f"it takes at most {duration_text(found.greatest * tick)}"
 
     def _deadlock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
         text = "no deadlock"

@@ -122,10 +122,11 @@ def test_what_is_not_explored_yet_is_undecided(load: Load) -> None:
   L1: {leads_to: [driver.In(moving), driver.In(done)]}
   T1: {within: [driver.In(moving), 1100ms, driver.In(done)]}
   O: {never: occurs(driver.pause) and axis.at_end}
+  M: {monitor: watcher.yaml}
 """
     )
     system = load(**{**SYSTEMS["drive"], "drive": text})
-    assert [bool(p.unexplored) for p in system.properties] == [False] * 5 + [True, False]
+    assert [bool(p.unexplored) for p in system.properties] == [False] * 7 + [True]
 
 
 @pytest.mark.parametrize(

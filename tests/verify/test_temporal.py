@@ -174,6 +174,45 @@ def test_zones_do_not_judge_what_occurs(load: Load) -> None:
     assert result(system, "off", Manner("c", zones=True)).verdict.value == "undecided"
 
 
+WITHIN = """
+  lit: {within: [lamp.In(warming), 100ms, not lamp.In(warming)]}
+  soon: {within: [lamp.In(warming), 99ms, not lamp.In(warming)]}
+  again: {within: [lamp.In(warming), 400ms, lamp.In(off)]}
+  early: {within: [lamp.In(warming), 399ms, lamp.In(off)]}
+  fixed: {within: [lamp.In(on), 1s, lamp.In(broken)]}
+  never: {within: [lamp.In(broken), 1s, lamp.In(on)]}
+"""
+
+
+@pytest.mark.parametrize(("engine", "zones"), [*((e, False) for e in ENGINES), ("c", True)])
+def test_how_long_it_takes(load: Load, engine: str, zones: bool) -> None:
+    if engine not in ENGINES:
+        pytest.skip("there is no C compiler")
+    system = load(**lamp("lamp.press", "", WITHIN))
+    report = check(system, Findings(), manner=Manner(engine, zones=zones))
+    found = {r.name: r for r in report.results}
+    told = {n: (found[n].verdict.value, found[n].reason) for n in WITHIN_NAMES}
+    assert told == {
+        "lit": ("holds", "it takes at most 100ms"),
+        "soon": ("violated", "it takes at most 100ms"),
+        "again": ("holds", "it takes at most 400ms"),
+        "early": ("violated", "it takes at most 400ms"),
+        "fixed": ("violated", "there is no bound"),
+        "never": ("holds", "it takes at most 0ms" if zones else ""),
+    }
+    if zones:
+        return
+    for name in ("soon", "early", "fixed"):
+        trace = found[name].trace
+        assert trace is not None
+        assert not trace.differs
+    assert found["early"].trace is not None
+    assert found["early"].trace.steps[-1].at == 400_000
+
+
+WITHIN_NAMES = ["lit", "soon", "again", "early", "fixed", "never"]
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: str) -> None:
     files = dict(SYSTEMS["livelock"])
@@ -231,6 +270,9 @@ ASKED = """
   l2: {leads_to: ["m[0].In(s1)", "m[0].In(s2) or a == 1"]}
   l3: {leads_to: [a == 1, a != 1]}
   l4: {leads_to: [one.In(s2), "b[0] or b[1]"]}
+  w1: {within: [one.In(s0), 30ms, one.In(s1) or one.In(s2)]}
+  w2: {within: ["m[0].In(s1)", 20ms, "not m[0].In(s1)"]}
+  w3: {within: [a == 1, 50ms, a != 1]}
   o1: {never: occurs(one.in_1) and one.In(s1)}
   o2: {reachable: "occurs(m[0].in_0) and not occurs(one.in_1) and a == 2"}
   o3: {invariant: "occurs(m[0].in_0) or occurs(m[0].in_1) or m[0].own == 0"}
@@ -324,12 +366,12 @@ def compare(system: System, *, untimed: bool) -> None:
             (m.number, m.count, len(m.path)) for m in in_python.marks
         ]
         assert [a.property for a in in_c.temporal] == list(numbers)
-        assert [(a.known, a.violated) for a in in_c.temporal] == [
-            (a.known, a.violated) for a in in_python.temporal
+        assert [(a.known, a.violated, a.greatest) for a in in_c.temporal] == [
+            (a.known, a.violated, a.greatest) for a in in_python.temporal
         ]
         for number, ours, theirs in zip(numbers, in_c.temporal, in_python.temporal, strict=True):
             assert (len(ours.path) > 0) == ours.violated
-            if system.properties[number].kind is PropertyKind.RECOVERABLE:
+            if system.properties[number].kind is not PropertyKind.LEADS_TO:
                 assert len(ours.path) == len(theirs.path)
             elif ours.violated:
                 _Run(closed, ours, engine.trail(ours.path + ours.cycle)).check()

@@ -3,10 +3,10 @@
  *
  *   explore [--memory BYTES] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list]
  *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST]
- *           [--recoverable MARK] [--leads-to MARK,MARK] [--timeless]
+ *           [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "cycles.h"
-#include "liveness.h"
+#include "delays.h"
 #include "path.h"
 #include "report.h"
 #include "system.h"
@@ -174,7 +174,8 @@ static void print_numbers(const char *name, const fsm_path *path)
 }
 
 typedef struct {
-    bool known;
+    bool known, begun;
+    uint32_t greatest;
     fsm_lasso lasso;
 } temporal;
 
@@ -184,8 +185,17 @@ static temporal decide(fsm_search *search, const options *o, const char *option,
     char *end;
     uint32_t first = (uint32_t)strtoul(argument, &end, 10);
     uint32_t second = *end == ',' ? (uint32_t)strtoul(end + 1, &end, 10) : 0;
+    uint32_t third = *end == ',' ? (uint32_t)strtoul(end + 1, &end, 10) : 0;
     if (search->outcome != FSM_COMPLETE)
         return found;
+    if (strcmp(option, "--within") == 0) {
+        fsm_delay delay;
+        found.known = fsm_find_delay(search, first, second, third, &delay);
+        found.begun = delay.begun;
+        found.greatest = delay.greatest;
+        found.lasso = delay.late;
+        return found;
+    }
     found.known = strcmp(option, "--recoverable") == 0
         ? fsm_find_unrecoverable(search, first, &found.lasso)
         : fsm_find_unanswered(search, first, second, o->timeless, &found.lasso);
@@ -207,6 +217,8 @@ static void print_temporal(temporal *found, uint32_t count)
     for (uint32_t i = 0; found != NULL && i < count; i++) {
         printf("%s{\"known\": %s, \"violated\": %s, ", i == 0 ? "" : ", ", found[i].known ? "true" : "false",
                found[i].lasso.violated ? "true" : "false");
+        if (found[i].begun && found[i].greatest != FSM_FOREVER)
+            printf("\"greatest\": %" PRIu32 ", ", found[i].greatest);
         print_numbers("path", &found[i].lasso.path);
         printf(", ");
         print_numbers("cycle", &found[i].lasso.cycle);
@@ -359,7 +371,8 @@ int main(int argc, char **argv)
         else if (strcmp(argv[i], "--timeless") == 0)
             o.timeless = true;
         else if (more && o.temporal_count < MOST_TEMPORAL
-                 && (strcmp(argv[i], "--recoverable") == 0 || strcmp(argv[i], "--leads-to") == 0)) {
+                 && (strcmp(argv[i], "--recoverable") == 0 || strcmp(argv[i], "--leads-to") == 0
+                     || strcmp(argv[i], "--within") == 0)) {
             o.temporal[2 * o.temporal_count] = argv[i];
             o.temporal[2 * o.temporal_count++ + 1] = argv[i + 1];
             i++;
