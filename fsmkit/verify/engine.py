@@ -145,7 +145,7 @@ class CEngine:
             return []
         properties = self._closed.system.properties
         found = ["--timeless"] if self._closed.is_timeless else []
-        for number in temporal_properties(properties):
+        for number in temporal_properties(properties, untimed=self._closed.untimed):
             if properties[number].kind is PropertyKind.RECOVERABLE:
                 found += ["--recoverable", str(1 + number)]
             elif properties[number].kind is PropertyKind.WITHIN:
@@ -246,7 +246,9 @@ class CEngine:
             temporal=tuple(
                 self._answer(number, answer)
                 for number, answer in zip(
-                    temporal_properties(self._closed.system.properties),
+                    temporal_properties(
+                        self._closed.system.properties, untimed=self._closed.untimed
+                    ),
                     told.get("temporal", ()),
                     strict=False,
                 )

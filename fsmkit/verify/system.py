@@ -173,10 +173,16 @@ def judged(properties: tuple[Property, ...]) -> tuple[Property, ...]:
     return (*properties, *goals)
 
 
-def temporal_properties(properties: tuple[Property, ...]) -> tuple[int, ...]:
-    """Return the numbers of the properties that the graph decides."""
+def temporal_properties(
+    properties: tuple[Property, ...], *, untimed: bool = False
+) -> tuple[int, ...]:
+    """Return the numbers of the properties that the graph decides; untimed: no times."""
     return tuple(
-        number for number, p in enumerate(properties) if p.kind in TEMPORAL and not p.unexplored
+        number
+        for number, p in enumerate(properties)
+        if p.kind in TEMPORAL
+        and not p.unexplored
+        and not (untimed and p.kind is PropertyKind.WITHIN)
     )
 
 

@@ -314,7 +314,7 @@ def answers(
     properties = closed.system.properties
     all_judged = judged(properties)
     found = []
-    for number in temporal_properties(properties):
+    for number in temporal_properties(properties, untimed=closed.untimed):
         holds = where(all_judged[number])
         if properties[number].kind is PropertyKind.RECOVERABLE:
             lost = cannot_reach(graph, holds)

@@ -359,7 +359,7 @@ def test_engines_agree_on_livelocks(load: Load) -> None:
 def compare(system: System, *, untimed: bool) -> None:
     closed = close(system, untimed=untimed)
     in_python, trail_of = explore_in_python(closed)
-    numbers = temporal_properties(system.properties)
+    numbers = temporal_properties(system.properties, untimed=untimed)
     with closing(CEngine(closed, Findings())) as engine:
         in_c = engine.explore(1 << 30, 60, None)
         assert [(m.number, m.count, len(m.path)) for m in in_c.marks] == [
