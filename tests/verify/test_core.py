@@ -76,7 +76,8 @@ def philosophers(count: int, mixed: bool) -> tuple[int, int, int]:
 @pytest.mark.parametrize("kind", ["left", "mixed", "sparse left", "sparse mixed"])
 def test_counts_states_and_finds_the_nearest_deadlock(toy: Path, count: int, kind: str) -> None:
     told = subprocess.run([toy, str(count), kind], capture_output=True, text=True, check=True)
-    end, states, edges, _, deadlock, livelock, traps, _, dense, other = map(int, told.stdout.split())
+    figures = list(map(int, told.stdout.split()))
+    end, states, edges, _, deadlock, livelock, traps, _, dense, other = figures
     assert (end, states, edges, deadlock) == (0, *philosophers(count, "mixed" in kind))
     assert livelock == 0
     assert traps == ("left" in kind)
