@@ -9,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: demo verify test lint tools bless differential endurance bench bench-scaling bench-explorer fuzz clean
+.PHONY: prove stack demo verify test lint tools bless differential endurance bench bench-scaling bench-explorer fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -28,6 +28,15 @@ verify: $(VENV)/ready
 
 test: lint
 	$(BIN)/pytest -q -n $(WORKERS)
+
+# Frama-C EVA, linters and sanitizers over the C of every chart; `make test` has some of them.
+prove: $(VENV)/ready
+	FSMKIT_PROVE=1 $(BIN)/pytest -q -n $(WORKERS) tests/codegen/c/test_proof.py \
+	  tests/codegen/c/test_lint.py tests/codegen/c/test_bounds.py
+
+# Bytes of stack below each generated machine, over its call graph.
+stack: $(VENV)/ready
+	@$(BIN)/python -m tests.codegen.c.stack
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .
@@ -78,7 +87,7 @@ fuzz: $(VENV)/ready
 bless: $(VENV)/ready
 	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/runtime tests/yaml
 
-TOOLS := clang libclang-rt-dev graphviz cmake pkg-config \
+TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev graphviz cmake pkg-config \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind
 tools:

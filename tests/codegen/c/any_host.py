@@ -22,6 +22,8 @@ CHOICES = """\
 #include <stdint.h>
 int64_t any_integer(int64_t lo, int64_t hi);
 uint64_t any_unsigned(uint64_t hi);
+uint32_t any_time(void);
+uint32_t any_origin(void);
 double any_real(void);
 float any_short_real(void);
 #endif
@@ -33,6 +35,8 @@ PROVED = """\
 #include <float.h>
 int64_t any_integer(int64_t lo, int64_t hi) { return Frama_C_long_long_interval(lo, hi); }
 uint64_t any_unsigned(uint64_t hi) { return Frama_C_unsigned_long_long_interval(0u, hi); }
+uint32_t any_time(void) { return (uint32_t)any_unsigned(UINT32_MAX); }
+uint32_t any_origin(void) { return any_time(); }
 double any_real(void) { return Frama_C_double_interval(-DBL_MAX, DBL_MAX); }
 float any_short_real(void) { return Frama_C_float_interval(-FLT_MAX, FLT_MAX); }
 """
@@ -59,6 +63,17 @@ uint64_t any_unsigned(uint64_t hi)
 int64_t any_integer(int64_t lo, int64_t hi)
 {
     return (int64_t)((uint64_t)lo + any_unsigned((uint64_t)hi - (uint64_t)lo));
+}
+static uint32_t now = UINT32_MAX - 1000u;
+uint32_t any_time(void) /* goes on by little, lest a period that is missed comes a million times */
+{
+    return now += (uint32_t)any_unsigned(200u);
+}
+uint32_t any_origin(void) /* what is now becomes 0 */
+{
+    const uint32_t then = now;
+    now = 0u;
+    return then;
 }
 double any_real(void)
 {
@@ -88,7 +103,7 @@ def any_host(machine: Machine, rounds: int | None = None) -> str:
         *_hints(names),
         f"    {p}_init(&machine);",
         *_inputs(names),
-        f"    {p}_start(&machine, (uint32_t)any_unsigned(UINT32_MAX));",
+        f"    {p}_start(&machine, any_time());",
         "    for (;;) {" if rounds is None else f"    for (uint32_t k = 0u; k < {rounds}u; k++) {{",
         *(f"    {line}" for line in _inputs(names)),
         *_calls(names),
@@ -143,7 +158,7 @@ def _slots(names: Names, wanted: Names) -> list[str]:
 def _calls(names: Names) -> list[str]:
     """Return what a host may do in a round, each or not."""
     p, does = names.prefix, names.does
-    time = "(uint32_t)any_unsigned(UINT32_MAX)"
+    time = "any_time()"
     told = f"{p}_state active[4];"
     calls = [
         "break;",
@@ -152,7 +167,7 @@ def _calls(names: Names) -> list[str]:
         f"(void){p}_in(&machine, ({p}_state)any_unsigned({names.upper}_STATES)); break;",
         f"uint32_t due; (void){p}_next_deadline(&machine, &due); break;",
         f"(void){p}_finished(&machine); (void){p}_fault(&machine); break;",
-        f"{p}_rebase(&machine, {time}); break;",
+        f"{p}_rebase(&machine, any_origin()); break;",
         f"(void){p}_step_timer(&machine); break;",
         f"{p}_start(&machine, {time}); break;",
         f"(void){p}_state_name(({p}_state)any_unsigned({names.upper}_STATES)); break;",

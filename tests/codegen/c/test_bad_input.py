@@ -145,7 +145,9 @@ chart: Bounded
 types: {Mode: [slow, fast], Point: {x: "-5..5", y: uint8}}
 data: {n: 0..9 = 0}
 operations: [told(n 0..9)]
-events: {in: [one(n 0..9), "two(on bool, mode Mode)", 'many(list int8[2], at Point, few Mode[3])', all(n uint8), none]}
+events:
+  in: [one(n 0..9), "two(on bool, mode Mode)", "many(list int8[2], at Point, few Mode[3])",
+       all(n uint8), none]
 initial: a
 states: {a: {on: {one: {do: n = event.n; told(n)}, two: a, many: a, all: a, none: a}}}
 """

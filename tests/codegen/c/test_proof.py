@@ -1,0 +1,39 @@
+"""No undefined behaviour in generated C, whatever a host does that keeps to its contract.
+
+`make prove` has the charts that take minutes.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fsmkit.codegen.c.generate import Machine
+from tests.codegen.c.conftest import CHARTS, machine_of
+from tests.codegen.c.proving import prove
+
+QUICK = ("flat", "nested", "apart", "chart_a", "chart_b")
+PROVED = [n for n in CHARTS if n in QUICK or os.environ.get("FSMKIT_PROVE")]
+REACHED = 90
+"""Percent of the statements that the analysis must reach: a host that stops at once proves none."""
+
+
+@pytest.mark.parametrize("name", PROVED)
+def test_no_alarm(name: str, tmp_path: Path, require_tool: Callable[[str], str]) -> None:
+    proof = prove(require_tool("frama-c"), machine_of(name), tmp_path)
+    assert proof.alarms == ()
+    assert proof.reached >= REACHED
+
+
+def test_an_alarm_is_seen(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
+    """A queue that is used beyond its end."""
+    machine = machine_of("flat")
+    source = machine.files["flat.c"]
+    assert source.count("m->queue_count >= FLAT_QUEUE") == 1
+    broken = source.replace("m->queue_count >= FLAT_QUEUE", "m->queue_count > FLAT_QUEUE")
+    files = machine.files | {"flat.c": broken}
+    proof = prove(require_tool("frama-c"), Machine(machine.names, files, machine.figures), tmp_path)
+    assert proof.alarms
