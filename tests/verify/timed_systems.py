@@ -10,8 +10,11 @@ TOP, NAMES = 2, ("a", "b")
 
 
 @st.composite
-def machines(draw: st.DrawFn, name: str, *, alone: bool) -> str:
-    """Draw a chart: ``go`` comes from outside, ``in0`` and ``in1`` from the other machine."""
+def machines(draw: st.DrawFn, name: str, *, alone: bool, environment: bool) -> str:
+    """Draw a chart: ``go`` comes from outside, ``in0`` and ``in1`` from the other machine.
+
+    That of an ``environment`` has delays that are intervals.
+    """
     count = draw(st.integers(2, 3))
     states = [f"s{n}" for n in range(count)]
     lines = [f"chart: {name.upper()}", f"data: {{n: 0..{TOP} = 0}}"]
@@ -24,7 +27,10 @@ def machines(draw: st.DrawFn, name: str, *, alone: bool) -> str:
         timeouts = draw(st.lists(st.sampled_from(DELAYS[1:]), max_size=2, unique=True))
         if timeouts:
             lines.append("    after:")
-            lines += [f"      {ms}ms: {draw(_reactions(states, alone))}" for ms in timeouts]
+            for ms in timeouts:
+                least = draw(st.sampled_from([d for d in DELAYS if d < ms]))
+                span = f"{least}ms.." if environment and draw(st.booleans()) else ""
+                lines.append(f"      {span}{ms}ms: {draw(_reactions(states, alone))}")
         if draw(st.integers(0, 4)) == 0:
             every = draw(st.sampled_from(DELAYS[1:]))
             lines += ["    every:", f"      {every}ms: {draw(_reactions(states, alone))}"]
@@ -64,7 +70,11 @@ def _reactions(draw: st.DrawFn, states: list[str], alone: bool) -> str:
 def systems(draw: st.DrawFn) -> dict[str, str]:
     """Draw a system of one or two machines, and what may happen to them, as files."""
     names = NAMES[: draw(st.integers(1, 2))]
-    files = {name: draw(machines(name, alone=len(names) == 1)) for name in names}
+    will = [name for name in names if draw(st.integers(0, 2)) == 0]
+    files = {
+        name: draw(machines(name, alone=len(names) == 1, environment=name in will))
+        for name in names
+    }
     wires = [
         f"{one}.out{port} -> {other}.in{draw(st.integers(0, 1))}"
         for one, other in (("a", "b"), ("b", "a"))
@@ -76,7 +86,7 @@ def systems(draw: st.DrawFn) -> dict[str, str]:
         "system: Random",
         f"machines: {{{', '.join(f'{name}: {name}.yaml' for name in names)}}}",
         f"connect: [{', '.join(dict.fromkeys(wires))}]",
-        f"environment: {{may: [{', '.join(may)}]}}",
+        f"environment: {{may: [{', '.join(may)}], will: [{', '.join(will)}]}}",
         "properties:",
         *(f"  {name}{n}: {{reachable: {name}.n == {n} and {name}.In(s1)}}"
           for name in names for n in range(TOP + 1)),
