@@ -6,6 +6,7 @@ The program is built of the machines as `fsmkit compile` writes them, of the ada
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -99,8 +100,12 @@ class CEngine:
         program = self._folder() / name
         if program.exists():
             return program
+        objects = _core_objects(command, core, program.parent)
         with tempfile.TemporaryDirectory(prefix="fsmkit-") as folder:
-            made = _compile(command, {**core, **files}, Path(folder))
+            headers = {name: text for name, text in core.items() if name.endswith(".h")}
+            made = Path(folder) / "explore"
+            sources = _write({**headers, **files}, Path(folder))
+            _compile(command, [*sources, *map(str, objects), "-o", made.name], Path(folder))
             partial = program.with_suffix(f".{os.getpid()}")
             shutil.copy2(made, partial)
             partial.replace(program)
@@ -312,12 +317,30 @@ class CEngine:
         return replace(found, replayed=(*found.replayed, "generated C"))
 
 
-def _compile(command: str, files: Mapping[str, str], folder: Path) -> Path:
+def _core_objects(command: str, core: Mapping[str, str], folder: Path) -> list[Path]:
+    """Return the object files of the core, which are the same for all systems."""
+    identity = json.dumps([command, FLAGS, sorted(core.items())])
+    kept = folder / f"core-{hashlib.sha256(identity.encode()).hexdigest()[:32]}"
+    if not kept.exists():
+        with tempfile.TemporaryDirectory(prefix="core-", dir=folder) as name:
+            made = Path(name) / "made"
+            made.mkdir()
+            _compile(command, ["-c", *_write(core, made)], made)
+            with contextlib.suppress(OSError):  # another process was first
+                made.rename(kept)
+    return sorted(kept.glob("*.o"))
+
+
+def _write(files: Mapping[str, str], folder: Path) -> list[str]:
+    """Write files, and return the names of those to compile."""
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
-    sources = sorted(name for name in files if name.endswith(".c"))
+    return sorted(name for name in files if name.endswith(".c"))
+
+
+def _compile(command: str, arguments: list[str], folder: Path) -> None:
     done = subprocess.run(
-        [command, *FLAGS, "-I.", *sources, "-o", "explore"],
+        [command, *FLAGS, "-I.", *arguments],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -330,7 +353,6 @@ def _compile(command: str, files: Mapping[str, str], folder: Path) -> Path:
             f"`{command}` cannot compile the explorer: {first or done.stderr[-300:]}",
             help="use `--engine python`, and please report it",
         )
-    return folder / "explore"
 
 
 def _show(told: Mapping[str, int], progress: Progress | None) -> None:
