@@ -34,24 +34,24 @@ states:
 """
 DERIVED = "chart: {name}\nextends: base.yaml\n"
 MAIN = """\
-#include "first.h"
+#include "gate.h"
 #include "fsm_mailbox.h"
 #include "posix/fsm_posix.h"
 #include "second.h"
 
-FSM_MAILBOX(first, FIRST_QUEUE, 4)
-static first one;
+FSM_MAILBOX(gate, GATE_QUEUE, 4)
+static gate one;
 static second two;
-static first_mailbox box;
+static gate_mailbox box;
 static fsm_posix host;
 
-void first_light(first *m, bool on) { (void)m; (void)on; }
+void gate_light(gate *m, bool on) { (void)m; (void)on; }
 void second_light(second *m, bool on) { (void)m; (void)on; }
 
 static void step(void *unused, uint32_t now)
 {
     (void)unused;
-    first_mailbox_run(&box, &one, now);
+    gate_mailbox_run(&box, &one, now);
     second_run(&two, now);
     if (now >= 5u)
         fsm_posix_stop(&host);
@@ -59,17 +59,17 @@ static void step(void *unused, uint32_t now)
 
 int main(void)
 {
-    first_event press = FIRST_NO_EVENT;
-    press.event = FIRST_EVENT_PRESS;
-    if (fsm_posix_init(&host, FIRST_TICK_US) != 0)
+    gate_event press = GATE_NO_EVENT;
+    press.event = GATE_EVENT_PRESS;
+    if (fsm_posix_init(&host, GATE_TICK_US) != 0)
         return 2;
-    first_init(&one);
+    gate_init(&one);
     second_init(&two);
-    first_start(&one, 0);
+    gate_start(&one, 0);
     second_start(&two, 0);
-    first_mailbox_put(&box, &press);
+    gate_mailbox_put(&box, &press);
     second_post_press(&two);
-    first_mailbox_run(&box, &one, 0);
+    gate_mailbox_run(&box, &one, 0);
     second_run(&two, 0);
     printf("level %d", one.level);
     fsm_posix_periodic(&host, step, NULL);
@@ -86,8 +86,8 @@ add_executable(sample main.c)
 target_link_libraries(sample PRIVATE fsmkit::posix)
 {lines}
 """
-FIRST = "fsmkit_add_machine(sample first.yaml)"
-LINES = f"{FIRST}\nfsmkit_add_machine(sample second.yaml)"
+GATE = "fsmkit_add_machine(sample gate.yaml)"
+LINES = f"{GATE}\nfsmkit_add_machine(sample second.yaml)"
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def project(tmp_path: Path, require_tool: RequireTool) -> Path:
     folder = tmp_path / "my project"
     folder.mkdir()
     (folder / "base.yaml").write_text(BASE, encoding="utf-8")
-    for name in ("First", "Second"):
+    for name in ("Gate", "Second"):
         (folder / f"{name.lower()}.yaml").write_text(DERIVED.format(name=name), encoding="utf-8")
     (folder / "main.c").write_text(MAIN, encoding="utf-8")
     write_project(folder)
@@ -148,7 +148,7 @@ def test_a_line_adds_a_chart(project: Path, run: Run) -> None:
     rebuilt = make(project)
     assert run(project / "build/sample") == "level 7 then 0\n"
     built = set(re.findall(r"Building C object \S*?(\w+)\.c\.o", rebuilt))
-    assert {"first", "second"} <= built
+    assert {"gate", "second"} <= built
     assert not built & {"fsm", "fsm_posix"}, "what did not change is not compiled again"
 
 
@@ -157,14 +157,14 @@ def test_a_line_adds_a_chart(project: Path, run: Run) -> None:
     [
         ("fsmkit_add_machine(sample wrong.yaml)", "FK0"),
         ("fsmkit_add_machine(sample missing.yaml)", "missing.yaml"),
-        (f"{FIRST}\nfsmkit_add_machine(sample twin.yaml)", "another machine .*PREFIX"),
-        ("fsmkit_add_machine(other first.yaml)", "no target `other`"),
-        ("fsmkit_add_machine(sample first.yaml FAST)", "what is `FAST`"),
+        (f"{GATE}\nfsmkit_add_machine(sample twin.yaml)", "another machine .*PREFIX"),
+        ("fsmkit_add_machine(other gate.yaml)", "no target `other`"),
+        ("fsmkit_add_machine(sample gate.yaml FAST)", "what is `FAST`"),
     ],
 )
 def test_what_is_wrong_is_said_when_configuring(project: Path, lines: str, said: str) -> None:
     (project / "wrong.yaml").write_text("chart: Wrong\nstates: {a: {on: {e: b}}}\n", "utf-8")
-    twin = BASE.replace("abstract: true\n", "").replace("Blink", "First")
+    twin = BASE.replace("abstract: true\n", "").replace("Blink", "Gate")
     (project / "twin.yaml").write_text(twin, encoding="utf-8")
     write_project(project, lines)
     done = configure(project)
@@ -176,7 +176,7 @@ def test_prefix_and_library(project: Path) -> None:
     """A library offers the headers of its machines to those that link it."""
     lines = (
         "add_library(machines STATIC empty.c)\n"
-        "fsmkit_add_machine(machines first.yaml PREFIX third DEPENDS main.c)\n"
+        "fsmkit_add_machine(machines gate.yaml PREFIX third DEPENDS main.c)\n"
         "add_executable(user user.c)\ntarget_link_libraries(user machines)"
     )
     (project / "empty.c").write_text("typedef int empty;\n", encoding="utf-8")
@@ -224,7 +224,7 @@ def test_pkg_config(project: Path, require_tool: RequireTool, build: Build, run:
 
     assert told("--modversion") == [fsmkit.__version__]
     fsmkit_command = Path(sys.executable).parent / "fsmkit"
-    for name in ("first", "second"):
+    for name in ("gate", "second"):
         run(fsmkit_command, "compile", project / f"{name}.yaml", "--out", project)
     files = sorted(path.name for path in project.glob("*.c"))
     arguments = (*told("--cflags"), *files, *told("--variable=posix"), "-pthread")

@@ -41,16 +41,16 @@ from tests.codegen.c.conftest import SANITIZERS, WARNINGS
 MACHINES = Path(__file__).parents[2] / "machines"
 TALK = """\
 system: Talk
-machines: {left: player.yaml, right: player.yaml, judge: judge.yaml}
+machines: {west: player.yaml, right: player.yaml, judge: judge.yaml}
 connect:
-  - left.hit -> right.ball
-  - right.hit -> left.ball
-  - left.hit -> judge.hit
-  - left.note -> left.noted
+  - west.hit -> right.ball
+  - right.hit -> west.ball
+  - west.hit -> judge.hit
+  - west.note -> west.noted
   - judge.called -> right.noted
-  - judge.level -> left.limit
-  - left.call -> judge.called_for
-environment: {may: [left.serve, right.serve, judge.whistle], will: [judge]}
+  - judge.level -> west.limit
+  - west.call -> judge.called_for
+environment: {may: [west.serve, right.serve, judge.whistle], will: [judge]}
 """
 PLAYER = """\
 chart: Player
@@ -288,7 +288,7 @@ def test_charts_that_run_twice_and_talk_to_themselves(
 ) -> None:
     got, expected = built(talk, tmp_path / "made", require_tool("gcc"), seed, 300)
     assert got == expected
-    assert {line.split()[0] for line in got} == {"left", "right", "judge", "now"}
+    assert {line.split()[0] for line in got} == {"west", "right", "judge", "now"}
 
 
 def test_is_clean_everywhere(
@@ -323,12 +323,12 @@ def test_what_does_not_fit_is_counted(
         {{
             talk_init(&s);
             for (int i = 0; i < 3; i++)
-                left_call(&s.left, 1, 1);
+                west_call(&s.west, 1, 1);
             printf("%u %u\\n", (unsigned)s.lost, (unsigned)s.judge.rejected);
             if (!talk_start(&s, 0))
                 return 1;
             for (int i = 0; i < 11; i++)
-                left_call(&s.left, 1, 1);
+                west_call(&s.west, 1, 1);
             printf("%u %u\\n", (unsigned)s.lost, (unsigned)s.judge.rejected);
             return 0;
         }}
@@ -354,7 +354,7 @@ def test_what_a_connection_cannot_carry_is_said(
     tmp_path: Path, talk: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = talk.read_text(encoding="utf-8")
-    talk.write_text(text.replace("left.call -> judge.called_for", "left.look -> judge.whistle"))
+    talk.write_text(text.replace("west.call -> judge.called_for", "west.look -> judge.whistle"))
     assert run(["compile", str(talk), "--out", str(tmp_path / "made")]) == 0
-    assert "`left.look` returns something" in capsys.readouterr().err
+    assert "`west.look` returns something" in capsys.readouterr().err
     assert run(["compile", str(talk), "--out", str(tmp_path), "--without", "queue"]) == 2

@@ -19,7 +19,7 @@ from transitions.extensions.nesting import NestedState
 from transitions.extensions.states import Timeout, add_state_features
 
 import fsmkit
-from fsmkit import cli
+from fsmkit.cli import run as run_command
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Kind, Trigger
@@ -421,7 +421,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def run(*arguments: str) -> tuple[int, str]:
     output = StringIO()
     with redirect_stdout(output), redirect_stderr(output):
-        code = cli.run(list(arguments))
+        code = run_command(list(arguments))
     assert "Traceback" not in output.getvalue()
     return code, output.getvalue()
 

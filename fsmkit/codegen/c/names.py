@@ -191,7 +191,8 @@ def _place(span: object) -> str:
 def name_everything(plan: Plan, prefix: str | None, options: Options | None = None) -> Names:
     """Return the names for a plan; ``prefix`` instead of one made of the chart's name."""
     lower = snake(prefix or plan.chart.name)
-    if lower in LOCALS | HEADERS | INSIDE or COUNTED.fullmatch(lower):
+    hides = lower in LOCALS | HEADERS | INSIDE or COUNTED.fullmatch(lower)
+    if hides if prefix is None else lower in KEYWORDS:
         lower += "_machine"
     names = _name(plan, lower, None)
     _choose(names, options or Options())
