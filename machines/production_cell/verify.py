@@ -10,13 +10,14 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 import fsmkit
+from fsmkit.verify.system import PropertyKind
 
 CELL = Path(__file__).resolve().parent
 HOLDS, VIOLATED = fsmkit.Verdict.HOLDS, fsmkit.Verdict.VIOLATED
@@ -94,6 +95,8 @@ PAIRS = (
 )
 MOST = 8
 """Blocks: all slots of the ring."""
+MOST_TEMPORAL = 3
+"""Blocks up to which `leads_to` is asked for: it needs every transition in memory."""
 
 
 def proofs(*, quick: bool) -> tuple[Run, ...]:
@@ -102,7 +105,7 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
     untimed = tuple(Run("ring.yaml", "untimed", blocks) for blocks in rings)
     timed = tuple(Run("ring.yaml", "zones", blocks) for blocks in ((2,) if quick else (1, 2, 3, 8)))
     pairs = tuple(Run(pair, "zones") for pair in PAIRS)
-    return (*untimed, *timed, Run("cell.yaml", "discrete"), *(pairs[1:2] if quick else pairs))
+    return (*untimed, *timed, Run("cell.yaml", "discrete"), *(pairs[:1] if quick else pairs))
 
 
 def in_ring(blocks: int, *replace: tuple[str, str], time: str = "untimed") -> Run:
@@ -187,6 +190,8 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
         if run.blocks:
             charts["blocks"] = limited(run.blocks, charts.get("blocks"), Path(folder))
         system = fsmkit.load_system(CELL / run.system, replace=charts)
+        if not properties and not is_temporal(run):
+            system = without_temporal(system)
         return fsmkit.check(
             system,
             properties=properties,
@@ -195,6 +200,17 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
             zones=run.time == "zones",
             seconds=SECONDS,
         )
+
+
+def is_temporal(run: Run) -> bool:
+    """Tell whether `leads_to` is asked for: zones do not decide it."""
+    return run.time != "zones" and run.blocks <= MOST_TEMPORAL
+
+
+def without_temporal(system: fsmkit.System) -> fsmkit.System:
+    """Return a system without the properties that say that something happens some time."""
+    kept = tuple(p for p in system.properties if p.kind is not PropertyKind.LEADS_TO)
+    return replace(system, properties=kept)
 
 
 def limited(blocks: int, base: Path | None, folder: Path) -> Path:
