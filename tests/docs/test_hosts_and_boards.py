@@ -28,7 +28,8 @@ TOOLS = {
     "pkg-config and make": ("make", "pkg-config", "cc"),
 }
 MEASURED = re.compile(r"\d+ ns|ns or more: \d+|struct bytes \d+")
-"""What a run of the loop measured, and the size of a struct: they may change."""
+"""What a run of the loop measured, and the size of a struct: they may change. So may the number of
+cycles in its second of work: a busy machine misses deadlines."""
 RequireTool = Callable[[str], str]
 
 
@@ -95,7 +96,7 @@ def tidy(printed: str) -> list[str]:
     """Return the lines without what was measured; a histogram has as many as it has."""
     lines = [MEASURED.sub("", line).split("late by ")[0] for line in printed.splitlines()]
     known = [re.sub(r"(priority|memory): (granted|refused: .*)", r"\1", line) for line in lines]
-    counted = [re.sub(r"(overruns|deadlines) \d+", r"\1", line) for line in known]
+    counted = [re.sub(r"(cycles|overruns|deadlines) \d+", r"\1", line) for line in known]
     return [line.rstrip() for line, _ in groupby(counted)]
 
 
