@@ -130,6 +130,153 @@ def test_loop_on_the_board(tmp_path: Path, build: Build, require_tool: RequireTo
     assert 46 - missed <= steps <= 46 - missed + fired
 
 
+SHARED = """
+#include "cortex_m/fsm_cortex_m.h"
+#include "cortex_m/mps2_an385.h"
+#ifdef GUARDED
+#define FSM_ENTER_CRITICAL() const uint32_t mask_ = fsm_cortex_m_mask()
+#define FSM_EXIT_CRITICAL() fsm_cortex_m_unmask(mask_)
+#endif
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { TICKS = 200, PRIORITIES = 2 };
+typedef struct { uint32_t number, from; } toy_event;
+typedef struct {
+    toy_event queue[4];
+    uint32_t count, next[PRIORITIES], arrived[PRIORITIES], wrong;
+} toy;
+
+static bool toy_post(toy *m, const toy_event *e)
+{
+    if (m->count == 4u)
+        return false;
+    m->queue[m->count++] = *e;
+    return true;
+}
+
+static void toy_run(toy *m, uint32_t now)
+{
+    (void)now;
+    for (uint32_t i = 0; i < m->count; i++) {
+        const toy_event *e = &m->queue[i];
+        if (e->number < m->next[e->from])
+            m->wrong++;
+        m->next[e->from] = e->number + 1u;
+        m->arrived[e->from]++;
+    }
+    m->count = 0;
+}
+
+#include "fsm_mailbox.h"
+FSM_MAILBOX(toy, 4, 16)
+
+static toy machine;
+static toy_mailbox box;
+static volatile uint32_t sent[PRIORITIES], refused[PRIORITIES];
+
+static void produce(uint32_t from, uint32_t times)
+{
+    while (times-- > 0u) {
+        const toy_event e = {sent[from], from};
+        sent[from] = sent[from] + 1u;
+        if (!toy_mailbox_put(&box, &e))
+            refused[from] = refused[from] + 1u;
+    }
+}
+
+void TIMER0_Handler(void);
+void TIMER0_Handler(void) /* often, and urgent */
+{
+    mps2_timer0_clear();
+    produce(0u, 1u);
+    fsm_cortex_m_wake();
+}
+
+void IRQ31_Handler(void);
+void IRQ31_Handler(void) /* long, and interrupted by the other */
+{
+    produce(1u, 20u);
+}
+
+static void tell(const char *text, uint32_t number)
+{
+    mps2_print(text);
+    mps2_print_number(number);
+}
+
+static void step(void *context, uint32_t now)
+{
+    (void)context;
+    fsm_cortex_m_pend(MPS2_SPARE_INTERRUPT);
+    toy_mailbox_run(&box, &machine, now);
+    if (now < TICKS)
+        return;
+    __asm__ volatile("cpsid i" ::: "memory");
+    toy_mailbox_run(&box, &machine, now);
+    for (uint32_t from = 0; from < PRIORITIES; from++) {
+        tell("sent ", sent[from]);
+        tell(" arrived ", machine.arrived[from]);
+        tell(" refused ", refused[from]);
+        mps2_print("\\n");
+    }
+    tell("lost ", toy_mailbox_lost(&box));
+    tell(" wrong ", machine.wrong);
+    mps2_exit(0);
+}
+
+int main(void)
+{
+    *(volatile uint8_t *)0xE000E41Fu = 0x80u; /* NVIC_IPR7: interrupt 31 is less urgent than 8 */
+    fsm_cortex_m_start(MPS2_CLOCK_HZ / 1000, 0u);
+    mps2_timer0_start(997u);
+    fsm_cortex_m_enable(MPS2_TIMER0);
+    fsm_cortex_m_enable(MPS2_SPARE_INTERRUPT);
+    fsm_cortex_m_loop(step, 0);
+    return 0;
+}
+"""
+TOLD = (
+    r"sent (\d+) arrived (\d+) refused (\d+)\nsent (\d+) arrived (\d+) refused (\d+)\n"
+    r"lost (\d+) wrong (\d+)"
+)
+
+
+def shared_mailbox(folder: Path, build: Build, run: Run, emulator: str, *macros: str) -> list[int]:
+    """Return what two interrupts that share a mailbox sent, what arrived, and what was refused."""
+    (folder / "shared.c").write_text(SHARED, encoding="utf-8")
+    words = ["-O1", *BARE, *macros, "shared.c", *BOARD, *LINKED, "-lgcc"]
+    image = build(folder, "arm-none-eabi-gcc", *words)
+    told = re.fullmatch(TOLD, run(emulator, *EMULATED[1:], "-icount", "shift=5", "-kernel", image))
+    assert told is not None
+    return [int(number) for number in told.groups()]
+
+
+def test_two_interrupts_share_a_mailbox(
+    tmp_path: Path, build: Build, run: Run, require_tool: RequireTool
+) -> None:
+    """One interrupts the other in the midst of a put; every event arrives or is counted."""
+    found = shared_mailbox(tmp_path, build, run, require_tool(EMULATED[0]), "-DGUARDED")
+    sent, arrived, refused, long_sent, long_arrived, long_refused, lost, wrong = found
+    assert (sent, long_sent, lost) == (
+        arrived + refused,
+        long_arrived + long_refused,
+        refused + long_refused,
+    )
+    assert wrong == 0
+    assert min(arrived, long_arrived) > 200
+    assert lost > 0
+
+
+def test_two_interrupts_lose_events_without_a_guard(
+    tmp_path: Path, build: Build, run: Run, require_tool: RequireTool
+) -> None:
+    found = shared_mailbox(tmp_path, build, run, require_tool(EMULATED[0]))
+    sent, arrived, refused, long_sent, long_arrived, long_refused, _, wrong = found
+    assert wrong > 0 or (sent, long_sent) != (arrived + refused, long_arrived + long_refused)
+
+
 def test_a_fault_on_the_board_ends_it(
     tmp_path: Path, build: Build, require_tool: RequireTool
 ) -> None:

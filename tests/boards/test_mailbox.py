@@ -38,6 +38,67 @@ def test_threads_under_the_thread_sanitizer(
     assert run(program, str(EVENTS)).endswith("wrong 0 failures 0\n")
 
 
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_threads_that_share_a_mailbox(
+    compiler: str, tmp_path: Path, build: Build, run: Run
+) -> None:
+    program = build(tmp_path, compiler, "-DSHARED", "-O2", *POSIX, STRESS)
+    assert run(program, str(EVENTS)).endswith("wrong 0 failures 0\n")
+
+
+def test_threads_that_share_a_mailbox_under_the_thread_sanitizer(
+    tmp_path: Path, build: Build, run: Run
+) -> None:
+    program = build(tmp_path, "clang", "-DSHARED", *SANITIZER, *POSIX, STRESS)
+    assert run(program, str(EVENTS)).endswith("wrong 0 failures 0\n")
+
+
+def test_the_thread_sanitizer_sees_a_shared_mailbox_without_a_guard(
+    tmp_path: Path, build: Build
+) -> None:
+    unguarded = ["-DSHARED", "-DUNGUARDED", "-Wno-unused-variable"]
+    program = build(tmp_path, "clang", *unguarded, *SANITIZER, *POSIX, STRESS)
+    done = subprocess.run([program, "1000"], capture_output=True, text=True, check=False)
+    assert "data race" in done.stderr
+
+
+def test_a_guard_has_two_ends(tmp_path: Path, build: Build) -> None:
+    (tmp_path / "half.c").write_text('#include "fsm_mailbox.h"\nint n;\n', encoding="utf-8")
+    build(tmp_path, "gcc", "-c", "half.c")
+    with pytest.raises(AssertionError, match="define both FSM_ENTER_CRITICAL"):
+        build(tmp_path, "gcc", "-c", "-DFSM_ENTER_CRITICAL()=(void)0", "half.c")
+
+
+CRITICAL = {
+    "none": "",
+    "empty": "#define FSM_ENTER_CRITICAL() ((void)0)\n#define FSM_EXIT_CRITICAL() ((void)0)\n",
+    "masks": (
+        '#include "cortex_m/fsm_cortex_m.h"\n'
+        "#define FSM_ENTER_CRITICAL() const uint32_t mask_ = fsm_cortex_m_mask()\n"
+        "#define FSM_EXIT_CRITICAL() fsm_cortex_m_unmask(mask_)\n"
+    ),
+}
+PRODUCER = """
+#include "fsm_mailbox.h"
+typedef struct { uint32_t n; } x_event; typedef struct { uint8_t n; } x;
+bool x_post(x *m, const x_event *e); void x_run(x *m, uint32_t now);
+FSM_MAILBOX(x, 2, 8)
+bool put(x_mailbox *box, const x_event *e);
+bool put(x_mailbox *box, const x_event *e) { return x_mailbox_put(box, e); }
+"""
+
+
+def test_a_guard_costs_nothing_where_there_is_none(tmp_path: Path, build: Build) -> None:
+    made = {}
+    for name, guard in CRITICAL.items():
+        (tmp_path / "put.c").write_text(guard + PRODUCER, encoding="utf-8")
+        words = ["-mcpu=cortex-m3", "-mthumb", "-Os", "-S", "put.c"]
+        made[name] = build(tmp_path, "arm-none-eabi-gcc", *words).read_text(encoding="utf-8")
+    assert made["none"] == made["empty"]
+    assert "cpsid" not in made["none"]
+    assert made["masks"].count("cpsid i") == made["masks"].count("msr primask") == 1
+
+
 def test_the_thread_sanitizer_sees_a_mailbox_without_order(tmp_path: Path, build: Build) -> None:
     arguments = ["-DFSM_BARRIER()=(void)0", *SANITIZER, *POSIX, STRESS]
     program = build(tmp_path, "clang", *arguments)

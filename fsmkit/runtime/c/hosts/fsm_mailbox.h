@@ -13,14 +13,31 @@
  *   feeder_mailbox_run(&from_isr, &machine, now);   the machine's context, instead of feeder_run
  *
  * An event leaves the mailbox when the machine has taken it, so the only loss is at a full mailbox:
- * the producer is told, and feeder_mailbox_lost counts it. Two interrupts may share a mailbox only
- * where neither can interrupt the other. */
+ * the producer is told, and feeder_mailbox_lost counts it.
+ *
+ * Several producers may share a mailbox where none can interrupt another, or where these guard them;
+ * define both, or none, before this header:
+ *
+ *   FSM_ENTER_CRITICAL()   from here on no other producer runs; it may declare a variable, e.g. one
+ *                          for the mask of interrupts as it was
+ *   FSM_EXIT_CRITICAL()    as before; in the same block
+ *
+ * What is between them is a few loads and stores and a copy of the event. The machine's context
+ * enters neither. Undefined, they are nothing. */
 #ifndef FSM_MAILBOX_H
 #define FSM_MAILBOX_H
 
 #include "fsm_shared.h"
 
 #include <stdbool.h>
+
+#if defined(FSM_ENTER_CRITICAL) != defined(FSM_EXIT_CRITICAL)
+#error "define both FSM_ENTER_CRITICAL() and FSM_EXIT_CRITICAL(), or none: they guard a mailbox"
+#endif
+#ifndef FSM_ENTER_CRITICAL
+#define FSM_ENTER_CRITICAL() ((void)0)
+#define FSM_EXIT_CRITICAL() ((void)0)
+#endif
 
 /* clang warns of an inline function that a .c file does not use */
 #if defined(__GNUC__)
@@ -102,11 +119,15 @@ static inline void fsm_ring_release(fsm_ring *ring)
     FSM_MAY_BE_UNUSED static inline bool X##_mailbox_put(X##_mailbox *box_, const X##_event *e_)   \
     {                                                                                              \
         FSM_INDEX place_;                                                                          \
-        if (!fsm_ring_claim(&box_->ring, (slots_), &place_))                                       \
-            return false;                                                                          \
-        box_->slots[place_] = *e_;                                                                 \
-        fsm_ring_publish(&box_->ring);                                                             \
-        return true;                                                                               \
+        bool fits_;                                                                                \
+        FSM_ENTER_CRITICAL();                                                                      \
+        fits_ = fsm_ring_claim(&box_->ring, (slots_), &place_);                                    \
+        if (fits_) {                                                                               \
+            box_->slots[place_] = *e_;                                                             \
+            fsm_ring_publish(&box_->ring);                                                         \
+        }                                                                                          \
+        FSM_EXIT_CRITICAL();                                                                       \
+        return fits_;                                                                              \
     }                                                                                              \
     FSM_MAY_BE_UNUSED static inline FSM_INDEX X##_mailbox_lost(const X##_mailbox *box_)            \
     {                                                                                              \

@@ -46,6 +46,23 @@ uint32_t fsm_cortex_m_missed(void);
 void fsm_cortex_m_enable(unsigned interrupt);
 void fsm_cortex_m_pend(unsigned interrupt);
 
+/* Hold all interrupts back, and let them be as they were (Armv7-M, B5.2.3: PRIMASK). It nests. For
+ * a mailbox that interrupts of several priorities fill; before fsm_mailbox.h:
+ *
+ *   #define FSM_ENTER_CRITICAL() const uint32_t mask_ = fsm_cortex_m_mask()
+ *   #define FSM_EXIT_CRITICAL() fsm_cortex_m_unmask(mask_) */
+static inline uint32_t fsm_cortex_m_mask(void)
+{
+    uint32_t mask;
+    __asm__ volatile("mrs %0, primask\n\tcpsid i" : "=r"(mask)::"memory");
+    return mask;
+}
+
+static inline void fsm_cortex_m_unmask(uint32_t mask)
+{
+    __asm__ volatile("msr primask, %0" ::"r"(mask) : "memory");
+}
+
 #ifdef __cplusplus
 }
 #endif
