@@ -9,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: prove stack demo verify test lint tools bless differential endurance bench bench-scaling bench-explorer fuzz clean
+.PHONY: prove stack demo verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -62,6 +62,10 @@ bench: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]' || \
 	  echo 'packages to compare with could not be installed; those that are missing are left out'
 	$(BIN)/python -m benchmarks.yardstick $(BENCH)
+
+# What queue, timers, guard, counters, traces and snapshots cost; written into docs/reference/benchmarks.md.
+bench-prices: $(VENV)/ready
+	$(BIN)/python -m benchmarks.prices --write
 
 # Seconds and calls of functions, stage by stage, for charts of 1,000 and 10,000 states.
 bench-scaling: $(VENV)/ready
