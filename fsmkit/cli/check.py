@@ -7,12 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import click
+from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
 from fsmkit.cli.console import err, out, print_json, report
+from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Diagnostic, Findings
 from fsmkit.verify.counterexample import as_json
 from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.pictures import demand_notation, pictures
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.save import save
 from fsmkit.verify.show import summary
@@ -92,6 +95,14 @@ def read_replacements(
     help="Let a machine of the system run this chart; can be repeated.",
 )
 @click.option("--save-trace", type=click.Path(path_type=Path), help="A folder for the traces.")
+@click.option(
+    "--draw",
+    "drawings",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Draw each trace as a sequence diagram: svg, mmd or puml. Of several traces, each is in a "
+    "file with the name of its property added. Can be repeated.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path,
@@ -103,6 +114,7 @@ def command(
     timeout: float,
     replacing: Mapping[str, Path],
     save_trace: Path | None,
+    drawings: tuple[Path, ...],
     as_json_document: bool,
 ) -> int:
     """Explore all that a chart or a system can do.
@@ -113,6 +125,8 @@ def command(
     """
     if silent and time_mode != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
+    for path in drawings:
+        demand_notation(path)
     findings = Findings()
     system = load_any(file, findings, replacing)
     manner = Manner(
@@ -137,13 +151,17 @@ def command(
 
         found = check(system, findings, manner=manner, names=frozenset(names), progress=progress)
     saved = save(found, file, save_trace) if save_trace is not None else []
+    made = {path: text for d in drawings for path, text in pictures(found, d).items()}
+    write_files(made)
     report(found.findings)
     if as_json_document:
         print_json(document(found))
     else:
-        out.print(summary(found))
+        out.print(summary(found, out.width))
         if saved:
             out.print(f"saved {len(saved)} files in {save_trace}", style="dim")
+        for path in made:
+            out.print(f"wrote {escape(str(path))}", style="dim")
     return 0 if found.verdict is Verdict.HOLDS else 1
 
 

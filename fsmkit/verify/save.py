@@ -8,11 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fsmkit.diagnostics import fail
-from fsmkit.emit import legal
-from fsmkit.runtime.clock import duration_text
+from fsmkit.diagram.sequence import mermaid
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample, as_json
-from fsmkit.verify.moves import Action
+from fsmkit.verify.sequence import sequence
 from fsmkit.verify.verdict import Report, Result
 
 PYTEST = '''"""Performs the {verdict} of `{name}` again: {text}."""
@@ -49,7 +48,7 @@ def save(report: Report, source: Path, folder: Path) -> list[Path]:
             file=name,
             identifier=name.lower(),
         )
-        files[folder / f"{name}.mmd"] = mermaid(report.closed, result.trace)
+        files[folder / f"{name}.mmd"] = mermaid.draw(sequence(report.closed, result, result.trace))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for path, text in files.items():
@@ -83,42 +82,3 @@ def document(
         ],
         "steps": as_json(trace),
     }
-
-
-def mermaid(closed: Closed, trace: Counterexample) -> str:
-    """Return a trace as a Mermaid sequence diagram."""
-    lines = ["sequenceDiagram"]
-    if any(step.action is Action.OCCUR for step in trace.steps):
-        lines.append("  actor outside")
-    names = [machine.name for machine in closed.system.machines]
-    lines += [
-        f"  participant {name}" if name.isidentifier() else f"  participant {legal(name)} as {name}"
-        for name in names
-    ]
-    time = ""
-    for number, step in enumerate(trace.steps):
-        if number == trace.loop:
-            lines.append("  loop for ever")
-        at = "" if step.at is None else duration_text(step.at)
-        if step.action is Action.ELAPSE:
-            continue
-        if at != time:
-            first, last = legal(names[0]), legal(names[-1])
-            over = first if first == last else f"{first},{last}"
-            lines.append(f"  Note over {over}: {at}")
-            time = at
-        if step.action is Action.OCCUR:
-            lines.append(f"  outside->>{legal(step.machine)}: {_plain(step.cause)}")
-        goes = [name for name in step.after if name not in step.before]
-        if goes:
-            lines.append(f"  Note right of {legal(step.machine)}: {_plain(', '.join(goes))}")
-        for sent in step.deliveries:
-            arrow = "->>" if sent.is_event else "-->>"
-            lines.append(f"  {legal(step.machine)}{arrow}{legal(sent.target)}: {_plain(sent.what)}")
-    if trace.loop is not None:
-        lines.append("  end")
-    return "\n".join(lines) + "\n"
-
-
-def _plain(text: str) -> str:
-    return text.replace(";", ",").replace("#", "")

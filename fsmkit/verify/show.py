@@ -8,10 +8,12 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from fsmkit.diagram.sequence import terminal
 from fsmkit.runtime.clock import duration_text
 from fsmkit.verify.counterexample import Counterexample, TraceStep
 from fsmkit.verify.exploration import End
 from fsmkit.verify.moves import Action
+from fsmkit.verify.sequence import sequence
 from fsmkit.verify.verdict import Report, Result, Verdict
 
 STYLES = {
@@ -19,16 +21,18 @@ STYLES = {
     Verdict.VIOLATED: "bold red",
     Verdict.UNDECIDED: "bold yellow",
 }
+MOST_COLUMNS = 160
 MOST_STEPS = 400
 """More steps than that are not printed; the saved trace holds them all."""
 
 
-def summary(report: Report) -> RenderableType:
-    """Return all that is to be said on the terminal."""
+def summary(report: Report, width: int = 0) -> RenderableType:
+    """Return all that is to be said on the terminal, of so many columns (0: it is none)."""
     parts: list[RenderableType] = []
     for result in report.results:
         if result.trace is not None and result.verdict is Verdict.VIOLATED:
-            parts += [counterexample(result), Text()]
+            drawn = diagram(report, result, width)
+            parts += [drawn or counterexample(result), Text()]
     parts.append(verdicts(report))
     parts += figures(report)
     return Group(*parts)
@@ -73,13 +77,41 @@ def figures(report: Report) -> Iterator[Text]:
         yield Text(f"assumed: {assumption}", "dim")
 
 
+def diagram(report: Report, result: Result, width: int) -> RenderableType | None:
+    """Return a counterexample as a sequence diagram; None if it is too wide or too long for one."""
+    trace = result.trace
+    if trace is None or not trace.steps or len(trace.steps) > MOST_STEPS:
+        return None
+    drawn = sequence(report.closed, result, trace)
+    lines = terminal.draw(drawn, min(width, MOST_COLUMNS))
+    if lines is None:
+        return None
+    parts: list[RenderableType] = [Text(_title(result), "bold red"), Text()]
+    for line in lines:
+        shown = Text(line.text, no_wrap=True, overflow="crop")
+        for begin, end, style in line.styles:
+            shown.stylize(style, begin, end)
+        parts.append(shown)
+    parts.append(Text())
+    if drawn.idle:
+        parts.append(Text(f"never move: {', '.join(drawn.idle)}", "dim"))
+    if trace.replayed:
+        parts.append(Text(f"replayed in {' and in '.join(trace.replayed)}", "dim"))
+    return Group(*parts)
+
+
+def _title(result: Result) -> str:
+    return f"{result.name}: {result.text}" if result.text else result.name
+
+
 def counterexample(result: Result) -> RenderableType:
     """Return a counterexample as a table: who did what, when, and what it sent to whom."""
     trace = result.trace
     assert trace is not None  # noqa: S101  (asked for only where there is one)
     count = len(trace.steps)
-    title = f"{result.name}: {result.text}" if result.text else result.name
-    table = Table(title=Text(title), title_justify="left", title_style="bold red", box=None)
+    table = Table(
+        title=Text(_title(result)), title_justify="left", title_style="bold red", box=None
+    )
     for heading in ("step", "time", "machine", "what happens", "goes to", "sends"):
         table.add_column(heading, style="cyan" if heading == "time" else None)
     for number, end, step in _grouped(trace):

@@ -57,7 +57,7 @@ def test_saved_traces_perform_themselves(drive: Path, tmp_path: Path) -> None:
     assert {"Drive_never_twice.json", "Drive_never_twice.mmd"} <= names
     diagram = (folder / "Drive_never_twice.mmd").read_text(encoding="utf-8")
     assert diagram.startswith("sequenceDiagram")
-    assert "outside->>driver: begin" in diagram
+    assert "outside->>m0: begin" in diagram
     command = [sys.executable, "-m", "pytest", "-q", str(folder), "-p", "no:cacheprovider"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stdout

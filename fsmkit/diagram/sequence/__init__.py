@@ -1,0 +1,1 @@
+"""Sequence diagrams: who did what, when, and what went from whom to whom."""

@@ -1,0 +1,83 @@
+"""A sequence diagram in the language of Mermaid."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from fsmkit.diagram.sequence.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+
+SPECIAL = re.compile(r"[#;<>&\"\\%{}\[\]`]")
+ARROWS = {
+    Way.DIRECT: "->>",
+    Way.VALUE: "-->>",
+    Way.QUEUED: "-)",
+    Way.DELAYED: "-)",
+    Way.LOSSY: "--)",
+}
+
+
+def draw(sequence: Sequence) -> str:
+    """Return the text of a diagram."""
+    return "\n".join((*_Writer(sequence).lines(), ""))
+
+
+class _Writer:
+    def __init__(self, sequence: Sequence) -> None:
+        self._sequence = sequence
+        self._time = ""
+
+    def lines(self) -> Iterator[str]:
+        sequence = self._sequence
+        yield "sequenceDiagram"
+        yield f"  title {_text(sequence.title)}"
+        if sequence.has_outside:
+            yield "  actor outside"
+        for number, line in enumerate(sequence.lifelines):
+            yield f"  participant m{number} as {_text(line.name)}"
+        for part in sequence.parts:
+            if not isinstance(part, Repeated):
+                yield from self._block(part)
+                continue
+            yield f"  loop {part.heading}"
+            for block in part.blocks:
+                yield from self._block(block)
+            yield "  end"
+        yield f"  Note over {self._all}: {'<br/>'.join(map(_text, sequence.end))}"
+
+    @property
+    def _all(self) -> str:
+        last = len(self._sequence.lifelines) - 1
+        return f"m0,m{last}" if last else "m0"
+
+    def _block(self, block: Block) -> Iterator[str]:
+        if block.at and block.at != self._time:
+            yield f"  Note over {self._all}: {block.at}"
+            self._time = block.at
+        if block.lifeline is not None:
+            if block.cause is Cause.OUTSIDE:
+                yield f"  outside->>m{block.lifeline}: {_text(block.text)}"
+            told = [", ".join(block.entered)] if block.entered else []
+            told += block.notes
+            if not block.told and block.cause not in (Cause.START, Cause.OUTSIDE):
+                told.insert(0, block.text)
+            if told:
+                yield f"  Note over m{block.lifeline}: {'<br/>'.join(map(_text, told))}"
+        for arrow in block.arrows:
+            yield f"  {_arrow(arrow)}"
+
+
+def _arrow(arrow: Arrow) -> str:
+    shape = {Part.LOST: "--x", Part.SENT: "--)"}.get(arrow.part, ARROWS[arrow.way])
+    source, target = ("outside" if n is None else f"m{n}" for n in (arrow.source, arrow.target))
+    text = _text(arrow.text)
+    told = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
+    how = f" ({arrow.way.value})" if arrow.way not in (Way.DIRECT, Way.VALUE) else ""
+    return f"{source}{shape}{target}: {text}{told.get(arrow.part, how)}"
+
+
+def _text(text: str) -> str:
+    """Return a text with what Mermaid takes for its own written as entities."""
+    clean = "".join(char if char.isprintable() else " " for char in text)
+    words = SPECIAL.sub(lambda m: f"#{ord(m[0])};", clean)
+    return re.sub(r"\bend\b", "#101;nd", words)  # the word ends a block

@@ -1,0 +1,95 @@
+"""A sequence diagram in the language of PlantUML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fsmkit.diagram.dot.draw import INK, WATCHDOG
+from fsmkit.diagram.plantuml.draw import CREOLE
+from fsmkit.diagram.sequence.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+
+ARROWS = {
+    Way.DIRECT: "->",
+    Way.VALUE: "-->>",
+    Way.QUEUED: "->>",
+    Way.DELAYED: "->>",
+    Way.LOSSY: f"-[{WATCHDOG}]->>",
+}
+STYLE = (
+    "hide footbox",
+    "skinparam shadowing false",
+    f"skinparam sequenceArrowColor {INK}",
+    f"skinparam sequenceLifeLineBorderColor {INK}",
+)
+
+
+def draw(sequence: Sequence) -> str:
+    """Return the text of a diagram."""
+    return "\n".join((*_Writer(sequence).lines(), ""))
+
+
+class _Writer:
+    def __init__(self, sequence: Sequence) -> None:
+        self._sequence = sequence
+        self._time = ""
+
+    def lines(self) -> Iterator[str]:
+        sequence = self._sequence
+        yield "@startuml"
+        yield f"title {_text(sequence.title)}"
+        yield from STYLE
+        for number, line in enumerate(sequence.lifelines):
+            kind = "entity" if line.is_environment else "participant"
+            yield f'{kind} "{_text(line.name)}" as m{number}'
+        for part in sequence.parts:
+            if not isinstance(part, Repeated):
+                yield from self._block(part)
+                continue
+            yield f"loop {part.heading}"
+            for block in part.blocks:
+                yield from self._block(block)
+            yield "end"
+        color = "#fef2f2" if sequence.violated else "#f0fdf4"
+        yield f"note over {self._all} {color}"
+        yield from map(_text, sequence.end)
+        yield "end note"
+        yield "@enduml"
+
+    @property
+    def _all(self) -> str:
+        last = len(self._sequence.lifelines) - 1
+        return f"m0, m{last}" if last else "m0"
+
+    def _block(self, block: Block) -> Iterator[str]:
+        if block.at and block.at != self._time:
+            yield f"== {block.at} =="
+            self._time = block.at
+        if block.lifeline is not None:
+            if block.cause is Cause.OUTSIDE:
+                yield f"[-[{WATCHDOG}]> m{block.lifeline} : {_text(block.text)}"
+            told = [_text(", ".join(block.entered))] if block.entered else []
+            told += map(_text, block.notes)
+            if not block.told and block.cause not in (Cause.START, Cause.OUTSIDE):
+                told.insert(0, _text(block.text))
+            if told:
+                yield f"rnote over m{block.lifeline} #fff8e1"
+                yield from told
+                yield "end rnote"
+        for arrow in block.arrows:
+            yield _arrow(arrow)
+
+
+def _arrow(arrow: Arrow) -> str:
+    told = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
+    how = f" ({arrow.way.value})" if arrow.way not in (Way.DIRECT, Way.VALUE) else ""
+    text = f"{_text(arrow.text)}{told.get(arrow.part, how)}"
+    shape = {Part.LOST: "->x", Part.SENT: "->o"}.get(arrow.part, ARROWS[arrow.way])
+    if arrow.target is None:
+        return f"m{arrow.source} ->] : {text}"
+    return f"m{arrow.source} {shape} m{arrow.target} : {text}"
+
+
+def _text(text: str) -> str:
+    """Return a text with what PlantUML takes for its own written as characters by number."""
+    clean = "".join(char if char.isprintable() else " " for char in text)
+    return CREOLE.sub(lambda m: "".join(f"<U+{ord(char):04X}>" for char in m[0]), clean)
