@@ -113,6 +113,10 @@ class LeavePrinter:
             out.line(f"{variable} = 0u;")
         out.line()
 
+    def exit_call(self, state: int) -> str:
+        """Return the call of what is done when a state is left."""
+        return f"{self.names.function('exit', state)}(m);"
+
     def is_seen(self, state: int) -> bool:
         """Whether it can be told what is active while a state is left."""
         return any(map(observes, self.chart.states[state].on_exit)) or any(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import PurePath
 
+from fsmkit.codegen.c.forms import Form, form_of
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reserved import (
     COUNTED,
@@ -149,6 +150,11 @@ class Names:
     def field(self, name: str) -> str:
         """Return the C name of a field of a record or payload."""
         return self.fields[name]
+
+    @property
+    def form(self) -> Form:
+        """Which form its code has."""
+        return form_of(self.plan, is_small=self.options.is_small)
 
     def note(self, state: int) -> str:
         """Return a comment that tells which state is meant."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from fsmkit.codegen.c.answers import print_answers
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import can_fail, has_effect, observes
+from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.leaving import ungrouped
 from fsmkit.codegen.c.moves import MovePrinter
 from fsmkit.codegen.c.names import Names
@@ -86,6 +87,10 @@ class ReactionPrinter:
                     return found
         return found
 
+    def comment(self, transition: Transition) -> str:
+        """Return a comment that says which transition is meant."""
+        return f"/* {self._selection.comment(transition)} */"
+
     def guard(self, transition: Transition) -> str:
         """Return the condition of a guard, without the parentheses around it."""
         return ungrouped(self._selection.guard(transition))
@@ -95,7 +100,7 @@ class ReactionPrinter:
 
         ``is_alone``: no other region acts between what it does and what it enters.
         """
-        if self.names.options.is_small:
+        if self.names.form is Form.TABLES:
             verb = "take" if self.plan.is_single else "take_one"
             return Step(act=(f"{self.prefix}_{verb}(m, {transition.index + 1}u);",))
         move = self.plan.moves[transition.index]
@@ -169,7 +174,7 @@ class ReactionPrinter:
             out.line(self._moves.leave_all(inner))
         if not is_deepest and self._moves.is_seen(state):
             out.line(self._moves.set_active(state))
-        out.line(f"{self.names.function('exit', state)}(m);")
+        out.line(self._moves.exit_call(state))
 
     def _act(self, transition: Transition) -> Lines:
         if transition.index not in self._acts:
@@ -195,7 +200,7 @@ class ReactionPrinter:
         for transition in candidates:
             guard = transition.guard
             may_stop = may_stop or (guard is not None and (can_fail(guard) or has_effect(guard)))
-            out.line(f"/* {self._selection.comment(transition)} */")
+            out.line(self.comment(transition))
             if guard is not None:
                 out.open(f"if ({self.guard(transition)}) {{")
             out.lines(before)
@@ -206,9 +211,6 @@ class ReactionPrinter:
             if guard is not None:
                 out.close()
         return _lines(out)
-
-    def _leaves(self, region: Region) -> list[int]:
-        return self._selection.leaves(region)
 
     def print_eventless(self, out: Emitter) -> None:
         """Print the function that takes eventless transitions, where that is simple."""
@@ -232,7 +234,7 @@ class ReactionPrinter:
     ) -> None:
         """Print the body of a function: a switch over the deepest active states of a region."""
         answers: dict[Lines, list[int]] = {}
-        for leaf in self._leaves(region):
+        for leaf in self._selection.leaves(region):
             answers.setdefault(answer(leaf), []).append(leaf)
         answers.pop((), None)
         region_number = f"m->{self.names.regions[region.index]}"
@@ -253,7 +255,7 @@ class ReactionPrinter:
         """Print what each state does with each event, inherited transitions with its own."""
         p = self.prefix
         calls: dict[int, str] = {}
-        for leaf in self._leaves(self.plan.regions[0]):
+        for leaf in self._selection.leaves(self.plan.regions[0]):
             answers: dict[Lines, list[int]] = {}
             for event in self.by_event:
                 found = self.candidates(leaf, lambda t, e=event: e in t.events)  # type: ignore[misc]
@@ -274,7 +276,7 @@ class ReactionPrinter:
             out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
         out.line()
         rows = [(f"{p}_not_running", "not started, or finished")]
-        leaves = set(self._leaves(self.plan.regions[0]))
+        leaves = set(self._selection.leaves(self.plan.regions[0]))
         for state in self.plan.regions[0].states:
             name = calls.get(state, f"{p}_unhandled") if state in leaves else f"{p}_not_running"
             rows.append((name, self.chart.states[state].id))
@@ -354,7 +356,7 @@ class ReactionPrinter:
         steps: list[Step] = []
         out.line(f"uint8_t {way} = 0u;")
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
-            for leaf in self._leaves(region):
+            for leaf in self._selection.leaves(region):
                 found = self.candidates(leaf, lambda t: event in t.events)
                 if not found:
                     continue

@@ -32,13 +32,13 @@ HEADERS = _words(
 """What a machine cannot be called, since its header would hide another, or it `main`."""
 
 INSIDE = _words(
-    "acted acting allowance at before below bytes cause coming count counter deadline defers "
-    "delay domain domains due entered error event failed fault first fits found given hi holds "
-    "initial is_deferred is_external is_quiet is_sound item j keep kept key last leaves left "
-    "length limit lo mark may_defer name none now number numbers other outside place preempted "
-    "n peer queue r rank recalled rest room round route running s said sent size state states "
-    "symbol taken tell texts timer timers t transition until value w what whole why wins word "
-    "words"
+    "acted acting allowance answer at before below bytes cause coming count counter deadline "
+    "defers delay domain domains due entered error event failed fault first fits found given hi "
+    "holds initial is_deferred is_external is_quiet is_sound item j keep kept key last leaves "
+    "left length limit lo mark may_defer name none now number numbers other outside place "
+    "preempted n peer queue r rank recalled rest room round route running s said sent size "
+    "state states symbol taken tell texts timer timers t to transition until value w what whole "
+    "why wins word words"
 )
 """Nor how its own functions call what they hold: its type would be hidden there."""
 
@@ -61,7 +61,7 @@ FUNCTIONS = _words(
     "act enter record domain domain_of answer_function answer_table not_running respond "
     "respond_any may_go_on rest emit take_one place_above places_before place_last path_places "
     "path_of path_step enter_path enter_place enter_recorded entry_of exit_of leave_until "
-    "guard_of select_at row_table row_first region_at "
+    "guard_of select_at row_table row_first region_at grid enters "
     "is_deferred is_allowed select_event select_eventless event_symbol no_event last_below "
     "source_of "
     "save restore put_event get_event put_machine get_machine head routes ids peers texts"

@@ -12,6 +12,7 @@ import re
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import can_fail, has_effect
 from fsmkit.codegen.c.expressions import Printer
+from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.names import Names, comment
 from fsmkit.codegen.c.shapes import Shapes
 from fsmkit.emit import Emitter
@@ -32,7 +33,7 @@ class SelectionPrinter:
         self.chart = names.chart
         self.content = content
         self.prefix = names.prefix
-        self.shapes = Shapes(self.plan, is_small=names.options.is_small)
+        self.shapes = Shapes(self.plan, is_small=names.form is Form.TABLES)
         self.remembered = self._remembered()
         self._asked = {t: place for place, t in enumerate(self.remembered)}
         self._asking: set[int] = set()

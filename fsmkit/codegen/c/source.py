@@ -5,6 +5,8 @@ from __future__ import annotations
 from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.cases import case, default
 from fsmkit.codegen.c.content import ROUTES, ContentPrinter
+from fsmkit.codegen.c.forms import Form
+from fsmkit.codegen.c.grid import GridPrinter
 from fsmkit.codegen.c.header import NOTICE, event_type, parameters
 from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
@@ -269,7 +271,9 @@ class SourcePrinter:
         self._defer_test(out)
         if names.defers:
             return
-        if names.options.is_small:
+        if names.form is Form.GRID:
+            GridPrinter(reactions).print(self.answers)
+        elif names.form is Form.TABLES:
             answer = "respond_any" if reactions.shapes.is_general else "unhandled"
             self.answers.lines(fill(names, RESPOND, ANSWER=answer))
         elif names.plan.is_single:

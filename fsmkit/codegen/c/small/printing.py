@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from itertools import accumulate
 
 from fsmkit.codegen.c.content import ContentPrinter
+from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.leaving import ungrouped
 from fsmkit.codegen.c.moves import MovePrinter
@@ -32,7 +33,7 @@ from fsmkit.codegen.c.small.text import (
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import Kind, Trigger
-from fsmkit.plan import Op
+from fsmkit.plan import Content, Enter, Op
 
 
 class SmallPrinter(MovePrinter):
@@ -53,8 +54,19 @@ class SmallPrinter(MovePrinter):
     # --- calls ----------------------------------------------------------------------------
 
     def ops(self, out: Emitter, ops: tuple[Op, ...]) -> None:
-        """Print the call that goes a path."""
+        """Print the call that goes a path, or what stands on it where that is one state at most."""
+        if self.names.form is Form.GRID:
+            for op in ops:
+                if isinstance(op, Enter):
+                    out.line(f"{self.prefix}_enter_place(m, {self.places.place(op.state)}u);")
+                elif isinstance(op, Content):
+                    self.take_content(out, op.transition)
+            return
         out.line(f"{self.prefix}_enter_path(m, {self.paths.at(ops)}u);")
+
+    def exit_call(self, state: int) -> str:
+        """Return the call of what is done when a state is left."""
+        return f"{self.prefix}_exit_of(m, {self.places.place(state)}u);"
 
     def leave_below(self, domain: int) -> str:
         """Return the call that leaves all states strictly below a domain."""

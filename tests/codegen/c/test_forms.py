@@ -1,0 +1,103 @@
+"""Flat charts for size: a grid of answers where that is smaller; the same meaning in any case."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from fsmkit.codegen.c.forms import Form, form_of
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.options import Options
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.loading import load
+from fsmkit.plan import lower
+from fsmkit.testing.charts import random_document
+from fsmkit.testing.choices import SeededChoices
+from fsmkit.testing.differential import Case, compare_all, elaborated
+from fsmkit.testing.harness import harness
+from fsmkit.testing.scripts import random_script
+
+DENSE = """
+chart: Dense
+events: {in: [a, b]}
+data: {n: uint32 = 0}
+initial: s
+states:
+  s: {on: {a: {target: t, do: n += 1}, b: {if: n > 2, target: s}}}
+  t: {on: {a: [{if: n > 5, target: s, do: n = 0}, {target: t, do: n += 2}], b: s}}
+"""
+
+
+def flat_cases(count: int) -> Iterator[Case]:
+    """Yield random charts of few states that become a grid, with scripts."""
+    number = 0
+    while count:
+        choices = SeededChoices(f"flat:{number}")
+        number += 1
+        documents = (random_document(choices, 4),)
+        try:
+            chart = elaborated(documents)
+        except FsmkitError:
+            continue
+        if form_of(lower(chart), is_small=True) is Form.GRID:
+            count -= 1
+            yield Case(documents, chart, random_script(choices, chart), f"flat {number}")
+
+
+def test_grids_mean_what_the_charts_mean() -> None:
+    totals = compare_all(list(flat_cases(25)), [harness("c-size")])
+    assert (totals.divergences, totals.refused) == ([], 0)
+    assert totals.macrosteps > 500
+
+
+def chart_text(states: int, events: int) -> str:
+    """A ring of states, each left on an event of its own."""
+    lines = [f"  s{i}: {{on: {{e{i % events}: s{(i + 1) % states}}}}}" for i in range(states)]
+    names = ", ".join(f"e{i}" for i in range(events))
+    return f"chart: Ring\nevents: {{in: [{names}]}}\ninitial: s0\nstates:\n" + "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "form"),
+    [
+        (DENSE, Form.GRID),
+        (DENSE.replace("n > 2", "n / n > 2"), Form.TABLES),  # a guard that can fail
+        (DENSE.replace("  t: {", "  t: {states: {u: {}}, "),
+         Form.TABLES),
+        (DENSE.replace("  s: {", "  s: {defer: [b], ").replace(", b: {if: n > 2, target: s}", ""),
+         Form.TABLES),
+        (chart_text(4, 4), Form.GRID),
+        (chart_text(30, 30), Form.TABLES),
+    ],
+)  # fmt: skip
+def test_which_form_a_chart_gets(text: str, form: Form, tmp_path: Path) -> None:
+    path = tmp_path / "chart.yaml"
+    path.write_text(text, encoding="utf-8")
+    plan = lower(load(path))
+    assert form_of(plan, is_small=True) is form
+    assert form_of(plan, is_small=False) is Form.FUNCTIONS
+
+
+def test_what_is_done_does_not_say_where_it_leads(tmp_path: Path) -> None:
+    path = tmp_path / "dense.yaml"
+    path.write_text(DENSE, encoding="utf-8")
+    text = generate_machine(load(path), None, Options(is_small=True)).files["dense.c"]
+    grid = text.partition("dense_grid[4] = {\n")[2].partition("\n}")[0]
+    assert [line.split(" /*")[0].strip() for line in grid.split("\n")] == ["1u, 2u,", "3u, 4u,"]
+    assert "dense_enters[5] = {0u, 2u, 1u, 1u, 1u};" in text
+    assert text.count("to = 2u;") == 1  # the second way of state t on event a
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
+def test_a_grid_compiles_without_a_warning(
+    tmp_path: Path,
+    compiler: str,
+    compile_with: Callable[..., object],
+    write: Callable[[Path, Mapping[str, str]], Path],
+) -> None:
+    path = tmp_path / "dense.yaml"
+    path.write_text(DENSE, encoding="utf-8")
+    write(tmp_path, generate_machine(load(path), None, Options(is_small=True)).files)
+    compile_with(tmp_path, compiler, "-c", "dense.c")
