@@ -61,13 +61,18 @@ class State:
         return self.kind in (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE)
 
 
+OPEN_ENDED = 1 << 30
+"""Ticks from the least delay of an interval to its end, where it has none."""
+
+
 @dataclass(frozen=True, slots=True)
 class Transition:
     """A transition. ``events``: indices of all events it matches; ``descriptors``: as written.
 
     ``delay`` (type duration, in ticks, constant) is given for AFTER and EVERY only. In a chart of
-    an environment that of an AFTER may be an interval, from ``least`` to ``delay``. No targets: a
-    targetless transition, which exits and enters nothing. ``guard`` None is true.
+    an environment that of an AFTER may be an interval, from ``least`` to ``delay``, or without an
+    end: then ``delay`` is ``OPEN_ENDED`` later. No targets: a targetless transition, which exits
+    and enters nothing. ``guard`` None is true.
     """
 
     index: int
@@ -86,6 +91,11 @@ class Transition:
     watchdog: bool = False
     ordered: bool = False
     origin: Origin = Origin.OWN
+
+    @property
+    def is_open_ended(self) -> bool:
+        """Whether the delay is an interval without an end."""
+        return self.least is not None and self.delay == self.least + OPEN_ENDED
 
 
 @dataclass(frozen=True, slots=True)

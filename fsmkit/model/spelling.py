@@ -103,7 +103,8 @@ def spell_trigger(transition: Transition, chart: Chart) -> str:
         case Trigger.AFTER:
             least = transition.least
             low = "" if least is None else spell_value(least, DURATION, chart.capacities.tick)
-            return f"after {low}..{delay}" if low else f"after {delay}"
+            high = "" if transition.is_open_ended else delay
+            return f"after {low}..{high}" if low else f"after {delay}"
         case Trigger.EVERY:
             return f"every {delay}"
         case Trigger.SOMETIMES:

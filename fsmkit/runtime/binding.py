@@ -10,7 +10,7 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.expressions import Value
-from fsmkit.model.chart import Chart, Operation
+from fsmkit.model.chart import OPEN_ENDED, Chart, Operation
 from fsmkit.runtime.values import from_python, to_python
 
 
@@ -32,7 +32,12 @@ class BoundHost:
         self._functions = bind_operations(chart, operations)
 
     def delay(self, least: int, greatest: int) -> int:
-        """Return how long a delay takes that a chart of an environment gives as an interval."""
+        """Return how long a delay takes that a chart of an environment gives as an interval.
+
+        One without an end takes at most twice as long as it must, or 1,000 ticks more.
+        """
+        if greatest == least + OPEN_ENDED:
+            greatest = least + max(least, 1000)
         return self._random.randint(least, greatest)
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:

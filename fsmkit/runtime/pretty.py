@@ -177,6 +177,8 @@ class Printer:
             case Trigger.AFTER | Trigger.EVERY:
                 tick = self.chart.capacities.tick
                 delay = duration_text(transition.delay * tick)
+                if transition.is_open_ended:
+                    delay = ""
                 if transition.least is not None:
                     delay = f"{duration_text(transition.least * tick)}..{delay}"
                 return f"{transition.trigger.value} {delay}"

@@ -7,7 +7,7 @@ leave it; `verify.wiring` writes the file of the system.
 from __future__ import annotations
 
 from fsmkit.diagnostics import fail
-from fsmkit.model.chart import Transition
+from fsmkit.model.chart import OPEN_ENDED, Transition
 from fsmkit.verify.adapter_timers import TimerWriter
 from fsmkit.verify.steps import tries_eventless
 from fsmkit.verify.system import asked_events
@@ -41,7 +41,6 @@ class MachineAdapter(TimerWriter):
         out.text(f"""
         static void init(void *m) {{ {t}_init(m); }}
         static void take(void *m) {{ (void){t}_step_event(m); }}
-        static void elapse(void *m, uint32_t ticks) {{ {t}_rebase(m, ticks); }}
 
         static bool post(void *m, uint32_t event, const fsm_value *values)
         {{
@@ -54,6 +53,7 @@ class MachineAdapter(TimerWriter):
         if self._tries_inputs:
             out.line(f"static void eventless(void *m) {{ (void){t}_step_eventless(m); }}")
             out.line()
+        self._elapse()
         self._recalled()
         self._fire()
         out.text(f"""
@@ -120,6 +120,26 @@ class MachineAdapter(TimerWriter):
                 out.line("return count;")
         out.line()
 
+    def _elapse(self) -> None:
+        """Write the passing of time: the deadline of an interval without an end stays away."""
+        out, t = self.out, self.type
+        with out.block("static void elapse(void *state, uint32_t ticks)\n{"):
+            out.line(f"{t} *m = state;")
+            out.line(f"{t}_rebase(m, ticks);")
+            if self._endless:
+                with out.block("for (uint32_t i = 0u; i < m->timer_count; i++) {"):
+                    is_endless = self._is_endless("m->timers[i].what")
+                    out.line(f"if (m->timers[i].deadline < {OPEN_ENDED}u && ({is_endless}))")
+                    out.line(f"    m->timers[i].deadline = {OPEN_ENDED}u;")
+        out.line()
+
+    @property
+    def _endless(self) -> list[Transition]:
+        return [t for t in self.chart.transitions if t.is_open_ended]
+
+    def _is_endless(self, what: str) -> str:
+        return " || ".join(f"{what} == {found.index}u" for found in self._endless)
+
     def _fire(self) -> None:
         out, t = self.out, self.type
         has_timers = "timer_count" in self.built.members
@@ -164,6 +184,10 @@ class MachineAdapter(TimerWriter):
                     for (uint32_t i = rank; i > 0u; i--)
                         m->delayed[i] = m->delayed[i - 1u];
                     m->delayed[0] = first;"""
+        took = f"return {t}_step_timer(m);"
+        if self._endless:
+            took = f"""(void){t}_step_timer(m);
+            return fsm_recording.took || !({self._is_endless("chosen.what")});"""
         out.text(f"""
         /* Any armed timer may be the next: it is put first. */
         static bool fire(void *state, uint32_t timer)
@@ -181,7 +205,7 @@ class MachineAdapter(TimerWriter):
                 m->timers[i] = m->timers[i - 1u];
             chosen.deadline = 0u;
             m->timers[0] = chosen;
-            return {t}_step_timer(m);
+            {took}
         }}
         """)
         out.line()

@@ -210,7 +210,8 @@ def _floats(constants: set[int | float | str], *, exact: bool) -> Values:
 def delays_of(chart: Chart) -> Iterator[int | None]:
     """Yield every delay of a chart in ticks, None for one that is known only when running."""
     for transition in chart.transitions:
-        yield transition.delay
+        if not transition.is_open_ended:
+            yield transition.delay
         if transition.least is not None:
             yield transition.least
     for node in nodes((chart.states, chart.transitions, chart.script)):

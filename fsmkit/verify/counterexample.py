@@ -122,7 +122,7 @@ class Replay:
     def _elapse(self, step: Step) -> TraceStep:
         local = self._local
         self._snapshots = [
-            local.settled(m, local.elapsed(s, step.ticks)) for m, s in enumerate(self._snapshots)
+            local.settled(m, local.elapsed(m, s, step.ticks)) for m, s in enumerate(self._snapshots)
         ]
         self._ticks += step.ticks or self._closed.unit
         return TraceStep(self._at, "", Action.ELAPSE, "time passes", (), (), (), ())

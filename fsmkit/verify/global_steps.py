@@ -92,7 +92,7 @@ class GlobalSteps:
     def _elapsed(self, machine: int, number: int) -> int:
         local = self._locals[machine][number]
         if local.elapsed < 0:
-            after = self.local_steps.elapsed(local.snapshot)
+            after = self.local_steps.elapsed(machine, local.snapshot)
             local.elapsed = self._intern(machine, after)
         return local.elapsed
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import assert_never
 
-from fsmkit.model.chart import Chart
+from fsmkit.model.chart import OPEN_ENDED, Chart
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.macrostep import initial, start, step
@@ -140,11 +140,20 @@ class LocalSteps:
         least = transition.least
         return least is not None and timer.deadline <= transition.delay - least
 
-    def elapsed(self, snapshot: Snapshot, ticks: Fraction = Fraction(0)) -> Snapshot:
+    def elapsed(self, machine: int, snapshot: Snapshot, ticks: Fraction = Fraction(0)) -> Snapshot:
         """Return a machine after some ticks, or a unit of time."""
         passed = self.closed.unit if not ticks else as_number(ticks)
-        timers = tuple(Timer(t.deadline - passed, t.what) for t in snapshot.timers)
+        timers = tuple(
+            Timer(max(t.deadline - passed, self._end(machine, t)), t.what) for t in snapshot.timers
+        )
         return replace(snapshot, timers=timers)
+
+    def _end(self, machine: int, timer: Timer) -> int:
+        """Return how close the deadline of a timer can come: one without an end stays away."""
+        if not isinstance(timer.what, Timeout):
+            return -OPEN_ENDED
+        transition = self.charts[machine].transitions[timer.what.transition]
+        return OPEN_ENDED if transition.is_open_ended else -OPEN_ENDED
 
     def delivered(self, snapshot: Snapshot, message: Message) -> tuple[Snapshot, bool]:
         """Return a machine after a message has come, and whether its queue was full."""
@@ -205,7 +214,8 @@ class LocalSteps:
             return None
         first = replace(timer, deadline=min(timer.deadline, 0))
         snapshot = replace(snapshot, timers=(first, *timers))
-        return step_timer(self.charts[machine], snapshot, chooser)
+        done = step_timer(self.charts[machine], snapshot, chooser)
+        return done if _took(done) or self._end(machine, timer) < 0 else None
 
     def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
         """Take a step with every sequence of choices; the same effect counts once."""

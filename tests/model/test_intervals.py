@@ -9,7 +9,7 @@ import pytest
 from fsmkit.cli import run
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load_with_findings
-from fsmkit.model.chart import Chart
+from fsmkit.model.chart import OPEN_ENDED, Chart
 from fsmkit.model.spelling import spell_trigger
 from fsmkit.runtime.clock import SimulatedClock
 from fsmkit.runtime.session import Session
@@ -37,6 +37,7 @@ def load(folder: Path, delay: str, key: str = "after") -> Chart:
         ("0ms..1s", 0, 1000, "after 0s..1s"),
         ("LONG..50ms", None, 50, "after 50ms"),
         ("LONG", None, 50, "after 50ms"),
+        ("20ms..", 20, 20 + OPEN_ENDED, "after 20ms.."),
     ],
 )
 def test_bounds_are_read(tmp_path: Path, delay: str, least: int, greatest: int, told: str) -> None:
@@ -49,7 +50,8 @@ def test_bounds_are_read(tmp_path: Path, delay: str, least: int, greatest: int, 
 @pytest.mark.parametrize(
     ("delay", "key", "rule"),
     [("50ms..20ms", "after", "bad-delay"), ("20ms..50ms", "every", "bad-delay"),
-     ("20ms..", "after", None), ("20..50ms", "after", None), ("1ms..2ms..3ms", "after", None)],
+     ("20ms..", "every", "bad-delay"), ("13d..", "after", "bad-delay"),
+     ("20..50ms", "after", None), ("1ms..2ms..3ms", "after", None)],
 )  # fmt: skip
 def test_bad_bounds_are_told(tmp_path: Path, delay: str, key: str, rule: str | None) -> None:
     with pytest.raises(FsmkitError) as caught:

@@ -10,7 +10,7 @@ DOES = ["a = {n}", "b[{k}] = not b[{k}]", "own += 1; a = own", "send out_{k}(v =
 LINKS = ["", "", ": {kind: queued, capacity: 2}", ": {kind: queued, delay: 10ms, capacity: 2}",
          ": {kind: lossy}", ": {kind: lossy, capacity: 1}"]  # fmt: skip
 MAY = ["[]", "[one.in_1]", '["m[i].in_1"]']
-DELAYS = ["10ms", "20ms", "30ms", "0ms..20ms", "10ms..30ms"]
+DELAYS = ["10ms", "20ms", "30ms", "0ms..20ms", "10ms..30ms", "10ms.."]
 
 
 def random_system(seed: int) -> dict[str, str]:

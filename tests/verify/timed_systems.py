@@ -30,7 +30,9 @@ def machines(draw: st.DrawFn, name: str, *, alone: bool, environment: bool) -> s
             for ms in timeouts:
                 least = draw(st.sampled_from([d for d in DELAYS if d < ms]))
                 span = f"{least}ms.." if environment and draw(st.booleans()) else ""
-                lines.append(f"      {span}{ms}ms: {draw(_reactions(states, alone))}")
+                ends = not span or draw(st.integers(0, 2)) > 0
+                greatest = f"{ms}ms" if ends else ""
+                lines.append(f"      {span}{greatest}: {draw(_reactions(states, alone))}")
         if draw(st.integers(0, 4)) == 0:
             every = draw(st.sampled_from(DELAYS[1:]))
             lines += ["    every:", f"      {every}ms: {draw(_reactions(states, alone))}"]

@@ -14,7 +14,7 @@ def check(chart: Chart, findings: Findings) -> None:
         timeouts = [
             t
             for t in (chart.transitions[i] for i in state.transitions)
-            if t.trigger is Trigger.AFTER
+            if t.trigger is Trigger.AFTER and not t.is_open_ended
         ]
         for timeout in timeouts:
             if timeout.guard is not None and not any(

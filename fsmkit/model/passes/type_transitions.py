@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.expressions import BOOL, Expr, Literal, read_duration
-from fsmkit.model.chart import Transition
+from fsmkit.model.chart import OPEN_ENDED, Transition
 from fsmkit.model.document import DocTransition, Trigger
 from fsmkit.model.passes.collect_events import Events
 from fsmkit.model.passes.context import Context
@@ -115,15 +115,21 @@ def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
         return None, _delay(written, text, context)
     least = _delay(written, text.part(0, len(low)).stripped(), context)
     rest = text.part(len(low) + len(dots), len(text.value)).stripped()
-    greatest = _delay(written, rest, context)
-    if written.trigger is Trigger.EVERY or greatest < least:
-        is_every = written.trigger is Trigger.EVERY
+    greatest = _delay(written, rest, context) if rest.value else least + OPEN_ENDED
+    if written.trigger is Trigger.EVERY:
         context.findings.add(
-            "bad-delay",
-            "`every` takes one delay" if is_every else "this delay ends before it begins",
-            text,
-            help="use `after`, and enter the state again" if is_every else "swap the two",
+            "bad-delay", "`every` takes one delay", text,
+            help="use `after`, and enter the state again",
+        )  # fmt: skip
+    elif greatest < least:
+        context.findings.add(
+            "bad-delay", "this delay ends before it begins", text, help="swap the two"
         )
+    elif not rest.value and least >= OPEN_ENDED:
+        context.findings.add(
+            "bad-delay", "an interval without an end begins within 2^30 ticks", text,
+            help="choose a longer `tick`",
+        )  # fmt: skip
     return (None if least == greatest else least), greatest
 
 

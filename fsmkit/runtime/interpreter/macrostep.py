@@ -102,7 +102,7 @@ def step(
         case Timeout(transition):
             timers.rearm(g, event)
             enabled = select_timeout(g, chart.transitions[transition])
-            if not enabled:
+            if not enabled and not timers.postpone(g, event):
                 g.effects.append(Spent(transition))
             take(g, event, enabled)
         case None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fsmkit.model.chart import OPEN_ENDED
 from fsmkit.model.document import Trigger
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.snapshot import Chance, Delayed, Timeout, Timer
@@ -28,6 +29,16 @@ def rearm(g: Globals, timeout: Timeout) -> None:
     transition = g.chart.transitions[timeout.transition]
     if transition.trigger is Trigger.EVERY:
         g.insert_timer(Timer(g.now + transition.delay, timeout))
+
+
+def postpone(g: Globals, timeout: Timeout) -> bool:
+    """Arm an interval without an end again: its transition is tried later."""
+    transition = g.chart.transitions[timeout.transition]
+    if not transition.is_open_ended:
+        return False
+    later = g.host.delay(0, OPEN_ENDED) if isinstance(g.host, Chance) else 0
+    g.insert_timer(Timer(g.now + 1 + later, timeout))
+    return True
 
 
 def cancel(g: Globals, name: str) -> None:

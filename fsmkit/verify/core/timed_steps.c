@@ -38,11 +38,12 @@ static bool read_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limi
         c->system->machines[i]->limits(fsm_store_at(&c->locals[i], tuple[i]), &limits[clock]);
         for (uint32_t end = clock + armed; clock < end; clock++) {
             fsm_limits *l = &limits[clock];
-            if (l->upper / self->unit >= FSM_LONGEST)
+            bool endless = l->upper - l->lower == FSM_OPEN_ENDED;
+            if ((endless ? l->lower : l->upper) / self->unit >= FSM_LONGEST)
                 return fail(self, "a delay is too long for zones");
             *choice = *choice || l->lower != l->upper;
             l->lower = l->lower == 0 && l->upper > 0 ? -1 : l->lower / self->unit; /* it always is 0 or more */
-            l->upper /= self->unit;
+            l->upper = endless ? FSM_NEVER : l->upper / self->unit;
         }
     }
     if (fsm_timed_watches(self, tuple))
@@ -139,7 +140,8 @@ static bool arrive(move *self)
     uint32_t size = self->step.size, clocks = size - fsm_timed_watches(t, t->following);
     if (waits) {
         for (uint32_t i = 1; i < size; i++)
-            t->upper[i] = i < clocks ? fsm_at_most(t->next_limits[i].upper) : FSM_UNBOUNDED;
+            t->upper[i] = i < clocks && t->next_limits[i].upper != FSM_NEVER
+                ? fsm_at_most(t->next_limits[i].upper) : FSM_UNBOUNDED;
         fsm_zone_up(t->after, size);
         (void)fsm_zone_below(t->after, size, t->upper); /* not empty: it was below before */
     }
@@ -268,7 +270,8 @@ static bool fire(move *self, uint32_t machine, uint32_t clock)
         if (zone[(clock + place) * size] < fsm_at_most(limits.lower))
             continue;
         for (uint32_t i = 1; i < size; i++)
-            t->upper[i] = i >= clock && i < clock + place ? fsm_less_than(t->limits[i].upper) : FSM_UNBOUNDED;
+            t->upper[i] = i >= clock && i < clock + place && t->limits[i].upper != FSM_NEVER
+                ? fsm_less_than(t->limits[i].upper) : FSM_UNBOUNDED;
         memcpy(t->guarded, zone, (size_t)size * size * sizeof *zone);
         bool exact = limits.lower == limits.upper;
         if (!fsm_zone_above(t->guarded, size, clock + place, limits.lower)

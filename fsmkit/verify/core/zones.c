@@ -226,7 +226,8 @@ static uint64_t clamped(int64_t sum)
 }
 
 /* The bounds of a clock without a choice are plain, since it never passes the one constant that it is
- * compared with: there `escapes` is always true. That holds for clock 0, too. */
+ * compared with: there `escapes` is always true. That holds for clock 0, too. Beside a clock that is compared with
+ * no upper limit it never is. */
 fsm_zone_summary fsm_zones_summary(const fsm_zones *self, const fsm_limits *limits)
 {
     fsm_zone_summary found = {0, 0};
@@ -237,6 +238,8 @@ fsm_zone_summary fsm_zones_summary(const fsm_zones *self, const fsm_limits *limi
             continue;
         const fsm_bound *row = &self->held[i * self->size];
         for (uint32_t j = 0; j < self->size; j++) {
+            if (limits != NULL && limits[j].upper == FSM_NEVER)
+                continue;
             sums[i & 3] += row[j] == FSM_UNBOUNDED ? 1 << 16 : row[j];
             if (i > 0 && j > 0 && i != j)
                 found.order |= (uint64_t)(row[j] > fsm_at_most(0)) << (at++ & 63);

@@ -45,6 +45,11 @@ typedef struct {
     int32_t lower, upper;
 } fsm_limits;
 
+enum {
+    FSM_OPEN_ENDED = 1 << 30, /* ticks from the least to the greatest duration of a timer that has no end */
+    FSM_NEVER = -2            /* the upper limit of its clock */
+};
+
 /* All clocks 0. */
 void fsm_zone_zero(fsm_bound *zone, uint32_t size);
 
