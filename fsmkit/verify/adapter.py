@@ -9,7 +9,7 @@ from __future__ import annotations
 from fsmkit.diagnostics import fail
 from fsmkit.model.chart import OPEN_ENDED, Transition
 from fsmkit.verify.adapter_timers import TimerWriter
-from fsmkit.verify.steps import tries_eventless
+from fsmkit.verify.readiness import tries_eventless
 from fsmkit.verify.system import asked_events
 
 
@@ -25,6 +25,7 @@ class MachineAdapter(TimerWriter):
         self._events()
         self._operations()
         self._sent_events()
+        self._hear()
         self._steps()
         self._inputs_and_outputs()
         self._settle()
@@ -255,9 +256,9 @@ class MachineAdapter(TimerWriter):
     def _table(self) -> None:
         chart, t = self.chart, self.type
         machine = self.machine
+        own = 0 if machine.is_monitor else len(machine.chart.events)
         noted = ", ".join(
-            str(int(n < len(machine.chart.events) and bool(event.directions)))
-            for n, event in enumerate(chart.events)
+            str(int(n < own and bool(event.directions))) for n, event in enumerate(chart.events)
         )
         size = len(chart.states) // 8 + 2
         if size > 256:
@@ -278,11 +279,13 @@ class MachineAdapter(TimerWriter):
             out.line(f'.name = "{machine.name}",')
             out.line(f".size = sizeof({t}),")
             out.line(f".environment = {str(machine.environment).lower()},")
+            out.line(f".monitor = {str(machine.is_monitor).lower()},")
             out.line(f".state_count = {len(chart.states)}u,")
             out.line(f".transition_count = {len(chart.transitions)}u,")
             out.line(f".event_count = {len(chart.events)}u,")
             out.line(".noted = noted,")
             out.line(f".asked = {'asked' if any(asked) else 'NULL'},")
+            out.line(f".hear = {'hear' if self._hears else 'NULL'},")
             out.line(f".microsteps = {self.upper}_MICROSTEPS,")
             out.line(f".configuration_size = {size}u,")
             for name in [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from fsmkit.codegen.c.types import storage
 from fsmkit.expressions import (
     ArrayType,
@@ -9,9 +11,11 @@ from fsmkit.expressions import (
     Type,
     Value,
 )
+from fsmkit.model.chart import Data
 from fsmkit.verify.adapter_values import ValueWriter
+from fsmkit.verify.monitors import look_event
+from fsmkit.verify.readiness import resting
 from fsmkit.verify.shared import type_of_slot
-from fsmkit.verify.steps import resting
 from fsmkit.verify.system import Slot
 
 
@@ -25,6 +29,8 @@ class StateWriter(ValueWriter):
         with out.block("static void set_input(void *state, uint32_t input, fsm_value value)\n{"):
             out.line(f"{t} *m = state;")
             out.lines(["const fsm_value *v = &value;", "(void)m;", "(void)v;"])
+            if look_event(self.chart) is not None:
+                out.line(f"{t} before = *m;")
             with out.block("switch (input) {"):
                 for place, declared in enumerate(self.chart.inputs):
                     if isinstance(declared.type, ArrayType | RecordType):
@@ -39,6 +45,7 @@ class StateWriter(ValueWriter):
                         self._store(self._copy(slot), type_of_slot(self.chart, slot), 0)
                         out.line("break;")
                 out.lines(["default:", "    break;"])
+            self._look()
         out.line()
         with out.block("static fsm_value output(const void *state, uint32_t output_number)\n{"):
             out.line(f"const {t} *m = state;")
@@ -53,6 +60,9 @@ class StateWriter(ValueWriter):
                 for place, slot in enumerate(self.machine.shared, len(self.chart.outputs)):
                     value = self._as_value(self._copy(slot), type_of_slot(self.chart, slot))
                     out.lines([f"case {place}u:", f"    return {value};"])
+                for place, data in self._watched_data():
+                    text = self._as_value(f"m->{self.names.variables[data.name]}", data.type)
+                    out.lines([f"case {place}u:", f"    return {text};"])
                 out.lines(["default:", "    return 0;"])
         out.line()
         if not self.closed.is_open:
@@ -64,6 +74,29 @@ class StateWriter(ValueWriter):
                 declared = self.chart.inputs[free.input]
                 self._choose(declared.name, declared.type, free.values)
         out.line()
+
+    def _watched_data(self) -> Iterator[tuple[int, Data]]:
+        """Yield the data that monitors read, each with the number a wire has for it."""
+        links = self.closed.system.input_links
+        read = {link.output for link in links if link.source == self.built.number}
+        first = len(self.chart.outputs) + len(self.machine.shared)
+        yield from ((n, data) for n, data in enumerate(self.chart.data, first) if n in read)
+
+    def _look(self) -> None:
+        """Write what lets a monitor look at an input that has changed."""
+        look = look_event(self.chart)
+        if look is None:
+            return
+        t = self.type
+        self.out.text(f"""
+        if (memcmp(&before, m, sizeof before) == 0 || !{self.running})
+            return;
+        for (uint32_t i = 0u; i < m->queue_count; i++)
+            if (m->queue[i].event == {self.names.events[look]})
+                return;
+        {t}_event e = event_of({look}u, NULL);
+        (void){t}_post(m, &e);
+        """)
 
     def _copy(self, slot: Slot) -> str:
         """Spell the copy of a shared variable."""
@@ -215,7 +248,7 @@ class StateWriter(ValueWriter):
         out.line()
 
     def _rests(self, state: int) -> bool:
-        return state in resting(self.chart)
+        return state in resting(self.chart, self.machine)
 
     def _dump(self) -> None:
         out, t = self.out, self.type

@@ -24,6 +24,7 @@ from fsmkit.model.chart import Chart, Operation
 from fsmkit.model.document import Direction
 from fsmkit.plan import lower
 from fsmkit.verify.closed import Closed
+from fsmkit.verify.system import HEARD
 
 MOST_VALUES = 32
 """Scalars in one message: FSM_MOST_VALUES of core/recorder.h."""
@@ -193,6 +194,40 @@ class ValueWriter:
             return
         self.out.line(f"const fsm_value values[] = {{{', '.join(values)}}};")
         self.out.line(f"fsm_note_sent({port}u, {len(values)}u, values);")
+
+    def _hear(self) -> None:
+        """Write what tells monitors of the events that the machine is handed."""
+        out, t = self.out, self.type
+        heard = [event for event in self.chart.events if self._is_heard(event.index)]
+        if not heard:
+            return
+        with out.block("static void hear(const void *event)\n{"):
+            out.line(f"const {t}_event *e = event;")
+            with out.block("switch ((uint32_t)e->event - 1u) {"):
+                for event in heard:
+                    fields = [] if not event.fields else [
+                        "0" if isinstance(part.type, ArrayType | RecordType)
+                        else self._as_value(
+                            f"e->of.{self.names.payloads[event.index]}.{self.names.field(part.name)}",
+                            part.type,
+                        )
+                        for part in event.fields
+                    ]  # fmt: skip
+                    with out.block(f"case {event.index}u: {{"):
+                        values = f"{{{', '.join(fields) or '0'}}}"
+                        out.line(f"const fsm_value values[] = {values};")
+                        out.line(f"fsm_note_sent({HEARD + event.index}u, {len(fields)}u, values);")
+                        out.line("break;")
+                out.lines(["default:", "    break;"])
+        out.line()
+
+    @property
+    def _hears(self) -> bool:
+        return any(self._is_heard(event.index) for event in self.chart.events)
+
+    def _is_heard(self, event: int) -> bool:
+        wanted = self.built.number, HEARD + event
+        return any((link.source, link.port) == wanted for link in self.closed.system.event_links)
 
     def _operations(self) -> None:
         first = len(self.closed.system.machines[self.built.number].chart.events)

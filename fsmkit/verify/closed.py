@@ -9,9 +9,9 @@ timer only that it is armed counts. A machine stopped by a fault keeps configura
 file. Outputs reach the inputs they are wired to at once, here and after every step; events sent
 while starting reach the queues when all have started.
 
-**Steps.** One step is one macrostep of one machine, or the passing of time. While a machine of the
-environment has events in its queue, only such machines move: the plant answers at once. Else, each
-machine that runs can, by the order of SEMANTICS:
+**Steps.** One step is one macrostep of one machine, or the passing of time. While a monitor has
+events in its queue, only monitors move; else, while a machine of the environment has, only such
+machines: the plant answers at once. Else, each machine that runs can, by the order of SEMANTICS:
 
 * take eventless transitions that its inputs enable (*eventless*; then nothing else of this list),
 * or take the next event of its queue (*take*),
@@ -43,6 +43,7 @@ from fsmkit.diagnostics import fail
 from fsmkit.expressions import Storage, Value, Variable
 from fsmkit.model.chart import Chart, Event
 from fsmkit.model.document import Direction, Trigger
+from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.verify.alphabet import (
     COMBINED,
     Uses,
@@ -52,6 +53,7 @@ from fsmkit.verify.alphabet import (
     uses_of,
     values_of,
 )
+from fsmkit.verify.monitors import looking, with_monitors
 from fsmkit.verify.system import Machine, Possible, System
 from fsmkit.verify.walk import nodes
 
@@ -94,7 +96,8 @@ class Closed:
     @property
     def is_timeless(self) -> bool:
         """Whether there is no delay at all: then what never comes to rest need not stop time."""
-        return unit_of(self.system) == 0
+        others = tuple(m for m in self.system.machines if not m.is_monitor)
+        return unit_of(replace(self.system, machines=others)) == 0
 
     @property
     def is_open(self) -> bool:
@@ -113,7 +116,8 @@ def close(
 
     Without delays ``zones`` makes no difference.
     """
-    charts = tuple(without_spontaneous(machine.chart) for machine in system.machines)
+    system = with_monitors(system)
+    charts = tuple(_explored(machine) for machine in system.machines)
     uses = tuple(uses_of(chart) for chart in charts)
     samples: list[str] = []
     results = tuple(
@@ -158,6 +162,12 @@ def unit_of(system: System) -> int:
         )
     delays = [d for machine in system.machines for d in delays_of(machine.chart)]
     return gcd(*(1 if delay is None else delay for delay in delays)) if delays else 0
+
+
+def _explored(machine: Machine) -> Chart:
+    """Return the chart of a machine as it is explored."""
+    chart = without_spontaneous(machine.chart)
+    return looking(chart) if machine.is_monitor and index_of(chart).samples_inputs else chart
 
 
 def without_spontaneous(chart: Chart) -> Chart:

@@ -142,7 +142,8 @@ class _Connector:
             known = [e.name for e in chart.events if Direction.IN in e.directions]
             self._not_there(machine, target.name, "enters", known, chart)
             return
-        arguments = self._arguments(sent, chart.events[index].fields, source, target)
+        wanted = chart.events[index].fields
+        arguments = arguments_of(sent, wanted, source.name, target.name, self.findings)
         if arguments is None:
             return
         key = (source.machine, port, target.machine, index)
@@ -161,37 +162,6 @@ class _Connector:
             )
             return
         self.manners[key] = manner
-
-    def _arguments(
-        self, sent: tuple[Field, ...], wanted: tuple[Field, ...], source: _End, target: _End
-    ) -> tuple[int, ...] | None:
-        """Match the fields of the receiver with those sent: by name, else by position."""
-        names = [part.name for part in sent]
-        if all(part.name in names for part in wanted):
-            places = [names.index(part.name) for part in wanted]
-        elif len(sent) == len(wanted):
-            places = list(range(len(sent)))
-        else:
-            self.findings.add(
-                "connection-mismatch",
-                f"`{target.name}` carries {_shown(wanted)}, "
-                f"but `{source.name}` gives {_shown(sent)}",
-                target.name,
-                help="give both the same fields",
-            )
-            return None
-        for place, part in zip(places, wanted, strict=True):
-            reason = misfit(sent[place].type, part.type)
-            if reason is not None:
-                self.findings.add(
-                    "connection-mismatch",
-                    f"`{sent[place].name}` of `{source.name}` does not fit `{part.name}` of "
-                    f"`{target.name}`: {reason}",
-                    target.name,
-                    help="give both ends types of which the sender's fits the receiver's",
-                )
-                return None
-        return tuple(places)
 
     def _value(self, source: _End, target: _End, text: Text) -> None:
         writer, reader = self.machines[source.machine], self.machines[target.machine]
@@ -226,6 +196,41 @@ class _Connector:
         )
 
 
+def arguments_of(
+    sent: tuple[Field, ...],
+    wanted: tuple[Field, ...],
+    source: Text,
+    target: Text,
+    findings: Findings,
+) -> tuple[int, ...] | None:
+    """Match the fields of the receiver with those sent: by name, else by position."""
+    names = [part.name for part in sent]
+    if all(part.name in names for part in wanted):
+        places = [names.index(part.name) for part in wanted]
+    elif len(sent) == len(wanted):
+        places = list(range(len(sent)))
+    else:
+        findings.add(
+            "connection-mismatch",
+            f"`{target}` carries {_shown(wanted)}, but `{source}` gives {_shown(sent)}",
+            target,
+            help="give both the same fields",
+        )
+        return None
+    for place, part in zip(places, wanted, strict=True):
+        reason = misfit(sent[place].type, part.type)
+        if reason is not None:
+            findings.add(
+                "connection-mismatch",
+                f"`{sent[place].name}` of `{source}` does not fit `{part.name}` of "
+                f"`{target}`: {reason}",
+                target,
+                help="give both ends types of which the sender's fits the receiver's",
+            )
+            return None
+    return tuple(places)
+
+
 def connect(
     node: Node | None,
     machines: tuple[Machine, ...],
@@ -241,7 +246,7 @@ def connect(
             connector.connect(one, DIRECT if found is None else found[1])
     channels, events = _channelled(connector)
     inputs = tuple(link for link, _ in connector.inputs.values())
-    _tell_unconnected(machines, events, inputs, possible, findings)
+    tell_unconnected(machines, events, inputs, possible, findings)
     return Links(events, inputs, channels)
 
 
@@ -316,13 +321,14 @@ def _shown(fields: tuple[Field, ...]) -> str:
     return "(" + ", ".join(f"{part.name} {part.type}" for part in fields) + ")"
 
 
-def _tell_unconnected(
+def tell_unconnected(
     machines: tuple[Machine, ...],
     events: tuple[EventLink, ...],
     inputs: tuple[InputLink, ...],
     possible: Sequence[Possible],
     findings: Findings,
 ) -> None:
+    """Tell what is connected to nothing; targets are places among ``machines``."""
     fed = {(link.target, link.input) for link in inputs}
     come = {(link.target, link.event) for link in events}
     come |= {(what.machine, what.event) for what in possible}

@@ -56,6 +56,7 @@ class GlobalSteps:
         self._numbers: list[dict[Snapshot, int]] = [{} for _ in closed.charts]
         self._first_marks = [first_mark(closed, m) for m in range(self._count)]
         self._environment = [m.environment for m in closed.system.machines]
+        self._monitors = [m.is_monitor for m in closed.system.machines]
 
     # --- local states --------------------------------------------------------------------------
 
@@ -166,11 +167,11 @@ class GlobalSteps:
     def successors(self, state: State) -> Iterator[Edge]:
         """Yield the steps of a state."""
         found = [self._locals[machine][number] for machine, number in enumerate(state)]
-        answering = [
-            is_environment and local.view.waiting > 0
-            for is_environment, local in zip(self._environment, found, strict=True)
-        ]
+        waiting = [local.view.waiting > 0 for local in found]
+        watching = [m and w for m, w in zip(self._monitors, waiting, strict=True)]
+        answering = [e and w for e, w in zip(self._environment, waiting, strict=True)]
         answers = any(answering)
+        answering = watching if any(watching) else answering
         is_open = not answers and sum(local.view.waiting for local in found) <= PATIENCE
         for machine, number in enumerate(state):
             if answers and not answering[machine]:

@@ -174,6 +174,13 @@ def read_machines(
     return tuple(found)
 
 
+def read_machine(name: Text, node: Node, folder: Path, findings: Findings) -> Machine | None:
+    """Read one machine, given as its chart or with constants for it."""
+    reader = _Reader(folder, {}, findings)
+    wanted = reader._wanted(node)  # noqa: SLF001  (the same module)
+    return None if wanted is None else reader._machine(name, name.value, wanted, {})  # noqa: SLF001
+
+
 def _demand_new(machine: Machine, name: Text, found: list[Machine], findings: Findings) -> None:
     array = machine.name if machine.place is None else machine.place[0]
     for other in found:

@@ -142,7 +142,10 @@ class Oracle(GlobalSteps):
 
     def _is_deadlock(self, state: State) -> bool:
         found = [self._locals[machine][number] for machine, number in enumerate(state)]
-        if any(local.view.awaited or local.view.waiting for local in found):
+        if any(local.view.waiting for local in found):
+            return False
+        watched = [local for m, local in zip(self._monitors, found, strict=True) if not m]
+        if any(local.view.awaited for local in watched):
             return False
         for machine, number in enumerate(state):
             self._own(machine, number)

@@ -15,6 +15,7 @@ from fsmkit.loading import read_bytes
 from fsmkit.verify.connections import connect
 from fsmkit.verify.indices import unquantified
 from fsmkit.verify.machines import read_machines
+from fsmkit.verify.monitors import demand_few, read_monitor
 from fsmkit.verify.properties import constants_of, read_condition, types_of
 from fsmkit.verify.shared import read_shared, shared_links
 from fsmkit.verify.surroundings import read_environment
@@ -23,6 +24,7 @@ from fsmkit.verify.system import (
     TEMPORAL,
     Condition,
     Machine,
+    Monitor,
     Property,
     PropertyKind,
     System,
@@ -30,6 +32,7 @@ from fsmkit.verify.system import (
 )
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
+    Mapping,
     Node,
     Scalar,
     Sequence,
@@ -107,7 +110,9 @@ def read_system(
     machines = read_shared(parts.get("shared"), machines, scope, findings)
     _demand_fixed_delays(machines, findings)
     links = connect(parts.get("connect"), machines, surroundings.possible, findings)
-    properties = tuple(_properties(parts.get("properties"), machines, findings))
+    monitors: list[Monitor] = []
+    properties = tuple(_properties(parts.get("properties"), machines, folder, monitors, findings))
+    demand_few(tuple(monitors), len(machines) + len(links.machines), findings)
     return System(
         name.value,
         (*machines, *links.machines),
@@ -117,6 +122,7 @@ def read_system(
         (*properties, *state_invariants(machines)),
         replaced=tuple((name, str(file)) for name, file in replacing.items()),
         source=source,
+        monitors=tuple(monitors),
     )
 
 
@@ -146,10 +152,23 @@ def _refuse_what_is_not_there_yet(parts: dict[str, Node], findings: Findings) ->
 
 
 def _properties(
-    node: Node | None, machines: tuple[Machine, ...], findings: Findings
+    node: Node | None,
+    machines: tuple[Machine, ...],
+    folder: Path,
+    monitors: list[Monitor],
+    findings: Findings,
 ) -> Iterable[Property]:
+    """Yield the properties; those that are monitors also go to ``monitors``."""
     mapping = None if node is None else demand_mapping(node, "`properties`", findings)
     for name, value in mapping.entries if mapping is not None else ():
+        kind = PropertyKind.MONITOR
+        if isinstance(value, Mapping) and any(key.value == kind.value for key, _ in value.entries):
+            monitor = read_monitor(name, value, machines, folder, findings)
+            if monitor is not None:
+                monitors.append(monitor)
+                text = f"`{monitor.machine.chart.name}` never comes to `error`"
+                yield Property(name.value, kind, text, span=name.span)
+            continue
         found = _property(name, value, machines, findings)
         if found is not None:
             yield found

@@ -201,10 +201,13 @@ def with_slot(slot: Slot, data: tuple[Value, ...], value: Value) -> tuple[Value,
 
 
 def written_value(machine: Machine, chart: Chart, data: tuple[Value, ...], number: int) -> Value:
-    """Return what a wire takes: an output, or after them a shared variable."""
+    """Return what a wire takes: an output, after them a shared variable, then any of the data."""
     if number < len(chart.outputs):
         return data[len(chart.data) + number]
-    return slot_value(machine.shared[number - len(chart.outputs)], data)
+    number -= len(chart.outputs)
+    if number >= len(machine.shared):
+        return data[number - len(machine.shared)]
+    return slot_value(machine.shared[number], data)
 
 
 def driven(machine: Machine, snapshot: Snapshot, number: int, value: Value) -> Snapshot:

@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import assert_never
 
-from fsmkit.model.chart import OPEN_ENDED, Chart
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.expressions import Value
+from fsmkit.model.chart import OPEN_ENDED
 from fsmkit.runtime.interpreter.macrostep import initial, start, step
 from fsmkit.runtime.interpreter.run import (
     has_room,
@@ -37,6 +37,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Unhandled,
 )
 from fsmkit.verify.closed import Closed
+from fsmkit.verify.monitors import look_event
 from fsmkit.verify.moves import (
     FAULT,
     FULL,
@@ -51,8 +52,9 @@ from fsmkit.verify.moves import (
     View,
     Who,
 )
-from fsmkit.verify.shared import driven, kept_at_start, reads_shared, written_value
-from fsmkit.verify.system import Machine, asked_events
+from fsmkit.verify.readiness import resting, tries_eventless
+from fsmkit.verify.shared import driven, kept_at_start, written_value
+from fsmkit.verify.system import HEARD, asked_events
 
 
 @dataclass(slots=True)
@@ -77,7 +79,7 @@ class LocalSteps:
             for machine in range(len(self.charts))
         )
         self.coverage = tuple(Coverage(set(), set()) for _ in self.charts)
-        self._rests = tuple(map(resting, self.charts))
+        self._rests = tuple(map(resting, self.charts, self.machines))
         self._samples_inputs = tuple(map(tries_eventless, self.machines, self.charts))
         self._ports = tuple(
             {o.name: len(chart.events) + n for n, o in enumerate(machine.chart.operations)}
@@ -86,7 +88,7 @@ class LocalSteps:
         asked = asked_events(closed.system.properties)
         self._asked = tuple({e for m, e in asked if m == n} for n in range(len(self.charts)))
         self._noted = tuple(
-            {event.index for event in machine.chart.events if event.directions}
+            {e.index for e in machine.chart.events if e.directions and not machine.is_monitor}
             for machine in closed.system.machines
         )
 
@@ -159,11 +161,21 @@ class LocalSteps:
         """Return a machine after a message has come, and whether its queue was full."""
         if message.event is None:
             target = self.machines[message.target]
-            return driven(target, snapshot, message.input, message.value), False
+            given = driven(target, snapshot, message.input, message.value)
+            return self._with_look(message.target, given) if given != snapshot else given, False
         if not snapshot.running:
             return snapshot, False
         after = post(self.charts[message.target], snapshot, message.event)
         return (snapshot, True) if after is None else (after, False)
+
+    def _with_look(self, machine: int, snapshot: Snapshot) -> Snapshot:
+        """Return a monitor whose inputs have changed, about to look at them."""
+        look = look_event(self.charts[machine])
+        waits = any(occurrence.event == look for occurrence in snapshot.queue)
+        if look is None or waits or not snapshot.running:
+            return snapshot
+        after = post(self.charts[machine], snapshot, Occurrence(look))
+        return snapshot if after is None else after
 
     # --- one step ------------------------------------------------------------------------------
 
@@ -267,7 +279,9 @@ class LocalSteps:
         return found
 
     def _sent(self, machine: int, done: Macrostep) -> list[Message]:
-        found = []
+        found: list[Message] = []
+        if isinstance(done.event, Occurrence):
+            found += self._messages(machine, HEARD + done.event.event, done.event.payload)
         for effect in done.effects:
             match effect:
                 case Emitted(Occurrence(event, payload)):
@@ -276,11 +290,14 @@ class LocalSteps:
                     port, values = self._ports[machine][operation], arguments
                 case _:
                     continue
-            for link in self.closed.system.event_links:
-                if link.source == machine and link.port == port:
-                    occurrence = Occurrence(link.event, tuple(values[n] for n in link.arguments))
-                    found.append(Message(link.target, occurrence))
+            found += self._messages(machine, port, values)
         return found
+
+    def _messages(self, machine: int, port: int, values: tuple[Value, ...]) -> Iterator[Message]:
+        for link in self.closed.system.event_links:
+            if link.source == machine and link.port == port:
+                occurrence = Occurrence(link.event, tuple(values[n] for n in link.arguments))
+                yield Message(link.target, occurrence)
 
     def _notes(self, machine: int, what: Step, done: Macrostep) -> tuple[int, ...]:
         found: dict[int, None] = {}
@@ -371,23 +388,5 @@ def _untimed_order(timer: Timer) -> tuple[int, int, str]:
             assert_never(timer.what)
 
 
-def tries_eventless(machine: Machine, chart: Chart) -> bool:
-    """Whether an eventless guard reads what others change, so that a change matters at once."""
-    return index_of(chart).samples_inputs or reads_shared(
-        machine, [t.guard for t in chart.transitions if t.trigger is Trigger.EVENTLESS]
-    )
-
-
 def _took(done: Macrostep | None) -> bool:
     return done is not None and any(small.transitions for small in done.microsteps)
-
-
-def resting(chart: Chart) -> frozenset[int]:
-    """Return the leaves where a machine may wait for ever: marked, in a marked one, or final."""
-    return frozenset(
-        state.index
-        for state in chart.states
-        if state.kind is Kind.FINAL
-        or state.rest
-        or any(chart.states[a].rest for a in chart.ancestors(state.index))
-    )

@@ -1,7 +1,8 @@
 """A system: machines, the wires between them, what surrounds them, and what must hold of them.
 
 Machines are numbered in the order of the file, properties likewise. A *port* of a machine is where
-something leaves it: an event (its index in the chart) or an operation (after all events).
+something leaves it: an event (its index in the chart) or an operation (after all events); from
+`HEARD` on, an event that the machine is handed, for monitors.
 """
 
 from __future__ import annotations
@@ -12,6 +13,9 @@ from enum import Enum
 from fsmkit.diagnostics import Source, Span
 from fsmkit.expressions import BOOL, Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Value
 from fsmkit.model.chart import Chart
+
+HEARD = 1 << 16
+"""The port of a machine by which monitors hear of its first event, whenever it occurs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +47,8 @@ class Machine:
     shared: tuple[Slot, ...] = ()
     is_channel: bool = False
     """This is a connection that holds or loses messages (see `verify.links`)."""
+    is_monitor: bool = False
+    """It only watches the others, and moves before them (see `verify.monitors`)."""
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
@@ -64,7 +70,8 @@ class EventLink:
 class InputLink:
     """From an output (by index) to an input (by index), copied after each step of the writer.
 
-    After the outputs, and after the inputs, a machine's ``shared`` variables are counted.
+    After the outputs, and after the inputs, a machine's ``shared`` variables are counted; where
+    monitors read, then all its data.
     """
 
     source: int
@@ -102,7 +109,12 @@ class PropertyKind(Enum):
     MONITOR = "monitor"
 
 
-JUDGED_AT_STATES = {PropertyKind.INVARIANT, PropertyKind.NEVER, PropertyKind.REACHABLE}
+JUDGED_AT_STATES = {
+    PropertyKind.INVARIANT,
+    PropertyKind.NEVER,
+    PropertyKind.REACHABLE,
+    PropertyKind.MONITOR,
+}
 """Those that are decided by whether a state is ever marked."""
 TEMPORAL = {PropertyKind.RECOVERABLE, PropertyKind.LEADS_TO, PropertyKind.WITHIN}
 """Those that are decided over the graph; the states where their conditions hold are marked."""
@@ -191,6 +203,16 @@ def goal_place(properties: tuple[Property, ...], index: int) -> int:
     return len(properties) + sum(p.goal is not None for p in properties[:index])
 
 
+@dataclass(frozen=True, slots=True)
+class Monitor:
+    """A machine that watches for a property, and its wires; `verify.monitors` gives it a number."""
+
+    property: str
+    machine: Machine
+    event_links: tuple[EventLink, ...] = ()
+    input_links: tuple[InputLink, ...] = ()
+
+
 @dataclass(frozen=True)
 class System:
     """Charts, closed. ``is_open``: one chart alone, to which everything may come from outside."""
@@ -204,6 +226,8 @@ class System:
     is_open: bool = False
     replaced: tuple[tuple[str, str], ...] = ()
     """Machines that run another chart than the file says, with the path of that chart."""
+    monitors: tuple[Monitor, ...] = ()
+    """Those that are no machines yet: nothing but an exploration has any use for them."""
     source: Source | None = field(default=None, compare=False, repr=False)
 
 

@@ -21,8 +21,8 @@ from fsmkit.runtime.interpreter.snapshot import (
     Snapshot,
 )
 from fsmkit.runtime.values import from_python, to_python
+from fsmkit.verify.readiness import tries_eventless
 from fsmkit.verify.shared import driven, kept_at_start, written_value
-from fsmkit.verify.steps import tries_eventless
 from fsmkit.verify.system import System
 
 Answer = Callable[[tuple[Value, ...]], Value]

@@ -10,9 +10,11 @@ from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.model.chart import State, Transition
 from fsmkit.model.document import Trigger
 from fsmkit.runtime.clock import duration_text
+from fsmkit.verify.alphabet import delays_of
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.exploration import DEADLOCK, Answer, End, Exploration, Mark, first_mark
+from fsmkit.verify.monitors import errors_of
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
 from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
 
@@ -168,6 +170,9 @@ class _Judge:
         if property_.is_of_steps and self.closed.zones:
             reason = "`occurs` is not judged by zones; try `--time discrete` or `--time untimed`"
             return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        doubt = self._doubt_of_monitor(index, property_)
+        if doubt:
+            return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
         mark = self.found.mark(1 + index)
         if kind is PropertyKind.REACHABLE:
             if mark is not None:
@@ -180,6 +185,21 @@ class _Judge:
         if mark is None:
             return self._absent(name, kind, text, span)
         return Result(name, kind, text, Verdict.VIOLATED, trace=self._seen(mark), span=span)
+
+    def _doubt_of_monitor(self, index: int, property_: Property) -> str:
+        """Return why nothing can be told of a monitor; empty if it can, or it is none."""
+        if property_.kind is not PropertyKind.MONITOR:
+            return ""
+        number = property_.atoms[0][1].machine
+        first = first_mark(self.closed, number)
+        if self.found.mark(first + FULL) is not None:
+            return "its queue can overflow: it does not see everything"
+        if self.found.mark(first + FAULT) is not None:
+            return "it can stop with a fault"
+        timed = self.closed.untimed and any(d != 0 for d in delays_of(self.closed.charts[number]))
+        if timed and self.found.mark(1 + index) is not None:
+            return "its timeouts come at any time when untimed"
+        return ""
 
     def _temporal(self, index: int, property_: Property) -> Result:
         """Return the verdict on what the graph decides; of a part of the graph there is none."""
@@ -338,8 +358,9 @@ class _Judge:
 def _never_entered(closed: Closed, found: Exploration, machine: int) -> Iterator[State]:
     """Yield the outermost states that are never entered."""
     chart, entered = closed.system.machines[machine].chart, found.machines[machine].states
+    hoped = errors_of(closed.system.machines[machine])
     for state in chart.states[1:]:
-        if state.is_history or state.index in entered:
+        if state.is_history or state.index in entered or state.index in hoped:
             continue
         if not state.parent or state.parent in entered:
             yield state
@@ -348,10 +369,12 @@ def _never_entered(closed: Closed, found: Exploration, machine: int) -> Iterator
 def _never_taken(closed: Closed, found: Exploration, machine: int) -> Iterator[Transition]:
     """Yield the transitions that are never taken though their source is entered."""
     chart, figures = closed.system.machines[machine].chart, found.machines[machine]
+    hoped = errors_of(closed.system.machines[machine])
     for transition in chart.transitions:
         reachable = not transition.source or transition.source in figures.states
         expected = transition.trigger is not Trigger.INITIAL and not closed.is_silent(
             machine, transition.index
         )
+        expected = expected and not hoped & {transition.source, *transition.targets}
         if reachable and expected and transition.index not in figures.transitions:
             yield transition

@@ -115,18 +115,17 @@ def test_machines_of_an_array_run_other_charts_when_replaced(tmp_path: Path) -> 
         assert [m.chart.name for m in system.machines] == charts
 
 
-def test_what_is_not_explored_yet_is_undecided(load: Load) -> None:
+def test_all_kinds_of_properties_are_explored(load: Load) -> None:
     text = (
         DRIVE
         + """
   L1: {leads_to: [driver.In(moving), driver.In(done)]}
   T1: {within: [driver.In(moving), 1100ms, driver.In(done)]}
   O: {never: occurs(driver.pause) and axis.at_end}
-  M: {monitor: watcher.yaml}
 """
     )
     system = load(**{**SYSTEMS["drive"], "drive": text})
-    assert [bool(p.unexplored) for p in system.properties] == [False] * 7 + [True]
+    assert [bool(p.unexplored) for p in system.properties] == [False] * 7
 
 
 @pytest.mark.parametrize(

@@ -140,7 +140,7 @@ static bool is_deadlock(fsm_composition *c, const uint32_t *locals)
     bool all_rest = true;
     for (uint32_t i = 0; i < c->system->machine_count; i++) {
         const fsm_view *view = &fsm_info(c, i, locals[i])->view;
-        if (view->waiting > 0 || view->awaited > 0)
+        if (view->waiting > 0 || (view->awaited > 0 && !c->system->machines[i]->monitor))
             return false;
     }
     for (uint32_t i = 0; i < c->system->machine_count; i++) {

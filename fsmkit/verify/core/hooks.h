@@ -13,7 +13,7 @@
     (fsm_note_budget(FSM_MICROSTEPS_LEFT(m)), fsm_note_entered((uint32_t)(state)))
 #define FSM_HOOK_EVENT(m, what, e)                                                                 \
     ((what) == FSM_UNHANDLED ? fsm_note_unhandled((uint32_t)(e)->event - 1u)                       \
-     : (what) == FSM_TAKEN   ? fsm_note_occurs((uint32_t)(e)->event - 1u)                          \
+     : (what) == FSM_TAKEN   ? fsm_note_occurs((uint32_t)(e)->event - 1u, e)                          \
                              : (void)0)
 #define FSM_HOOK_TEXT(m, what, text, number)                                                       \
     ((what) == FSM_FULL ? fsm_note_text(FSM_NOTE_FULL, "full", text)                               \

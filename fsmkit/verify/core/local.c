@@ -302,6 +302,7 @@ static void listen_to(const fsm_composition *self, uint32_t machine)
     fsm_recording.states_seen = self->states_seen[machine];
     fsm_recording.transitions_seen = self->transitions_seen[machine];
     fsm_recording.asked = self->system->machines[machine]->asked;
+    fsm_recording.hear = self->system->machines[machine]->hear;
     fsm_recording.event_count = self->system->machines[machine]->event_count;
     fsm_recording.noted = self->system->machines[machine]->noted;
 }

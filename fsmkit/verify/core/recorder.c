@@ -91,10 +91,12 @@ void fsm_note_unhandled(uint32_t event)
         fsm_note_mark(FSM_NOTE_UNHANDLED + event);
 }
 
-void fsm_note_occurs(uint32_t event)
+void fsm_note_occurs(uint32_t number, const void *event)
 {
-    if (fsm_recording.asked != NULL && fsm_recording.asked[event] != 0)
-        fsm_note_mark(FSM_NOTE_UNHANDLED + fsm_recording.event_count + event);
+    if (fsm_recording.asked != NULL && fsm_recording.asked[number] != 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + fsm_recording.event_count + number);
+    if (fsm_recording.hear != NULL)
+        fsm_recording.hear(event);
 }
 
 void fsm_note_text(uint32_t note, const char *what, const char *text)

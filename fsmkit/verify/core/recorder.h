@@ -37,6 +37,7 @@ typedef struct {
     unsigned char *states_seen, *transitions_seen; /* of the machine at hand; coverage of the whole run */
     const char *too_much;    /* a bound above was passed */
     bool tracing;            /* print what happens */
+    void (*hear)(const void *event); /* of the machine at hand: tells monitors of it; may be NULL */
     void (*begin)(void *m);  /* of the machine that starts: puts its shared data back; may be NULL */
 } fsm_recorder;
 
@@ -56,7 +57,7 @@ void fsm_note_mark(uint32_t note);
 void fsm_note_taken(uint32_t transition);
 void fsm_note_entered(uint32_t state);
 void fsm_note_unhandled(uint32_t event);
-void fsm_note_occurs(uint32_t event);
+void fsm_note_occurs(uint32_t number, const void *event);
 void fsm_note_text(uint32_t note, const char *what, const char *text);
 void fsm_note_budget(uint32_t left);
 void fsm_note_line(const char *what, uint32_t number);

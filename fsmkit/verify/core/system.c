@@ -146,7 +146,8 @@ static fsm_summary look(const fsm_tree *tree, fsm_state state)
     const fsm_summary *right = &fsm_node_at(tree->root_right, fsm_right(state))->summary;
     left.waiting += right->waiting;
     left.awaited += right->awaited;
-    left.answering = left.answering || right->answering;
+    left.ticking = left.ticking || right->ticking;
+    left.first = left.first < right->first ? left.first : right->first;
     left.faulted = left.faulted || right->faulted;
     left.at_rest = left.at_rest && right->at_rest;
     return left;
@@ -203,9 +204,9 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     fsm_composition *c = context;
     fsm_tree *tree = c->tree;
     fsm_summary seen = look(tree, state);
-    bool is_open = !seen.answering && seen.waiting <= c->system->patience;
+    bool is_open = seen.first == FSM_OWN && seen.waiting <= c->system->patience;
     moves_of_both own, open = {0};
-    if (!part_moves(tree, state, seen.answering ? FSM_ANSWERS : FSM_OWN, &own)
+    if (!part_moves(tree, state, seen.first, &own)
         || (is_open && !part_moves(tree, state, FSM_OPEN, &open)))
         return false;
     bool busy = own.left->busy || own.right->busy;
@@ -216,7 +217,7 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     bool owed = own.left->owed || own.right->owed || (is_open && (open.left->owed || open.right->owed));
     steps->deadlock = !c->system->open && seen.waiting == 0 && seen.awaited == 0 && !seen.faulted
         && !busy && !owed && !seen.at_rest;
-    return (busy || seen.awaited == 0 || c->system->unit == 0 || pass_time(tree, state, steps))
+    return (busy || !seen.ticking || c->system->unit == 0 || pass_time(tree, state, steps))
         && (c->system->asked_count == 0 || judge_steps(c, steps, 0));
 }
 
@@ -224,10 +225,11 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
 static bool describe(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what)
 {
     fsm_tree *tree = self->tree;
-    fsm_part parts[2] = {look(tree, state).answering ? FSM_ANSWERS : FSM_OWN, FSM_OPEN};
+    fsm_summary seen = look(tree, state);
+    fsm_part parts[2] = {seen.first, FSM_OPEN};
     for (int i = 0; i < 2; i++) {
         moves_of_both moves;
-        if (i == 1 && (look(tree, state).answering || look(tree, state).waiting > self->system->patience))
+        if (i == 1 && (seen.first != FSM_OWN || seen.waiting > self->system->patience))
             break;
         if (!part_moves(tree, state, parts[i], &moves))
             return false;

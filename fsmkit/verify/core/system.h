@@ -5,7 +5,8 @@
  * to groups (tree.c). So the machines run seldom, and the search is look-ups.
  *
  * The steps of a global state, in this order:
- *   while a machine of the environment has an event waiting, only such machines move;
+ *   while a monitor has an event waiting, only monitors move;
+ *   else, while a machine of the environment has, only such machines move;
  *   else each machine in turn: an eventless transition that its inputs enable; else the next event of
  *   its queue; else a timer that is due (untimed: any armed one), and spontaneous transitions;
  *   then what may happen to each machine, while at most `patience` events wait in all queues;
@@ -34,9 +35,11 @@ typedef struct {
     const char *name;
     size_t size;
     bool environment;
+    bool monitor; /* one of the environment that only watches: it moves first, and nothing waits for it */
     uint32_t state_count, transition_count, event_count;
     const unsigned char *noted; /* which events are worth a mark when nobody answers them */
     const unsigned char *asked; /* which events some property asks of whether they occur; NULL: none */
+    void (*hear)(const void *event); /* notes an event that was taken, for monitors; NULL: none watches */
     uint32_t microsteps; /* the bound of a macrostep */
     size_t configuration_size;
     void (*init)(void *m);

@@ -93,16 +93,19 @@ static bool deliver(move *self, uint32_t message)
 /* What all machines together show of a discrete part. */
 typedef struct {
     bool answering; /* a machine of the environment has an event waiting */
+    bool watching;  /* a monitor has */
     uint32_t waiting;
 } overview;
 
 static overview look(const fsm_timed *self, const uint32_t *tuple)
 {
-    overview seen = {false, 0};
+    overview seen = {false, false, 0};
     for (uint32_t i = 0; i < fsm_timed_machines(self); i++) {
         uint32_t waiting = view_of(self, tuple, i)->waiting;
+        const fsm_machine *m = self->composition->system->machines[i];
         seen.waiting += waiting;
-        seen.answering = seen.answering || (self->composition->system->machines[i]->environment && waiting > 0);
+        seen.answering = seen.answering || (m->environment && waiting > 0);
+        seen.watching = seen.watching || (m->monitor && waiting > 0);
     }
     return seen;
 }
@@ -306,7 +309,9 @@ bool fsm_timed_successors(fsm_timed *self, const uint32_t *tuple, const fsm_boun
     uint32_t clock = 1;
     for (uint32_t i = 0; i < system->machine_count; i++) {
         const fsm_view view = *view_of(self, tuple, i);
-        if (!seen.answering || (system->machines[i]->environment && view.waiting > 0)) {
+        const fsm_machine *first = system->machines[i];
+        bool answers = (seen.watching ? first->monitor : first->environment) && view.waiting > 0;
+        if (!seen.answering || answers) {
             if (!fsm_know(c, i, tuple[i]) || (is_open && !fsm_know_open(c, i, tuple[i])))
                 return false;
             fsm_local_info info = *fsm_info(c, i, tuple[i]);

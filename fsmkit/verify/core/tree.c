@@ -172,7 +172,8 @@ static fsm_node_state *new_state(fsm_tree *self, fsm_node *node)
 static bool adopt(fsm_tree *self, fsm_node *node, uint32_t local)
 {
     fsm_composition *c = self->composition;
-    bool environment = c->system->machines[node->first]->environment;
+    const fsm_machine *m = c->system->machines[node->first];
+    fsm_part first = m->monitor ? FSM_WATCHES : m->environment ? FSM_ANSWERS : FSM_OWN;
     while (node->count <= local) {
         uint32_t number = node->count;
         fsm_node_state *state = new_state(self, node);
@@ -183,8 +184,8 @@ static bool adopt(fsm_tree *self, fsm_node *node, uint32_t local)
         fsm_view view = fsm_info(c, node->first, number)->view;
         *state = (fsm_node_state){.left = number, .elapsed = FSM_NONE};
         state->aspect = fsm_store_insert(&node->seen, self->seen, SIZE_MAX, NULL);
-        state->summary = (fsm_summary){view.waiting, view.awaited, environment && view.waiting > 0,
-                                       view.faulted, view.at_rest};
+        state->summary = (fsm_summary){view.waiting, m->monitor ? 0 : view.awaited, view.awaited > 0,
+                                       view.waiting > 0 ? first : FSM_OWN, view.faulted, view.at_rest};
         if (state->aspect == FSM_NONE)
             return out_of_memory(self);
     }
@@ -233,8 +234,9 @@ static uint32_t aspect_of(fsm_tree *self, fsm_node *node, uint32_t left, uint32_
 
 static fsm_summary both(fsm_summary a, fsm_summary b)
 {
-    return (fsm_summary){a.waiting + b.waiting, a.awaited + b.awaited, a.answering || b.answering,
-                         a.faulted || b.faulted, a.at_rest && b.at_rest};
+    return (fsm_summary){a.waiting + b.waiting, a.awaited + b.awaited, a.ticking || b.ticking,
+                         a.first < b.first ? a.first : b.first, a.faulted || b.faulted,
+                         a.at_rest && b.at_rest};
 }
 
 /* Number of a group's state; FSM_NONE if memory ran out. */
@@ -412,7 +414,7 @@ static bool machine_move(fsm_tree *self, fsm_node *node, const fsm_local_step *s
 static bool machine_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, fsm_moves **moves)
 {
     fsm_composition *c = self->composition;
-    if (part == FSM_ANSWERS && !fsm_node_at(node, state)->summary.answering)
+    if (part < FSM_OWN && fsm_node_at(node, state)->summary.first != part)
         return true;
     if (part == FSM_OPEN ? !fsm_know_open(c, node->first, state) : !fsm_know(c, node->first, state))
         return false;

@@ -10,9 +10,9 @@
 #include "composition.h"
 #include "lists.h"
 
-/* Which steps of a node: own ones of machines of the environment that have an event waiting, all own
- * ones, and what may happen to its machines. */
-typedef enum { FSM_ANSWERS, FSM_OWN, FSM_OPEN, FSM_PARTS } fsm_part;
+/* Which steps of a node: own ones of monitors, of machines of the environment that have an event
+ * waiting, all own ones, and what may happen to its machines. */
+typedef enum { FSM_WATCHES, FSM_ANSWERS, FSM_OWN, FSM_OPEN, FSM_PARTS } fsm_part;
 
 /* A step of a node: the state it leads to, messages for machines outside it (a list of messages), and
  * marks of the step (a list of marks). */
@@ -30,8 +30,9 @@ typedef struct {
 
 /* What is seen of a state of a node without asking for its steps. */
 typedef struct {
-    uint32_t waiting, awaited;
-    bool answering; /* a machine of the environment has an event waiting */
+    uint32_t waiting, awaited; /* events; timers, without those of monitors */
+    bool ticking;              /* there are timers, those of monitors among them */
+    fsm_part first;            /* whose steps come first: those of monitors, of the environment, or all */
     bool faulted, at_rest;
 } fsm_summary;
 
