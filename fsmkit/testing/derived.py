@@ -113,7 +113,10 @@ class _Deriver:
                 child.parent = main
             node.children = [main, *(c for c in node.children if c.kind is Kind.DEEP_HISTORY)]
             node.kind = Kind.PARALLEL
-        grower.add_to(node)
+        could_end = node.can_end
+        added = grower.add_to(node)
+        if could_end and not node.can_end:  # a transition on its done event would be an error
+            grower.end(added)
 
     # --- what the derived chart says --------------------------------------------------------
 

@@ -98,9 +98,13 @@ class Grower:
         else:
             self._fill_compound(node)
 
-    def add_to(self, node: Node) -> None:
-        """Add a child to a state that has some."""
-        self._add(node, Kind.COMPOUND if node.kind is Kind.PARALLEL else self._any(node))
+    def add_to(self, node: Node) -> Node:
+        """Add a child to a state that has some, and return it."""
+        return self._add(node, Kind.COMPOUND if node.kind is Kind.PARALLEL else self._any(node))
+
+    def end(self, region: Node) -> None:
+        """Give a region a final child."""
+        self._add(region, Kind.FINAL)
 
     def _add(self, parent: Node, kind: Kind) -> Node:
         self.made += 1
