@@ -12,13 +12,18 @@ from rich.progress import Progress, SpinnerColumn, TextColumn
 
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
+from fsmkit.composition.parts import named_charts
 from fsmkit.diagnostics import Diagnostic, Findings
+from fsmkit.model.chart import Chart
 from fsmkit.verify.counterexample import as_json
 from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.links import without_channels
 from fsmkit.verify.pictures import demand_notation, pictures
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.save import save
 from fsmkit.verify.show import summary
+from fsmkit.verify.suites import demand_language, suite, traces
+from fsmkit.verify.system import System
 from fsmkit.verify.verdict import Report, Result, Verdict
 
 EPILOG = """\b
@@ -103,6 +108,14 @@ def read_replacements(
     help="Draw each trace as a sequence diagram: svg, mmd or puml. Of several traces, each is in a "
     "file with the name of its property added. Can be repeated.",
 )
+@click.option(
+    "--save-test",
+    "tests",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Write all traces as one file of tests: py (a pytest, for interpreter and generated "
+    "Python) or c (a program for the generated C). Can be repeated.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path,
@@ -115,6 +128,7 @@ def command(
     replacing: Mapping[str, Path],
     save_trace: Path | None,
     drawings: tuple[Path, ...],
+    tests: tuple[Path, ...],
     as_json_document: bool,
 ) -> int:
     """Explore all that a chart or a system can do.
@@ -127,6 +141,8 @@ def command(
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     for path in drawings:
         demand_notation(path)
+    for path in tests:
+        demand_language(path)
     findings = Findings()
     system = load_any(file, findings, replacing)
     manner = Manner(
@@ -152,6 +168,11 @@ def command(
         found = check(system, findings, manner=manner, names=frozenset(names), progress=progress)
     saved = save(found, file, save_trace) if save_trace is not None else []
     made = {path: text for d in drawings for path, text in pictures(found, d).items()}
+    made |= {
+        path: suite(path, found.closed, paths, file, compiled_charts(system))
+        for path in tests
+        if (paths := traces(found))
+    }
     write_files(made)
     report(found.findings)
     if as_json_document:
@@ -163,6 +184,16 @@ def command(
         for path in made:
             out.print(f"wrote {escape(str(path))}", style="dim")
     return 0 if found.verdict is Verdict.HOLDS else 1
+
+
+def compiled_charts(system: System) -> tuple[Chart, ...]:
+    """Return the chart of each machine, named as `fsmkit compile` names its code."""
+    if system.is_open:
+        return tuple(machine.chart for machine in system.machines)
+    named = iter(named_charts(without_channels(system)))
+    return tuple(
+        machine.chart if machine.is_channel else next(named) for machine in system.machines
+    )
 
 
 def document(found: Report) -> Mapping[str, object]:

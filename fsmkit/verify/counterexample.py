@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from fsmkit.expressions import Field, Value
@@ -62,6 +62,9 @@ class TraceStep:
     deliveries: tuple[Delivery, ...] = ()
     checked: tuple[str, ...] = ()
     """What generated C must print for this step."""
+    step: Step | None = field(default=None, compare=False, repr=False)
+    done: Macrostep | None = field(default=None, compare=False, repr=False)
+    messages: tuple[Message, ...] = field(default=(), compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +128,7 @@ class Replay:
             local.settled(m, local.elapsed(m, s, step.ticks)) for m, s in enumerate(self._snapshots)
         ]
         self._ticks += step.ticks or self._closed.unit
-        return TraceStep(self._at, "", Action.ELAPSE, "time passes", (), (), (), ())
+        return TraceStep(self._at, "", Action.ELAPSE, "time passes", (), (), (), (), step=step)
 
     @property
     def _at(self) -> int | None:
@@ -164,6 +167,9 @@ class Replay:
             self._chosen(chart, done),
             tuple(self._delivery(message) for message in outcome.messages),
             (*checked_lines(chart, done), *checked_state(chart, outcome.after)),
+            step,
+            done,
+            outcome.messages,
         )
 
     def _chosen(self, chart: Chart, done: Macrostep) -> tuple[str, ...]:

@@ -9,9 +9,10 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.loading import load_with_findings
-from fsmkit.verify.closed import close
-from fsmkit.verify.counterexample import Replay
+from fsmkit.verify.closed import Closed, close
+from fsmkit.verify.counterexample import Replay, TraceStep
 from fsmkit.verify.moves import Action, Step
+from fsmkit.verify.python_again import in_python
 from fsmkit.verify.reader import is_system_file, load_system
 from fsmkit.verify.system import System, system_of
 
@@ -32,13 +33,24 @@ def load_any(path: Path, findings: Findings, replacing: Mapping[str, Path] | Non
     return system_of(load_with_findings(path, findings))
 
 
-def perform(recorded: Mapping[str, Any]) -> list[list[str]]:
+def perform(recorded: Mapping[str, Any], folder: Path = Path()) -> list[list[str]]:
     """Perform the steps of a saved trace in the interpreter; return the trace lines of each.
 
-    `ReplayError` if a step cannot be taken any more: the charts have changed.
+    Files are looked for in a folder. `ReplayError` if a step cannot be taken any more: the charts
+    have changed.
     """
-    replacing = {name: Path(file) for name, file in recorded.get("replaced", {}).items()}
-    system = load_any(Path(recorded["file"]), Findings(), replacing)
+    return [list(step.lines) for step in _performed(recorded, folder)[1]]
+
+
+def perform_in_python(recorded: Mapping[str, Any], folder: Path = Path()) -> list[list[str]]:
+    """Perform them in the generated Python; the line that tells the time of a step is left out."""
+    closed, steps = _performed(recorded, folder)
+    return in_python(closed, steps)
+
+
+def _performed(recorded: Mapping[str, Any], folder: Path) -> tuple[Closed, list[TraceStep]]:
+    replacing = {n: folder / file for n, file in recorded.get("replaced", {}).items()}
+    system = load_any(folder / recorded["file"], Findings(), replacing)
     closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])
     trail = tuple(
         tuple(
@@ -47,4 +59,4 @@ def perform(recorded: Mapping[str, Any]) -> list[list[str]]:
         )
         for steps in recorded["trail"]
     )
-    return [list(step.lines) for step in Replay(closed).write(trail)]
+    return closed, Replay(closed).write(trail)

@@ -68,11 +68,19 @@ def document(
 ) -> Mapping[str, object]:
     """Return a trace as one JSON document, from which it can be performed again."""
     return {
-        "file": str(source.resolve()),
-        "replaced": {n: str(Path(file).resolve()) for n, file in closed.system.replaced},
         "property": result.name,
         "verdict": result.verdict.value,
         "text": result.text,
+        **recorded(closed, trace, source),
+        "steps": as_json(trace),
+    }
+
+
+def recorded(closed: Closed, trace: Counterexample, source: Path) -> Mapping[str, object]:
+    """Return what is needed to perform a path again."""
+    return {
+        "file": str(source.resolve()),
+        "replaced": {n: str(Path(file).resolve()) for n, file in closed.system.replaced},
         "untimed": closed.untimed,
         "silent": closed.silent,
         "loop": trace.loop,
@@ -80,5 +88,4 @@ def document(
             [[s.action.value, s.machine, s.argument, list(s.choices), str(s.ticks)] for s in steps]
             for steps in trace.trail
         ],
-        "steps": as_json(trace),
     }
