@@ -6,6 +6,7 @@ from fsmkit.codegen.c.effects import can_fail
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.leaving import LeavePrinter, ungrouped
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.taking import TAKE_SINGLE
 from fsmkit.codegen.c.transfer import Place, copy, put_default
 from fsmkit.emit import Emitter
 from fsmkit.model.document import Kind
@@ -15,6 +16,13 @@ from fsmkit.plan.entries import entry_by_default
 
 class MovePrinter(LeavePrinter):
     """Prints the functions that change the configuration."""
+
+    take_text = TAKE_SINGLE
+    """The function that takes what was selected, in a chart of one region."""
+
+    def number(self, transition: int) -> int:
+        """Return the number by which a transition is taken; 0 is for none."""
+        return transition + 1
 
     # --- what one state does --------------------------------------------------------------
 

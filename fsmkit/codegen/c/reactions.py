@@ -102,7 +102,7 @@ class ReactionPrinter:
         """
         if self.names.form is Form.TABLES:
             verb = "take" if self.plan.is_single else "take_one"
-            return Step(act=(f"{self.prefix}_{verb}(m, {transition.index + 1}u);",))
+            return Step(act=(f"{self.prefix}_{verb}(m, {self._moves.number(transition.index)}u);",))
         move = self.plan.moves[transition.index]
         if move.is_static:
             return self._variant(transition, move.variants[0], leaf, is_alone=is_alone)

@@ -16,6 +16,7 @@ from fsmkit.codegen.c.names import Names, comment, file_name, sent_events
 from fsmkit.codegen.c.pruning import pruned
 from fsmkit.codegen.c.reactions import ReactionPrinter
 from fsmkit.codegen.c.selection import SelectionPrinter
+from fsmkit.codegen.c.small.plain import PlainPrinter, small_printer
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.codegen.c.steps import StepPrinter
 from fsmkit.codegen.c.taking import ADD, CONFLICTS, RESPOND, SELECTION
@@ -42,7 +43,7 @@ class SourcePrinter:
         self.guards = Emitter()
         self.selection = SelectionPrinter(names, content, self.guards)
         self.moves = (
-            SmallPrinter(names, content, self.selection)
+            small_printer(names, content, self.selection)
             if names.options.is_small
             else MovePrinter(names, content)
         )
@@ -179,6 +180,9 @@ class SourcePrinter:
         """Print leaving, acting and entering for transitions that may preempt each other."""
         out, moves, names = self.states, self.moves, self.names
         p = names.prefix
+        if isinstance(moves, PlainPrinter):
+            moves.print_general(out)
+            return
         if isinstance(moves, SmallPrinter):
             moves.print_moves(out)
         else:

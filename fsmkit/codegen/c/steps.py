@@ -37,7 +37,6 @@ from fsmkit.codegen.c.taking import (
     RESPOND_SINGLE,
     TAKE_MANY,
     TAKE_ONE,
-    TAKE_SINGLE,
 )
 from fsmkit.codegen.c.timeouts import TimeoutPrinter
 from fsmkit.emit import Emitter
@@ -193,7 +192,7 @@ class StepPrinter:
         preempts = Shapes(names.plan).is_general
         texts = [MAY_GO_ON] if names.does["eventless"] else []
         if reactions.shapes.is_general:
-            texts.append(TAKE_SINGLE if single else TAKE_MANY)
+            texts.append(self.moves.take_text if single else TAKE_MANY)
             if not single:
                 texts.append(TAKE_ONE)
         if reactions.shapes.eventless is Shape.ANY:

@@ -90,14 +90,47 @@ def test_what_is_done_does_not_say_where_it_leads(tmp_path: Path) -> None:
     assert text.count("to = 2u;") == 1  # the second way of state t on event a
 
 
+NESTED = """
+chart: Dense
+events: {in: [a, b]}
+data: {n: uint32 = 0}
+initial: s
+states:
+  s: {on: {"a b": {target: t, do: n += 1}}, after: {10ms: t}}
+  t:
+    initial: u
+    on: {b: s}
+    states:
+      u: {on: {a: [{if: n > 5, target: v}, {do: n += 1}]}, always: {if: n > 8, target: v}}
+      v: {on: {a: {if: n > 5, target: u}}}
+"""
+
+
+@pytest.mark.parametrize("text", [DENSE, NESTED], ids=["grid", "tables"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
-def test_a_grid_compiles_without_a_warning(
+def test_small_code_compiles_without_a_warning(
     tmp_path: Path,
     compiler: str,
+    text: str,
     compile_with: Callable[..., object],
     write: Callable[[Path, Mapping[str, str]], Path],
 ) -> None:
     path = tmp_path / "dense.yaml"
-    path.write_text(DENSE, encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
     write(tmp_path, generate_machine(load(path), None, Options(is_small=True)).files)
     compile_with(tmp_path, compiler, "-c", "dense.c")
+
+
+def test_one_region_needs_no_number_in_its_rows(tmp_path: Path) -> None:
+    """By hand: s asks for a and b, t for b, u for a twice and eventlessly, v for a."""
+    path = tmp_path / "dense.yaml"
+    path.write_text(NESTED, encoding="utf-8")
+    text = generate_machine(load(path), None, Options(is_small=True)).files["dense.c"]
+    names = ["row_event", "row_guard", "row_first"]
+    tables = {
+        n: text.partition(f"dense_{n}[")[2].partition("{")[2].partition("}")[0] for n in names
+    }
+    events, guards, first = (tables[n].replace("u", "").split() for n in names)
+    assert events[:2] == ["1,", "2,"]
+    assert [int(x[:-1]) for x in first] == [0, 0, 2, 3, 6, 7]
+    assert [int(x[:-1]) for x in guards] == [0, 0, 0, 1, 0, 2, 1]  # equal guards have one number

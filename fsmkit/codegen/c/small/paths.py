@@ -32,22 +32,25 @@ class Paths:
         """The code of each special step, by its lines in C."""
         self.restores = False
         """Whether one enters what a deep history recorded."""
-        self._known: dict[tuple[Op, ...], int] = {}
+        self._known: dict[tuple[int | None, tuple[Op, ...]], int] = {}
 
-    def add(self, ops: tuple[Op, ...]) -> int:
-        """Return where the path of operations begins; it may be an end of another."""
-        if ops not in self._known:
-            path = [*self._encoded(ops), 0]
+    def add(self, ops: tuple[Op, ...], until: int | None = None) -> int:
+        """Return where the path of operations begins; it may be an end of another.
+
+        ``until``: the place that stands before it, where paths have one.
+        """
+        if (until, ops) not in self._known:
+            path = [*([] if until is None else [until]), *self._encoded(ops), 0]
             ends = (at for at in range(len(self.codes)) if self.codes[at : at + len(path)] == path)
             at = next(ends, len(self.codes))
             if at == len(self.codes):
                 self.codes += path
-            self._known[ops] = at
-        return self._known[ops]
+            self._known[until, ops] = at
+        return self._known[until, ops]
 
-    def at(self, ops: tuple[Op, ...]) -> int:
+    def at(self, ops: tuple[Op, ...], until: int | None = None) -> int:
         """Return where a path begins that was added before the machine was printed."""
-        return self._known[ops]
+        return self._known[until, ops]
 
     def _encoded(self, ops: Sequence[Op]) -> list[int]:
         found: list[int] = []

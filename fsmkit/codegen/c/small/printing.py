@@ -46,6 +46,9 @@ class SmallPrinter(MovePrinter):
         self.places = Places(self.plan)
         self.paths = Paths(self, self.places)
         self.taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
+        self._add_paths()
+
+    def _add_paths(self) -> None:
         for transition in self.taken:
             for variant in self.plan.moves[transition.index].variants:
                 self.paths.add(variant.entry)
@@ -62,7 +65,7 @@ class SmallPrinter(MovePrinter):
                 elif isinstance(op, Content):
                     self.take_content(out, op.transition)
             return
-        out.line(f"{self.prefix}_enter_path(m, {self.paths.at(ops)}u);")
+        out.line(f"{self.prefix}_enter_path(m, {self._path_at(ops)}u);")
 
     def exit_call(self, state: int) -> str:
         """Return the call of what is done when a state is left."""
@@ -128,6 +131,7 @@ class SmallPrinter(MovePrinter):
             "ACTIVE": f"m->{self.names.regions[0]}",
             "REGIONS": str(len(self.plan.regions)),
             "PLACES": str(self.places.count),
+            "WALK": self._walk_from(),
             **parts,
         }
         out.lines(fill(self.names, text, **parts))
@@ -155,6 +159,13 @@ class SmallPrinter(MovePrinter):
                         out.line("break;")
                 out.lines(["default:", "    break;"])
         out.line()
+
+    def _path_at(self, ops: tuple[Op, ...]) -> int:
+        return self.paths.at(ops)
+
+    def _walk_from(self) -> str:
+        """Return the loop over what is on a path."""
+        return "for (; @_path_places[at] != 0u; at++)"
 
     def _walk(self, out: Emitter) -> None:
         p, specials = self.prefix, self.paths.specials

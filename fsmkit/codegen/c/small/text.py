@@ -65,21 +65,21 @@ static void @_enter_recorded(@ *m, uint16_t after, uint16_t last)
 """
 
 WALK_PLAIN = """
-static void @_enter_path(@ *m, uint16_t at)
+static void @_enter_path(@ *m, uint32_t at)
 {
-    for (; @_path_places[at] != 0u; at++)
+    $WALK
         @_enter_place(m, @_path_places[at]);
 }
 """
 
 WALK = """
-static void @_enter_path(@ *m, uint16_t at)
+static void @_enter_path(@ *m, uint32_t at)
 {
-    for (; @_path_places[at] != 0u; at++)
+    $WALK
         if (@_path_places[at] <= $PLACESu)
             @_enter_place(m, ($NUMBER)@_path_places[at]);
         else
-            at = (uint16_t)(at + @_path_step(m, @_path_places[at]));
+            at += @_path_step(m, @_path_places[at]);
 }
 """
 
@@ -88,10 +88,35 @@ FIND = """
 static uint16_t @_select_at(@ *m, $NUMBER place, uint16_t event)
 {
     for (; place != 0u; place = @_place_above[place])
-        for (uint16_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++)
+        for (uint32_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++)
             if (@_row_table[row][0] == event && @_guard_of(m, @_row_table[row][1]))
                 return @_row_table[row][1];
     return 0u;
+}
+"""
+
+FIND_PLAIN = """
+/* Appendix D, selectTransitions, for one atomic state: the row plus one. */
+static uint16_t @_select_at(@ *m, $NUMBER place, uint16_t event)
+{
+    for (; place != 0u; place = @_place_above[place])
+        for (uint32_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++)
+            if (@_row_event[row] == event && @_guard_of(m, @_row_guard[row]))
+                return (uint16_t)(row + 1u);
+    return 0u;
+}
+"""
+
+TAKE_PLAIN = """
+static void @_take(@ *m, uint16_t taken)
+{
+    if (taken == 0u$FAULTY)
+        return;
+    const uint32_t at = @_path_of[taken - 1u];
+    if (at != 0u)
+        @_leave_until(m, @_path_places[at], false);
+    @_act(m, taken);
+    @_enter_path(m, at);
 }
 """
 

@@ -1,0 +1,129 @@
+"""The tables of charts of one region without histories and deferral, which can be smaller.
+
+What is taken is a number by the row in which it is asked, so that rows need not say it; guards have
+numbers of their own; where a path begins stands what is left first.
+"""
+
+from __future__ import annotations
+
+from itertools import accumulate
+
+from fsmkit.codegen.c.content import ContentPrinter
+from fsmkit.codegen.c.leaving import ungrouped
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.selection import SelectionPrinter
+from fsmkit.codegen.c.small.printing import SmallPrinter
+from fsmkit.codegen.c.small.text import FIND_PLAIN, TAKE_PLAIN
+from fsmkit.emit import Emitter
+from fsmkit.plan import Op, Plan
+
+
+def is_plain(plan: Plan) -> bool:
+    """Whether a chart can have these tables."""
+    return plan.is_single and not any(s.is_history or s.defer for s in plan.chart.states)
+
+
+class PlainPrinter(SmallPrinter):
+    """Prints the tables and the functions."""
+
+    take_text = TAKE_PLAIN
+
+    def __init__(self, names: Names, content: ContentPrinter, selection: SelectionPrinter) -> None:
+        """Find all paths and all rows."""
+        super().__init__(names, content, selection)
+        self._rows_of = [self._rows(state) for state in self._states]
+        asked = [row for rows in self._rows_of for row in rows]
+        self._asked = [(event, self.chart.transitions[taken - 1]) for event, taken, _ in asked]
+        self._numbers: dict[int, list[int]] = {}
+        for number, (_, transition) in enumerate(self._asked, 1):
+            self._numbers.setdefault(transition.index, []).append(number)
+        others = [t for t in self.taken if t.index not in self._numbers]
+        for number, transition in enumerate(others, len(self._asked) + 1):
+            self._numbers[transition.index] = [number]
+        self._all = [*(t for _, t in self._asked), *others]
+        """By number, from that of 1."""
+
+    def _add_paths(self) -> None:
+        self.paths.codes += [0, 0]
+        for transition in self.taken:
+            (variant,) = self.plan.moves[transition.index].variants
+            if variant.domain is not None:
+                self.paths.add(variant.entry, self.places.place(variant.domain))
+        self.paths.add(self.plan.start, 0)
+
+    def number(self, transition: int) -> int:
+        """Return the first number of a transition."""
+        return self._numbers[transition][0]
+
+    def print_general(self, out: Emitter) -> None:
+        """Print where the paths of all transitions begin, and what these do."""
+        p, moves = self.prefix, self.plan.moves
+        begins = []
+        for transition in self._all:
+            (variant,) = moves[transition.index].variants
+            domain = variant.domain
+            place = None if domain is None else self.places.place(domain)
+            begins.append(0 if place is None else self.paths.at(variant.entry, place))
+        self._table(
+            out,
+            "path_of",
+            begins or [0],
+            "By number of what is taken: what it leaves, then its path; 0 for none.",
+        )
+        out.line(f"static void {p}_act({p} *m, uint16_t taken)")
+        with out.block("{"):
+            out.line("(void)m;")
+            with out.block("switch (taken) {"):
+                for index, numbers in self._numbers.items():
+                    transition = self.chart.transitions[index]
+                    what = self.selection.comment(transition)
+                    for number in numbers:
+                        out.line(f"case {number}u: /* {what} */")
+                    with out.indented():
+                        out.line(f"FSM_HOOK_TAKE(m, {index}u);")
+                        self.content.block(out, transition.content, transition.events, what)
+                        out.line("break;")
+                out.lines(["default:", "    break;"])
+        out.line()
+
+    def print_selection(self, out: Emitter) -> None:
+        """Print how transitions are selected."""
+        guards: dict[str, int] = {}
+        for _, transition in self._asked:
+            if transition.guard is not None:
+                guards.setdefault(self.selection.asked(transition), len(guards) + 1)
+        p = self.prefix
+        out.line(f"static bool {p}_guard_of({p} *m, uint16_t guard)")
+        with out.block("{"):
+            out.line("(void)m;")
+            with out.block("switch (guard) {"):
+                for text, number in guards.items():
+                    out.line(f"case {number}u:")
+                    out.line(f"    return {ungrouped(text)};")
+                out.lines(["default:", "    return true;"])
+        out.line()
+        numbers = [
+            0 if t.guard is None else guards[self.selection.asked(t)] for _, t in self._asked
+        ]
+        events = [event for event, _ in self._asked]
+        self._table(out, "row_event", events or [0], "By row: the event that is asked for.")
+        self._table(out, "row_guard", numbers or [0], "By row: the guard; 0 for none.")
+        first = [0, 0, *accumulate(map(len, self._rows_of))]
+        self._table(
+            out, "row_first", first, "By place: the first row of a state; the last are not one's."
+        )
+        self._fill(out, FIND_PLAIN)
+
+    def _path_at(self, ops: tuple[Op, ...]) -> int:
+        return self.paths.at(ops, 0)
+
+    def _walk_from(self) -> str:
+        return "while (@_path_places[++at] != 0u)"
+
+
+def small_printer(
+    names: Names, content: ContentPrinter, selection: SelectionPrinter
+) -> SmallPrinter:
+    """Return what prints the tables of a chart."""
+    kind = PlainPrinter if is_plain(names.plan) else SmallPrinter
+    return kind(names, content, selection)
