@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.plain import is_followed
+from fsmkit.codegen.python.plain import CALLING, is_followed
 from fsmkit.codegen.python.relations import samples_inputs
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
@@ -24,6 +24,8 @@ class Features:
     deferral: bool
     inputs: bool
     """Eventless transitions that are tried once in each `run`."""
+    calls: bool
+    """The host is called in steps, and may raise."""
     errors: bool
     """Errors that stop the machine where nothing answers them."""
     payload: bool
@@ -39,6 +41,7 @@ class Features:
             *([] if self.timers else [r"elif self\._is_due\(now\):"]),
             *([] if self.deferral else [r"if self\._is_deferred and may_defer:"]),
             *([] if self.inputs else [r"if self\.SAMPLES_INPUTS:"]),
+            *([] if self.calls else [r"except BaseException:"]),
             *([] if self.errors else [r"if event in self\.ERRORS:"]),
             *([] if self.payload else [r"for k in range\(.*width\):", r"if self\.WIDTH:"]),
         ]
@@ -72,6 +75,7 @@ def features_of(chart: Chart, needs: Needs, text: str, *, trace: bool) -> Featur
         timers=timed or bool(needs.delayed),
         deferral=any(state.defer for state in chart.states),
         inputs=samples_inputs(chart),
+        calls=trace or re.search(CALLING, text) is not None,
         errors=errors,
         payload=any(event.fields for event in chart.events),
         following=trace or is_followed(chart, text),

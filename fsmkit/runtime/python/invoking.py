@@ -105,6 +105,9 @@ class Invoking(Machine):
                 else:
                     break
             self._now = now
+        except BaseException:
+            self._break_off()
+            raise
         finally:
             self._busy = False
         return self._running

@@ -71,6 +71,9 @@ class Machine(Stepping):
             self._budget = self.MICROSTEPS - 1
             self._begin()
             self._settle()
+        except BaseException:
+            self._break_off()
+            raise
         finally:
             self._busy = False
 
@@ -100,6 +103,9 @@ class Machine(Stepping):
             self._open(event)
             is_handled = self._react(event, may_defer=False)
             self._settle()
+        except BaseException:
+            self._break_off()
+            raise
         finally:
             self._busy = False
         return is_handled
@@ -128,6 +134,9 @@ class Machine(Stepping):
                 else:
                     break
             self._now = now
+        except BaseException:
+            self._break_off()
+            raise
         finally:
             self._busy = False
         return self._running

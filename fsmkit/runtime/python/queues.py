@@ -102,6 +102,12 @@ class Queues(Traced):
             if self.trace is not None:
                 self._tell("fault " + reason)
 
+    def _break_off(self) -> None:
+        """Stop in the midst of a step, in which the host raised an exception."""
+        if self._fault is None:
+            self._fault = "exception"
+        self._running = self._finished = False
+
     def _error_execution(self) -> None:
         """Tell that content could not be evaluated."""
         if self.trace is not None:

@@ -51,10 +51,12 @@ class Saving(Machine):
         """Return the machine as bytes, timers with the time they have left.
 
         At a time in ticks, else at that of the last call. ValueError for a text that the chart
-        nowhere mentions.
+        nowhere mentions, and after an exception of the host in the midst of a step.
         """
         self._claim()
         try:
+            if self._fault == "exception":
+                raise ValueError(f"{self.NAME} was broken off in the midst of a step")
             data = bytearray(self._HEAD)
             self._put_machine(data, self._now if now is None else now & CLOCK)
         finally:
