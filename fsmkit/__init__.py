@@ -136,6 +136,7 @@ def check(
     engine: str = "",
     memory: int = 4 << 30,
     seconds: float = 0,
+    cores: int = 0,
     findings: Findings | None = None,
 ) -> Report:
     """Explore a chart alone, or a system, and return what holds.
@@ -145,7 +146,7 @@ def check(
     ``watchdog`` never if ``assume_watchdogs_silent``. ``zones``: time is dense; else it passes by
     the greatest common divisor of all delays. ``engine``: ``c``, ``python``, or C where there is a
     compiler. ``memory`` in bytes and ``seconds`` (0: none) bound the exploration; where it ends
-    early, what was not decided is undecided.
+    early, what was not decided is undecided. ``cores`` (0: all) does not change what is found.
 
     The report's ``verdict`` is the worst of all, ``results`` has each with its counterexample,
     ``exploration`` the figures. Raises `FsmkitError` where the subject cannot be read or explored.
@@ -162,7 +163,7 @@ def check(
         subject = load_any(Path(subject), found)
     elif isinstance(subject, Chart):
         subject = system_of(subject)
-    limits = Limits(memory, seconds)
+    limits = Limits(memory, seconds, cores)
     manner = Manner(engine, untimed, assume_watchdogs_silent, limits, zones and not untimed)
     return explore(subject, found, manner=manner, names=frozenset(properties))
 

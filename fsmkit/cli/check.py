@@ -90,6 +90,12 @@ def read_replacements(
 @click.option(
     "--memory", callback=read_size, default="4G", show_default=True, help="The most to use."
 )
+@click.option(
+    "--cores",
+    type=click.IntRange(1, 64),
+    help="The most to use; only spaces that are large need more than one.  "
+    "[default: all that this process may use]",
+)
 @click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
 @click.option(
     "--replace",
@@ -124,6 +130,7 @@ def command(
     silent: bool,
     engine: str | None,
     memory: int,
+    cores: int | None,
     timeout: float,
     replacing: Mapping[str, Path],
     save_trace: Path | None,
@@ -149,7 +156,7 @@ def command(
         engine or "",
         time_mode == "untimed",
         silent,
-        Limits(memory, timeout),
+        Limits(memory, timeout, cores or 0),
         zones=time_mode == "zones",
     )
     with Progress(
@@ -206,6 +213,7 @@ def document(found: Report) -> Mapping[str, object]:
         "depth": explored.depth,
         "seconds": round(explored.seconds, 3),
         "engine": explored.engine,
+        "cores": explored.cores,
         "time": time_of(found),
         "exact": True,
         "complete": explored.end.value == "complete",

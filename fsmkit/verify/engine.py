@@ -33,7 +33,7 @@ from fsmkit.verify.system import PropertyKind, goal_place, temporal_properties
 from fsmkit.verify.wiring import system_file
 
 CORE = Path(__file__).parent / "core"
-FLAGS = ("-std=gnu99", "-O2", "-fwrapv", "-w", '-DFSM_HOOKS="hooks.h"')
+FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="hooks.h"')
 Progress = Callable[[int, int, int], None]
 
 
@@ -130,9 +130,11 @@ class CEngine:
         seconds: float,
         progress: Progress | None,
         until: frozenset[int] = frozenset(),
+        cores: int = 1,
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early."""
         command = [str(self.program), "--livelock", "--memory", str(memory)]
+        command += ["--cores", str(cores)]
         if seconds:
             command += ["--timeout", str(seconds)]
         if until:
@@ -246,6 +248,7 @@ class CEngine:
                 )
                 for figures in told["machines"]
             ),
+            cores=told.get("cores", 1),
             parts=told.get("parts", 0),
             doubt=told.get("doubt", ""),
             temporal=tuple(

@@ -91,6 +91,8 @@ class Exploration:
     traps_known: bool
     traps: tuple[tuple[int, ...], ...]
     machines: tuple[Figures, ...]
+    cores: int = 1
+    """How many were at work; with large layers only it is more than one."""
     parts: int = 0
     """In dense time: how many discrete parts the states have; a state is such a part and a zone."""
     doubt: str = ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -24,10 +25,23 @@ Progress = Callable[[int, int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What an exploration may use: bytes of memory, seconds (0: no limit)."""
+    """What an exploration may use: bytes of memory, seconds (0: no limit), cores (0: all of them).
+
+    What is found does not depend on the cores.
+    """
 
     memory: int = 4 << 30
     seconds: float = 0
+    cores: int = 0
+
+    @property
+    def threads(self) -> int:
+        """How many cores this process may use, unless fewer are asked for."""
+        if self.cores:
+            return self.cores
+        if hasattr(os, "sched_getaffinity"):
+            return len(os.sched_getaffinity(0))
+        return os.cpu_count() or 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +90,8 @@ def check(
         )
         return conclude(closed, found, _shower(closed, trail_of), names, findings)
     with closing(CEngine(closed, findings)) as built:
-        found = built.explore(manner.limits.memory, manner.limits.seconds, progress, until)
+        limits = manner.limits
+        found = built.explore(limits.memory, limits.seconds, progress, until, limits.threads)
         if closed.zones:
             found = replace(found, temporal=tuple(_delays(built, closed, manner.limits, names)))
         show = _shower(closed, built.trail, built.confirm)
@@ -172,4 +187,5 @@ def explored(
         )
         return found
     with closing(CEngine(closed, findings)) as built:
-        return built.explore(manner.limits.memory, manner.limits.seconds, progress)
+        limits = manner.limits
+        return built.explore(limits.memory, limits.seconds, progress, cores=limits.threads)

@@ -58,6 +58,7 @@ def figures(report: Report) -> Iterator[Text]:
     rate = f"{found.states / found.seconds:,.0f} states/s" if found.seconds > 0.05 else "at once"
     whole = "all" if found.end is End.COMPLETE else "the first"
     engine = "generated C" if found.engine == "c" else "interpreter, in Python"
+    engine += f", {found.cores} cores" if found.cores > 1 else ""
     states = f"{found.states:,} states"
     if report.closed.zones:
         states = f"{found.states:,} zones of {found.parts:,} discrete states"

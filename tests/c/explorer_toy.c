@@ -1,6 +1,6 @@
 /* The dining philosophers as a raw fsm_model: checks set, search, paths, livelock and traps.
  *
- *   explorer_toy COUNT left|mixed|busy [BYTES]
+ *   explorer_toy COUNT left|mixed|busy [BYTES [CORES]]
  *
  * Each philosopher takes one fork, then the other, eats, and puts both down. With `left` all take the
  * left one first, which deadlocks; with `mixed` the last takes the right one first; `busy` is `left`
@@ -174,6 +174,9 @@ int main(int argc, char **argv)
     fsm_search search;
     if (!fsm_search_init(&search, &model, limit))
         return 2;
+    search.cores = argc > 4 ? (uint32_t)strtoul(argv[4], NULL, 10) : 1;
+    search.large = 8;
+    search.chunk = 2;
     fsm_search_run(&search);
     fsm_cycle cycle = {.state = FSM_NO_STATE};
     bool fine = search.outcome == FSM_COMPLETE && fsm_find_livelock(&search, &cycle)
@@ -182,7 +185,7 @@ int main(int argc, char **argv)
     printf("%d %llu %llu %u %zu %d %u %llu %d", fine ? 0 : (int)search.outcome,
            (unsigned long long)search.passed.count, (unsigned long long)search.transitions,
            (unsigned)search.depth, length, cycle.state != FSM_NO_STATE, (unsigned)trap_count,
-           (unsigned long long)search.witnesses[1].count, search.passed.dense);
+           (unsigned long long)search.witnesses[1].count, fsm_set_is_dense(&search.passed));
     printf(" %zu\n", fine ? length_to_some(&search) : 0);
     free(cycle.steps);
     fsm_search_free(&search);

@@ -23,14 +23,19 @@ pytestmark = pytest.mark.skipif(not COMPILERS, reason="there is no C compiler")
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     program = tmp_path_factory.mktemp("core") / "toy"
-    sources = [CORE / f"{name}.c" for name in ("region", "set", "search", "path", "walk", "cycles")]
+    build(program, "address,undefined")
+    return program
+
+
+def build(program: Path, sanitizers: str) -> None:
+    names = "region", "shard", "set", "workers", "crew", "search", "path", "walk", "cycles"
+    sources = [CORE / f"{name}.c" for name in names]
     toy_source = ROOT / "tests/c/explorer_toy.c"
     subprocess.run(
-        [COMPILERS[0], *STRICT, "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
+        [COMPILERS[0], *STRICT, "-pthread", f"-fsanitize={sanitizers}", "-fno-sanitize-recover=all",
          "-I", CORE, toy_source, *sources, "-o", program],
         check=True,
     )  # fmt: skip
-    return program
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
@@ -72,10 +77,14 @@ def philosophers(count: int, mixed: bool) -> tuple[int, int, int]:
     return len(depth), edges, deadlock
 
 
+@pytest.mark.parametrize("cores", [1, 2, 3])
 @pytest.mark.parametrize("count", [2, 3, 5, 8, 11])
 @pytest.mark.parametrize("kind", ["left", "mixed", "sparse left", "sparse mixed"])
-def test_counts_states_and_finds_the_nearest_deadlock(toy: Path, count: int, kind: str) -> None:
-    told = subprocess.run([toy, str(count), kind], capture_output=True, text=True, check=True)
+def test_counts_states_and_finds_the_nearest_deadlock(
+    toy: Path, count: int, kind: str, cores: int
+) -> None:
+    command = [toy, str(count), kind, str(1 << 30), str(cores)]
+    told = subprocess.run(command, capture_output=True, text=True, check=True)
     figures = list(map(int, told.stdout.split()))
     end, states, edges, _, deadlock, livelock, traps, _, dense, other = figures
     assert (end, states, edges, deadlock) == (0, *philosophers(count, "mixed" in kind))
@@ -96,3 +105,11 @@ def test_obeys_its_memory_limit(toy: Path) -> None:
     end, states, *_ = map(int, told.stdout.split())
     assert end == 2
     assert 0 < states < 41_000
+
+
+def test_threads_do_not_race(tmp_path: Path) -> None:
+    build(tmp_path / "toy", "thread")
+    command = [tmp_path / "toy", "8", "mixed", str(1 << 30), "3"]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert told.stderr == ""
+    assert told.returncode == 0

@@ -5,6 +5,7 @@
 #include "memo.h"
 #include "store.h"
 #include "system.h"
+#include "workers.h"
 
 typedef struct {
     uint32_t *items;
@@ -44,6 +45,7 @@ typedef struct {
 
 struct fsm_composition {
     const fsm_system *system;
+    fsm_lock *lock; /* for all that is made new, and for running machines */
     fsm_model model;
     size_t memory_limit;
     const char *failure;

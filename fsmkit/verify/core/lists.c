@@ -1,29 +1,47 @@
 #include "lists.h"
 
-#include <stdlib.h>
 #include <string.h>
+
+static fsm_list **place_of(const fsm_lists *self, uint32_t number)
+{
+    return fsm_chunks_at(&self->all, number, sizeof(fsm_list *));
+}
+
+static bool add(fsm_lists *self, const uint32_t *items, uint32_t count)
+{
+    size_t bytes = sizeof(fsm_list) + count * sizeof *items;
+    fsm_list *list = malloc(bytes);
+    if (list == NULL || !fsm_chunks_make_room(&self->all, self->count, sizeof list)) {
+        free(list);
+        return false;
+    }
+    list->count = count;
+    if (count > 0)
+        memcpy(list->items, items, count * sizeof *items);
+    *place_of(self, self->count++) = list;
+    self->bytes += bytes + sizeof list;
+    return true;
+}
 
 bool fsm_lists_init(fsm_lists *self)
 {
-    *self = (fsm_lists){.item_room = 64, .count = 1, .room = 64, .capacity = 128};
-    self->items = malloc(self->item_room * sizeof *self->items);
-    self->starts = calloc(self->room + 1, sizeof *self->starts);
+    *self = (fsm_lists){.capacity = 128};
     self->slots = calloc(self->capacity, sizeof *self->slots);
-    return self->items != NULL && self->starts != NULL && self->slots != NULL;
+    return self->slots != NULL && add(self, NULL, 0);
 }
 
 void fsm_lists_free(fsm_lists *self)
 {
-    free(self->items);
-    free(self->starts);
+    for (uint32_t number = 0; number < self->count; number++)
+        free(*place_of(self, number));
+    fsm_chunks_free(&self->all);
     free(self->slots);
     *self = (fsm_lists){0};
 }
 
 size_t fsm_lists_bytes(const fsm_lists *self)
 {
-    return self->item_room * sizeof *self->items + self->room * sizeof *self->starts
-        + self->capacity * sizeof *self->slots;
+    return self->bytes + self->capacity * sizeof *self->slots;
 }
 
 static uint32_t *slot_of(const fsm_lists *self, const uint32_t *items, uint32_t count)
@@ -41,30 +59,16 @@ static uint32_t *slot_of(const fsm_lists *self, const uint32_t *items, uint32_t 
     return &self->slots[slot];
 }
 
-static bool make_room(fsm_lists *self, uint32_t count)
+static bool make_room(fsm_lists *self)
 {
-    while (self->item_count + count > self->item_room) {
-        uint32_t *items = realloc(self->items, 2 * self->item_room * sizeof *items);
-        if (items == NULL)
-            return false;
-        self->items = items;
-        self->item_room *= 2;
-    }
-    if (self->count < self->room)
+    if (2 * self->count < self->capacity)
         return true;
-    uint32_t capacity = 2 * self->capacity;
-    size_t *starts = realloc(self->starts, (2 * (size_t)self->room + 1) * sizeof *starts);
-    uint32_t *slots = calloc(capacity, sizeof *slots);
-    if (starts != NULL)
-        self->starts = starts;
-    if (starts == NULL || slots == NULL || self->room > UINT32_MAX / 8) {
-        free(slots);
+    uint32_t *slots = self->capacity > UINT32_MAX / 8 ? NULL : calloc(2 * (size_t)self->capacity, sizeof *slots);
+    if (slots == NULL)
         return false;
-    }
     free(self->slots);
     self->slots = slots;
-    self->room *= 2;
-    self->capacity = capacity;
+    self->capacity *= 2;
     for (uint32_t number = 1; number < self->count; number++) {
         uint32_t size;
         const uint32_t *items = fsm_lists_at(self, number, &size);
@@ -80,11 +84,8 @@ uint32_t fsm_lists_number(fsm_lists *self, const uint32_t *items, uint32_t count
     uint32_t known = *slot_of(self, items, count);
     if (known != 0)
         return known;
-    if (!make_room(self, count))
+    if (!make_room(self) || !add(self, items, count))
         return UINT32_MAX;
-    *slot_of(self, items, count) = self->count;
-    memcpy(self->items + self->item_count, items, count * sizeof *items);
-    self->item_count += count;
-    self->starts[self->count + 1] = self->item_count;
-    return self->count++;
+    *slot_of(self, items, count) = self->count - 1;
+    return self->count - 1;
 }

@@ -43,6 +43,9 @@ fsm_state fsm_path_to_flagged(fsm_search *search, const unsigned char *flags, un
     fsm_search again;
     if (!fsm_search_init(&again, search->model, search->memory_limit))
         return FSM_NO_STATE;
+    again.cores = search->cores;
+    again.large = search->large;
+    again.chunk = search->chunk;
     again.is_target = is_flagged;
     again.target_context = &context;
     again.groups = &found;

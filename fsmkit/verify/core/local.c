@@ -5,8 +5,8 @@
 
 bool fsm_fail(fsm_composition *self, const char *why)
 {
-    if (self->failure == NULL)
-        self->failure = why;
+    const char *none = NULL;
+    (void)__atomic_compare_exchange_n(&self->failure, &none, why, false, __ATOMIC_RELEASE, __ATOMIC_RELAXED);
     return false;
 }
 

@@ -1,10 +1,11 @@
 /* main.c: the explorer as a program. It prints one JSON document a line: progress, then a result;
  * or, with --replay, the steps of one path as the machines perform them.
  *
- *   explore [--memory BYTES] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list]
+ *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list]
  *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST]
  *           [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
+#define _POSIX_C_SOURCE 200809L
 #include "cycles.h"
 #include "delays.h"
 #include "path.h"
@@ -28,10 +29,20 @@ static void interrupt(int signal_number)
     interrupted = 1;
 }
 
+/* Seconds, since some moment. */
+static double now(void)
+{
+    struct timespec at;
+    (void)clock_gettime(CLOCK_MONOTONIC, &at);
+    return (double)at.tv_sec + (double)at.tv_nsec / 1e9;
+}
+
 enum { MOST_TEMPORAL = 256 };
 
 typedef struct {
     size_t memory;
+    uint32_t cores;
+    const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
     double timeout; /* seconds; 0: none */
     bool progress, livelock, traps, list;
     bool timeless;     /* nothing ever takes time */
@@ -44,13 +55,13 @@ typedef struct {
 static bool keep_on(fsm_search *search)
 {
     options *o = search->context;
-    time_t now = time(NULL);
+    time_t at = time(NULL);
     if (interrupted)
         search->outcome = FSM_INTERRUPTED;
-    else if (o->timeout > 0 && difftime(now, o->started) >= o->timeout)
+    else if (o->timeout > 0 && difftime(at, o->started) >= o->timeout)
         search->outcome = FSM_OUT_OF_TIME;
-    if (o->progress && now != o->last_shown) {
-        o->last_shown = now;
+    if (o->progress && at != o->last_shown) {
+        o->last_shown = at;
         printf("{\"progress\": {\"states\": %" PRIu64 ", \"expanded\": %" PRIu64 ", \"transitions\": %" PRIu64
                ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
                search->passed.count, search->expanded, search->transitions, search->depth,
@@ -242,11 +253,24 @@ static void await_marks(fsm_search *search, bool *awaited, const char *until)
     }
 }
 
+static void read_share(fsm_search *search, const char *share)
+{
+    char *end;
+    unsigned long large = strtoul(share, &end, 10), chunk = *end == ',' ? strtoul(end + 1, &end, 10) : 0;
+    if (large > 0 && chunk > 0) {
+        search->large = (uint32_t)large;
+        search->chunk = (uint32_t)chunk;
+    }
+}
+
 static int explore(fsm_composition *composition, options *o)
 {
     fsm_search search;
     if (!fsm_search_init(&search, fsm_composition_model(composition), o->memory))
         return 2;
+    search.cores = o->cores;
+    if (o->share != NULL)
+        read_share(&search, o->share);
     search.keep_on = keep_on;
     search.context = o;
     bool *awaited = calloc(search.model->mark_count + 1u, sizeof *awaited);
@@ -256,7 +280,7 @@ static int explore(fsm_composition *composition, options *o)
         await_marks(&search, awaited, o->until);
         search.awaited = awaited;
     }
-    clock_t begin = clock();
+    double begin = now();
     fsm_search_run(&search);
     /* These two tell progress, so they come before the first word of the result. */
     temporal *answers = decide_all(&search, o);
@@ -267,9 +291,10 @@ static int explore(fsm_composition *composition, options *o)
     bool traps_known = o->traps && complete && fsm_find_traps(&search, want_trap, &found) && !found.failed;
     const char *why = search.model->failure(search.model->self);
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
-           ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, ",
+           ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, \"cores\": %" PRIu32 ", ",
            fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
-           search.transitions, search.depth, fsm_search_bytes(&search), search.passed.dense ? "true" : "false");
+           search.transitions, search.depth, fsm_search_bytes(&search), fsm_set_is_dense(&search.passed) ? "true" : "false",
+           search.cores_used);
     print_marks(&search);
     fsm_found groups[MOST_TRAPS + 1] = {{.state = FSM_NO_STATE}};
     uint32_t group_count = found.traps;
@@ -283,7 +308,7 @@ static int explore(fsm_composition *composition, options *o)
     print_traps(&search, groups, found.traps, traps_known);
     print_temporal(answers, o->temporal_count);
     fsm_print_machines(composition);
-    printf(", \"seconds\": %.3f}}\n", (double)(clock() - begin) / CLOCKS_PER_SEC);
+    printf(", \"seconds\": %.3f}}\n", now() - begin);
     free(cycle.steps);
     free(found.items);
     free(awaited);
@@ -360,7 +385,7 @@ static int run_timed(fsm_composition *composition, const options *o, const char 
 
 int main(int argc, char **argv)
 {
-    options o = {.memory = (size_t)1 << 32, .started = time(NULL)};
+    options o = {.memory = (size_t)1 << 32, .cores = 1, .started = time(NULL)};
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
         bool more = i + 1 < argc;
@@ -382,6 +407,10 @@ int main(int argc, char **argv)
             o.traps = true;
         else if (more && strcmp(argv[i], "--memory") == 0)
             o.memory = (size_t)strtoull(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--cores") == 0)
+            o.cores = (uint32_t)strtoul(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--share") == 0)
+            o.share = argv[++i];
         else if (more && strcmp(argv[i], "--timeout") == 0)
             o.timeout = strtod(argv[++i], NULL);
         else if (more && strcmp(argv[i], "--until") == 0)

@@ -2,51 +2,85 @@
 
 #include <stdlib.h>
 
+static void free_tables(fsm_memo_table *table)
+{
+    while (table != NULL) {
+        fsm_memo_table *older = table->older;
+        free(table);
+        table = older;
+    }
+}
+
+static size_t table_bytes(size_t capacity)
+{
+    return sizeof(fsm_memo_table) + capacity * sizeof(fsm_memo_slot);
+}
+
 void fsm_memo_free(fsm_memo *self)
 {
-    free(self->slots);
+    free_tables(self->table);
     *self = (fsm_memo){0};
 }
 
-static size_t find_slot(const fsm_memo *self, uint64_t key)
+void fsm_memo_tidy(fsm_memo *self)
+{
+    if (self->table == NULL)
+        return;
+    free_tables(self->table->older);
+    self->table->older = NULL;
+    self->bytes = table_bytes(self->table->capacity);
+}
+
+static inline size_t find_slot(const fsm_memo_table *table, uint64_t key, uint64_t *held)
 {
     uint64_t h = (key ^ (key >> 32)) * 0xd6e8feb86659fd93u;
-    size_t slot = (size_t)(h ^ (h >> 32)) & (self->capacity - 1);
-    while (self->slots[slot].key != 0 && self->slots[slot].key != key + 1)
-        slot = (slot + 1) & (self->capacity - 1);
-    return slot;
+    size_t slot = (size_t)(h ^ (h >> 32)) & (table->capacity - 1);
+    for (;;) {
+        *held = __atomic_load_n(&table->slots[slot].key, __ATOMIC_ACQUIRE);
+        if (*held == 0 || *held == key + 1)
+            return slot;
+        slot = (slot + 1) & (table->capacity - 1);
+    }
 }
 
 const uint64_t *fsm_memo_find(const fsm_memo *self, uint64_t key)
 {
-    if (self->capacity == 0)
+    const fsm_memo_table *table = __atomic_load_n(&self->table, __ATOMIC_ACQUIRE);
+    if (table == NULL)
         return NULL;
-    size_t slot = find_slot(self, key);
-    return self->slots[slot].key == 0 ? NULL : &self->slots[slot].value;
+    uint64_t held;
+    size_t slot = find_slot(table, key, &held);
+    return held == 0 ? NULL : &table->slots[slot].value;
 }
 
 static bool grow(fsm_memo *self)
 {
-    size_t capacity = self->capacity == 0 ? 1024 : self->capacity * 2;
-    fsm_memo bigger = {.capacity = capacity};
-    bigger.slots = calloc(capacity, sizeof *bigger.slots);
-    if (bigger.slots == NULL)
+    fsm_memo_table *old = self->table;
+    size_t capacity = old == NULL ? 1024 : old->capacity * 2;
+    fsm_memo_table *bigger = calloc(1, table_bytes(capacity));
+    uint64_t held;
+    if (bigger == NULL)
         return false;
-    for (size_t i = 0; i < self->capacity; i++)
-        if (self->slots[i].key != 0)
-            bigger.slots[find_slot(&bigger, self->slots[i].key - 1)] = self->slots[i];
-    bigger.count = self->count;
-    fsm_memo_free(self);
-    *self = bigger;
+    bigger->capacity = capacity;
+    bigger->older = old;
+    for (size_t i = 0; old != NULL && i < old->capacity; i++)
+        if (old->slots[i].key != 0)
+            bigger->slots[find_slot(bigger, old->slots[i].key - 1, &held)] = old->slots[i];
+    self->bytes += table_bytes(capacity);
+    __atomic_store_n(&self->table, bigger, __ATOMIC_RELEASE);
     return true;
 }
 
 bool fsm_memo_add(fsm_memo *self, uint64_t key, uint64_t value)
 {
-    if (2 * (self->count + 1) > self->capacity && !grow(self))
+    uint64_t held;
+    if ((self->table == NULL || 2 * (self->count + 1) > self->table->capacity) && !grow(self))
         return false;
-    size_t slot = find_slot(self, key);
-    self->slots[slot] = (fsm_memo_slot){key + 1, value};
+    fsm_memo_slot *slot = &self->table->slots[find_slot(self->table, key, &held)];
+    if (held != 0)
+        return true;
+    slot->value = value;
+    __atomic_store_n(&slot->key, key + 1, __ATOMIC_RELEASE);
     self->count++;
     return true;
 }

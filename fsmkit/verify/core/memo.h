@@ -1,4 +1,5 @@
-/* memo.h: a map from 64-bit keys to 64-bit values that only grows. */
+/* memo.h: a map from 64-bit keys to 64-bit values that only grows. One thread at a time may add to it
+ * while others look things up. */
 #ifndef FSM_MEMO_H
 #define FSM_MEMO_H
 
@@ -11,22 +12,33 @@ typedef struct {
     uint64_t value;
 } fsm_memo_slot;
 
+typedef struct fsm_memo_table fsm_memo_table;
+
+struct fsm_memo_table {
+    size_t capacity;
+    fsm_memo_table *older; /* smaller ones that somebody may still be reading */
+    fsm_memo_slot slots[];
+};
+
 typedef struct {
-    fsm_memo_slot *slots;
-    size_t count, capacity;
+    fsm_memo_table *table;
+    size_t count, bytes;
 } fsm_memo;
 
 void fsm_memo_free(fsm_memo *self);
 
+/* Frees what only readers needed. Nobody may be reading. */
+void fsm_memo_tidy(fsm_memo *self);
+
 /* The value of a key (not UINT64_MAX), or NULL. */
 const uint64_t *fsm_memo_find(const fsm_memo *self, uint64_t key);
 
-/* Adds a key that is not there. False if memory ran out. */
+/* Adds a key, unless it is there. False if memory ran out. */
 bool fsm_memo_add(fsm_memo *self, uint64_t key, uint64_t value);
 
 static inline size_t fsm_memo_bytes(const fsm_memo *self)
 {
-    return self->capacity * sizeof *self->slots;
+    return self->bytes;
 }
 
 #endif

@@ -3,7 +3,10 @@
  * A state is a pair of numbers, its left half in the upper 32 bits and its right half in the lower
  * ones; what they stand for is the model's own. Marks are facts of interest, numbered from 0: some
  * are judged at states (a property is violated), some at steps (an event was not answered). They come
- * in sets, numbered too; set 0 is empty. */
+ * in sets, numbered too; set 0 is empty.
+ *
+ * Several threads may ask for successors, marks and sets of marks at once, and what was told stays true. All else
+ * is asked by one thread alone. */
 #ifndef FSM_MODEL_H
 #define FSM_MODEL_H
 
@@ -11,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FSM_MODEL_ABI 3u
+#define FSM_MODEL_ABI 4u
 
 #define FSM_NONE UINT32_MAX
 
@@ -48,6 +51,7 @@ typedef struct {
     fsm_step *items;
     size_t count, room;
     bool deadlock; /* nothing can happen, and that is not meant: mark 0 of the state */
+    uint32_t thread; /* number of the one that asks; each asks with steps of its own */
 } fsm_steps;
 
 bool fsm_steps_grow(fsm_steps *self);
@@ -83,7 +87,7 @@ typedef struct {
      * time if it stays possible. Else FSM_NONE. False if memory ran out. */
     bool (*owed)(void *self, fsm_state state, const fsm_steps *steps, uint32_t *actions);
 
-    size_t (*memory)(void *self); /* bytes the model itself holds */
+    size_t (*memory)(void *self); /* bytes the model itself holds, once it has put away what only threads needed */
     const char *(*failure)(void *self);
 } fsm_model;
 

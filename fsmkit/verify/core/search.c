@@ -1,10 +1,14 @@
 #include "search.h"
 
+#include "crew.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 enum {
     ASK_EVERY = 1024, /* states between two calls of `keep_on` */
+    LARGE_LAYER = 1 << 14,
+    CHUNK = 512,
     PIPE = 64,        /* steps under way while their places in the set are fetched */
     FREE_CHECKPOINTS = 32 << 20 /* bytes that need not be saved */
 };
@@ -33,7 +37,9 @@ static void layer_free(fsm_layer *self)
 
 bool fsm_search_init(fsm_search *self, const fsm_model *model, size_t memory_limit)
 {
-    *self = (fsm_search){.model = model, .memory_limit = memory_limit, .interval = 1};
+    *self = (fsm_search){.model = model, .memory_limit = memory_limit, .cores = 1, .cores_used = 1, .interval = 1};
+    self->large = LARGE_LAYER;
+    self->chunk = CHUNK;
     self->witnesses = calloc((size_t)model->mark_count + 1, sizeof *self->witnesses);
     if (self->witnesses != NULL && fsm_set_init(&self->passed, memory_limit)
         && layer_init(&self->layers[0], memory_limit) && layer_init(&self->layers[1], memory_limit))
@@ -44,6 +50,8 @@ bool fsm_search_init(fsm_search *self, const fsm_model *model, size_t memory_lim
 
 void fsm_search_forget(fsm_search *self)
 {
+    fsm_crew_stop(self->crew);
+    self->crew = NULL;
     fsm_set_free(&self->passed);
     layer_free(&self->layers[0]);
     layer_free(&self->layers[1]);
@@ -67,7 +75,7 @@ size_t fsm_search_bytes(const fsm_search *self)
 {
     const size_t each = sizeof(fsm_state) + sizeof(uint32_t);
     return fsm_set_bytes(&self->passed) + (self->layers[0].count + self->layers[1].count) * each
-        + self->checkpoint_bytes + self->model_bytes;
+        + self->checkpoint_bytes + self->model_bytes + (self->crew == NULL ? 0 : fsm_crew_bytes(self->crew));
 }
 
 /* --- checkpoints --------------------------------------------------------------------------------- */
@@ -153,15 +161,19 @@ static bool stop(fsm_search *self, fsm_outcome outcome)
     return false;
 }
 
-static void note_mark(fsm_search *self, uint32_t mark, fsm_found at, uint32_t step)
+bool fsm_witness_note(fsm_witness *self, fsm_found at, uint32_t step)
 {
-    fsm_witness *witness = &self->witnesses[mark];
-    if (witness->count++ > 0)
-        return;
-    if (self->awaited != NULL && self->awaited[mark])
+    if (self->count++ > 0)
+        return false;
+    self->at = at;
+    self->step = step;
+    return true;
+}
+
+void fsm_search_note_mark(fsm_search *self, uint32_t mark, fsm_found at, uint32_t step)
+{
+    if (fsm_witness_note(&self->witnesses[mark], at, step) && self->awaited != NULL && self->awaited[mark])
         self->awaited_count--;
-    witness->at = at;
-    witness->step = step;
 }
 
 static void note_marks(fsm_search *self, uint32_t set, fsm_found at, uint32_t step)
@@ -169,40 +181,39 @@ static void note_marks(fsm_search *self, uint32_t set, fsm_found at, uint32_t st
     uint32_t count;
     const uint32_t *marks = self->model->mark_set(self->model->self, set, &count);
     for (uint32_t i = 0; i < count; i++)
-        note_mark(self, marks[i], at, step);
+        fsm_search_note_mark(self, marks[i], at, step);
 }
 
-static void note_target(fsm_search *self, fsm_found found)
+uint32_t fsm_search_group_of(const fsm_search *self, fsm_state state)
 {
     size_t first = 0, last = self->target_count;
-    if (self->is_target != NULL) {
-        if (self->groups_left > 0 && self->is_target(self->target_context, found.state)) {
-            self->groups[0] = found;
-            self->groups_left = 0;
-        }
-        return;
-    }
+    if (self->is_target != NULL)
+        return self->groups_left > 0 && self->is_target(self->target_context, state) ? 0 : FSM_NONE;
     while (first < last) {
         size_t middle = first + (last - first) / 2;
-        if (self->targets[middle].state < found.state)
+        if (self->targets[middle].state < state)
             first = middle + 1;
         else
             last = middle;
     }
-    if (first == self->target_count || self->targets[first].state != found.state)
+    if (first == self->target_count || self->targets[first].state != state)
+        return FSM_NONE;
+    uint32_t group = self->targets[first].group;
+    return self->groups[group].state == FSM_NO_STATE ? group : FSM_NONE;
+}
+
+void fsm_search_note_group(fsm_search *self, uint32_t group, fsm_found found)
+{
+    if (self->groups[group].state != FSM_NO_STATE)
         return;
-    fsm_found *group = &self->groups[self->targets[first].group];
-    if (group->state == FSM_NO_STATE) {
-        *group = found;
-        self->groups_left--;
-    }
+    self->groups[group] = found;
+    self->groups_left--;
 }
 
 static bool found_new(fsm_search *self, fsm_layer *next, fsm_found found)
 {
     size_t count = next->count;
-    if ((count + 1) * sizeof(fsm_state) > next->states.reserved
-        || (count + 1) * sizeof(uint32_t) > next->tags.reserved)
+    if (!fsm_layer_has_room(next, count + 1))
         return stop(self, FSM_OUT_OF_MEMORY);
     fsm_layer_states(next)[count] = found.state;
     fsm_layer_tags(next)[count] = found.tag;
@@ -212,8 +223,9 @@ static bool found_new(fsm_search *self, fsm_layer *next, fsm_found found)
         return stop(self, FSM_MODEL_FAILED);
     if (marks != 0)
         note_marks(self, marks, found, FSM_NONE);
-    if (self->target_count > 0 || self->is_target != NULL)
-        note_target(self, found);
+    uint32_t group = fsm_search_has_targets(self) ? fsm_search_group_of(self, found.state) : FSM_NONE;
+    if (group != FSM_NONE)
+        fsm_search_note_group(self, group, found);
     return true;
 }
 
@@ -267,7 +279,7 @@ static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
     if (!model->successors(model->self, self->at.state, steps))
         return stop(self, FSM_MODEL_FAILED);
     if (steps->deadlock)
-        note_mark(self, 0, self->at, FSM_NONE);
+        fsm_search_note_mark(self, 0, self->at, FSM_NONE);
     for (size_t i = 0; i < steps->count; i++) {
         const fsm_step *step = &steps->items[i];
         if (step->marks != 0)
@@ -275,7 +287,8 @@ static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
         if (pipe->count == PIPE && !drain(self, next, pipe, PIPE - 1))
             return false;
         pipe->items[(pipe->first + pipe->count++) % PIPE] =
-            (pending){step->to, fsm_set_home(&self->passed, step->to), self->passed.edition, self->at.tag,
+            (pending){step->to, fsm_set_home(&self->passed, step->to),
+                      fsm_set_edition(&self->passed, step->to), self->at.tag,
                       step->kind};
     }
     self->transitions += steps->count;
@@ -286,31 +299,62 @@ static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
 static bool is_decided(const fsm_search *self)
 {
     return (self->awaited != NULL && self->awaited_count == 0)
-        || ((self->target_count > 0 || self->is_target != NULL) && self->groups_left == 0);
+        || (fsm_search_has_targets(self) && self->groups_left == 0);
 }
 
-static bool may_go_on(fsm_search *self)
+/* Asked now and then. */
+static bool is_within_limits(fsm_search *self)
 {
-    if (is_decided(self))
-        return stop(self, FSM_DECIDED);
-    if (self->expanded % ASK_EVERY != 0)
-        return true;
     self->model_bytes = self->model->memory(self->model->self);
     if (fsm_search_bytes(self) > self->memory_limit)
         return stop(self, FSM_OUT_OF_MEMORY);
     return self->keep_on == NULL || self->keep_on(self);
 }
 
-static bool expand_layer(fsm_search *self, fsm_layer *layer, fsm_layer *next)
+static bool may_go_on(fsm_search *self)
 {
+    return !is_decided(self) || stop(self, FSM_DECIDED);
+}
+
+static bool expand_alone(fsm_search *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next)
+{
+    bool each = layer->count < self->large, fine = true;
     pipeline pipe = {.count = 0};
-    bool fine = true;
-    for (size_t i = 0; fine && i < layer->count; i++) {
+    for (size_t i = first; fine && i < first + count; i++) {
         self->at = (fsm_found){fsm_layer_states(layer)[i], self->depth, self->checkpoint_count - 1,
                                fsm_layer_tags(layer)[i]};
-        fine = may_go_on(self) && expand(self, next, &pipe);
+        fine = (!each || may_go_on(self)) && (self->expanded % ASK_EVERY != 0 || is_within_limits(self))
+            && expand(self, next, &pipe);
     }
     return drain(self, next, &pipe, 0) && fine;
+}
+
+static void engage(fsm_search *self)
+{
+    self->crew = fsm_crew_start(self);
+    if (self->crew == NULL)
+        self->cores = 1;
+    self->cores_used = self->cores;
+}
+
+/* A large layer by blocks, between which it is asked whether all is decided: so the result does not
+ * depend on how many threads there are. */
+static bool expand_layer(fsm_search *self, const fsm_layer *layer, fsm_layer *next)
+{
+    size_t block = fsm_crew_block(self);
+    if (layer->count < self->large)
+        return expand_alone(self, layer, 0, layer->count, next);
+    if (self->cores > 1 && self->crew == NULL)
+        engage(self);
+    for (size_t first = 0; first < layer->count; first += block) {
+        size_t count = layer->count - first < block ? layer->count - first : block;
+        bool fine = may_go_on(self)
+            && (self->crew == NULL ? expand_alone(self, layer, first, count, next)
+                                   : is_within_limits(self) && fsm_crew_expand(self->crew, layer, first, count, next));
+        if (!fine)
+            return false;
+    }
+    return true;
 }
 
 /* --- the whole ---------------------------------------------------------------------------------- */
@@ -372,6 +416,9 @@ void fsm_search_locate(fsm_search *self, const fsm_target *targets, size_t count
         groups[i] = (fsm_found){.state = FSM_NO_STATE};
     if (!fsm_search_init(&again, self->model, self->memory_limit))
         return;
+    again.cores = self->cores;
+    again.large = self->large;
+    again.chunk = self->chunk;
     again.keep_on = self->keep_on;
     again.context = self->context;
     again.targets = targets;

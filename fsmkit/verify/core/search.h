@@ -52,10 +52,13 @@ typedef struct {
 } fsm_target;
 
 typedef struct fsm_search fsm_search;
+typedef struct fsm_crew fsm_crew;
 
 struct fsm_search {
     const fsm_model *model;
     size_t memory_limit;           /* bytes */
+    uint32_t cores;                /* that it may use; more than one is used only for large layers */
+    uint32_t large, chunk;         /* states of a large layer, and those that a core takes at a time */
     bool (*keep_on)(fsm_search *); /* asked now and then; sets `outcome` to stop; may be NULL */
     void *context;                 /* for `keep_on` */
     const bool *awaited;           /* by mark: stop when all of these were seen; NULL: explore all */
@@ -79,6 +82,8 @@ struct fsm_search {
     fsm_steps steps;               /* of the state at hand */
     fsm_found at;                  /* the state at hand */
     fsm_outcome outcome;
+    fsm_crew *crew;                /* NULL: one thread does it all */
+    uint32_t cores_used;
 };
 
 bool fsm_search_init(fsm_search *self, const fsm_model *model, size_t memory_limit);
@@ -96,6 +101,24 @@ void fsm_search_locate(fsm_search *self, const fsm_target *targets, size_t count
 void fsm_search_forget(fsm_search *self);
 
 size_t fsm_search_bytes(const fsm_search *self);
+
+/* What the threads of a search tell it (crew.h). */
+bool fsm_witness_note(fsm_witness *self, fsm_found at, uint32_t step); /* whether it is the first time */
+void fsm_search_note_mark(fsm_search *self, uint32_t mark, fsm_found at, uint32_t step);
+void fsm_search_note_group(fsm_search *self, uint32_t group, fsm_found found);
+
+/* The group of a state that was not found yet, or FSM_NONE. */
+uint32_t fsm_search_group_of(const fsm_search *self, fsm_state state);
+
+static inline bool fsm_search_has_targets(const fsm_search *self)
+{
+    return self->target_count > 0 || self->is_target != NULL;
+}
+
+static inline bool fsm_layer_has_room(const fsm_layer *layer, size_t count)
+{
+    return count * sizeof(fsm_state) <= layer->states.reserved && count * sizeof(uint32_t) <= layer->tags.reserved;
+}
 
 static inline fsm_state *fsm_layer_states(const fsm_layer *layer)
 {

@@ -1,327 +1,47 @@
 #include "set.h"
 
 #include <stdlib.h>
-#include <string.h>
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
 
-__extension__ typedef unsigned __int128 wide;
-
-enum {
-    BUCKET = 16, /* slots; one cache line */
-    REST_BITS = 31, /* of a slot; the last bit tells that it is taken */
-    FIRST_BITS = 9, /* of each half */
-    MOST_BITS = 31, /* of each half */
-    LINE = 512,     /* pairs in a cache line */
-    FIRST_BUCKETS = 64
-};
-
-#define LOAD(buckets) ((buckets) * BUCKET / 5 * 4)
-
-/* --- the permutation of the bits of a state --------------------------------------------------- */
-
-static unsigned bits_of(const fsm_set *self)
+static void free_shards(fsm_shard *shards, uint32_t count)
 {
-    return self->left_bits + self->right_bits;
+    for (uint32_t i = 0; shards != NULL && i < count; i++)
+        fsm_shard_free(&shards[i]);
+    free(shards);
 }
 
-static uint64_t mask_of(const fsm_set *self)
+bool fsm_set_init(fsm_set *self, size_t limit)
 {
-    return (UINT64_C(1) << bits_of(self)) - 1;
+    *self = (fsm_set){.limit = limit, .shards = calloc(1, sizeof *self->shards)};
+    return self->shards != NULL && fsm_shard_init(self->shards, limit, 1, 0, 0, 0);
 }
 
-/* Of an odd number, modulo 2^64: Newton's iteration doubles the bits that are right. */
-static uint64_t inverse(uint64_t odd)
+void fsm_set_free(fsm_set *self)
 {
-    uint64_t x = odd;
-    for (int i = 0; i < 5; i++)
-        x *= 2 - odd * x;
-    return x;
+    free_shards(self->shards, 1u << self->shift);
+    *self = (fsm_set){0};
 }
 
-/* Folding the upper half onto the lower and multiplying by an odd number can both be undone. */
-static uint64_t permuted(const fsm_set *self, fsm_state state)
+static bool put_all(fsm_set *self, const fsm_shard *old)
 {
-    unsigned half = (bits_of(self) + 1) / 2;
-    uint64_t mask = mask_of(self);
-    uint64_t x = (uint64_t)fsm_left(state) << self->right_bits | fsm_right(state);
-    for (int i = 0; i < 2; i++) {
-        x = (x * self->factors[i]) & mask;
-        x ^= x >> half;
-    }
-    return x;
-}
-
-static fsm_state restored(const fsm_set *self, uint64_t x)
-{
-    unsigned half = (bits_of(self) + 1) / 2;
-    uint64_t mask = mask_of(self);
-    for (int i = 1; i >= 0; i--) {
-        x ^= x >> half;
-        x = (x * self->inverses[i]) & mask;
-    }
-    return fsm_join((uint32_t)(x >> self->right_bits),
-                    (uint32_t)(x & ((UINT64_C(1) << self->right_bits) - 1)));
-}
-
-static void divide(const fsm_set *self, uint64_t x, uint64_t *bucket, uint32_t *rest)
-{
-    uint64_t quotient = (uint64_t)((wide)x * self->reciprocal >> 64);
-    uint64_t left = x - quotient * self->divisor;
-    if (left >= self->divisor) {
-        quotient++;
-        left -= self->divisor;
-    }
-    *bucket = quotient;
-    *rest = (uint32_t)left << 1 | 1;
-}
-
-static void set_buckets(fsm_set *self, uint64_t buckets)
-{
-    self->buckets = buckets;
-    self->most = LOAD(buckets);
-    self->divisor = (mask_of(self) + buckets) / buckets; /* 2^bits / buckets, rounded up */
-    self->reciprocal = UINT64_MAX / self->divisor;
-}
-
-/* --- what finds its bucket full ---------------------------------------------------------------- */
-
-static uint64_t *overflow_slot(const fsm_overflow *self, uint64_t x)
-{
-    size_t slot = (size_t)((x * 0x9e3779b97f4a7c15u) >> 20) & (self->capacity - 1);
-    while (self->slots[slot] != 0 && self->slots[slot] >> 1 != x)
-        slot = (slot + 1) & (self->capacity - 1);
-    return &self->slots[slot];
-}
-
-static bool overflow_add(fsm_overflow *self, uint64_t x)
-{
-    if (2 * (self->count + 1) > self->capacity) {
-        fsm_overflow bigger = {.capacity = self->capacity == 0 ? 64 : 2 * self->capacity};
-        bigger.slots = calloc(bigger.capacity, sizeof *bigger.slots);
-        if (bigger.slots == NULL)
-            return false;
-        for (size_t i = 0; i < self->capacity; i++)
-            if (self->slots[i] != 0)
-                *overflow_slot(&bigger, self->slots[i] >> 1) = self->slots[i];
-        bigger.count = self->count;
-        free(self->slots);
-        *self = bigger;
-    }
-    *overflow_slot(self, x) = x << 1 | 1;
-    self->count++;
-    return true;
-}
-
-/* --- hashed ---------------------------------------------------------------------------------- */
-
-static uint32_t *bucket_at(const fsm_set *self, uint64_t bucket)
-{
-    return (uint32_t *)self->region.base + bucket * BUCKET;
-}
-
-/* The slot that holds `rest`, or BUCKET; and how many slots are taken, which are the first ones. */
-static unsigned search_bucket(const uint32_t *slots, uint32_t rest, unsigned *taken)
-{
-#if defined(__SSE2__)
-    unsigned same = 0, empty = 0;
-    __m128i wanted = _mm_set1_epi32((int)rest);
-    for (unsigned i = 0; i < BUCKET; i += 4) {
-        __m128i four = _mm_load_si128((const __m128i *)(const void *)(slots + i));
-        __m128i equal = _mm_cmpeq_epi32(four, wanted);
-        __m128i none = _mm_cmpeq_epi32(four, _mm_setzero_si128());
-        same |= (unsigned)_mm_movemask_ps(_mm_castsi128_ps(equal)) << i;
-        empty |= (unsigned)_mm_movemask_ps(_mm_castsi128_ps(none)) << i;
-    }
-    *taken = empty == 0 ? BUCKET : (unsigned)__builtin_ctz(empty);
-    return same == 0 ? BUCKET : (unsigned)__builtin_ctz(same);
-#else
-    unsigned i = 0;
-    while (i < BUCKET && slots[i] != 0 && slots[i] != rest)
-        i++;
-    *taken = i;
-    return i < BUCKET && slots[i] == rest ? i : BUCKET;
-#endif
-}
-
-/* Adds what is known to be new. */
-static bool hashed_add(fsm_set *self, uint64_t x)
-{
-    uint64_t bucket;
-    uint32_t rest;
-    unsigned taken;
-    divide(self, x, &bucket, &rest);
-    uint32_t *slots = bucket_at(self, bucket);
-    (void)search_bucket(slots, rest, &taken);
-    if (taken == BUCKET)
-        return overflow_add(&self->overflow, x);
-    slots[taken] = rest;
-    return true;
-}
-
-/* Once buckets have room again, what overflowed goes back where it belongs. */
-static bool readmit(fsm_set *self)
-{
-    fsm_overflow old = self->overflow;
+    uint64_t places = fsm_shard_places(old);
     bool fine = true;
-    self->overflow = (fsm_overflow){0};
-    for (size_t i = 0; i < old.capacity; i++)
-        if (old.slots[i] != 0)
-            fine = fine && hashed_add(self, old.slots[i] >> 1);
-    free(old.slots);
+    for (uint64_t place = fsm_shard_next(old, 0); fine && place < places; place = fsm_shard_next(old, place + 1))
+        fine = fsm_set_put(self, fsm_shard_at(old, place)) != FSM_NO_ROOM;
     return fine;
 }
 
-/* In place, from the last bucket to the first: no state moves to a smaller bucket. */
-static bool hashed_grow(fsm_set *self, uint64_t buckets)
+bool fsm_set_split(fsm_set *self, unsigned shift)
 {
-    if (buckets * BUCKET * sizeof(uint32_t) > self->region.reserved)
-        return false;
-    fsm_set old = *self;
-    bool fine = true;
-    set_buckets(self, buckets);
-    self->edition++;
-    for (uint64_t bucket = old.buckets; bucket-- > 0;) {
-        uint32_t slots[BUCKET];
-        memcpy(slots, bucket_at(self, bucket), sizeof slots);
-        memset(bucket_at(self, bucket), 0, sizeof slots);
-        for (unsigned i = 0; i < BUCKET && slots[i] != 0; i++)
-            fine = fine && hashed_add(self, bucket * old.divisor + (slots[i] >> 1));
-    }
-    return fine && readmit(self);
-}
-
-/* --- dense ------------------------------------------------------------------------------------ */
-
-static uint64_t cell_of(const fsm_set *self, fsm_state state)
-{
-    return fsm_left(state) * self->width + fsm_right(state);
-}
-
-static bool has_cell(const fsm_set *self, uint64_t cell)
-{
-    return (((const unsigned char *)self->region.base)[cell / 8] >> cell % 8 & 1) != 0;
-}
-
-static void set_cell(fsm_set *self, uint64_t cell)
-{
-    unsigned char *byte = (unsigned char *)self->region.base + cell / 8;
-    *byte = (unsigned char)(*byte | 1u << cell % 8);
-}
-
-/* --- from one form to another ------------------------------------------------------------------- */
-
-static unsigned bits_for(uint32_t most)
-{
-    unsigned bits = FIRST_BITS;
-    while (bits < MOST_BITS && most >> bits != 0)
-        bits += 2;
-    return bits < MOST_BITS ? bits : MOST_BITS;
-}
-
-uint64_t fsm_set_places(const fsm_set *self)
-{
-    return self->dense ? self->rows * self->width
-                       : self->buckets * BUCKET + self->overflow.capacity;
-}
-
-bool fsm_set_taken(const fsm_set *self, uint64_t place)
-{
-    uint64_t slots = self->buckets * BUCKET;
-    if (self->dense)
-        return has_cell(self, place);
-    return place < slots ? ((const uint32_t *)self->region.base)[place] != 0
-                         : self->overflow.slots[place - slots] != 0;
-}
-
-fsm_state fsm_set_at(const fsm_set *self, uint64_t place)
-{
-    uint64_t slots = self->buckets * BUCKET;
-    if (self->dense)
-        return fsm_join((uint32_t)(place / self->width), (uint32_t)(place % self->width));
-    if (place >= slots)
-        return restored(self, self->overflow.slots[place - slots] >> 1);
-    uint32_t rest = ((const uint32_t *)self->region.base)[place] >> 1;
-    return restored(self, place / BUCKET * self->divisor + rest);
-}
-
-static void start_hashed(fsm_set *self, uint64_t states)
-{
-    static const uint64_t odd[2] = {0x9e3779b97f4a7c15u, 0xd6e8feb86659fd93u};
-    for (int i = 0; i < 2; i++) {
-        self->factors[i] = odd[i];
-        self->inverses[i] = inverse(odd[i]);
-    }
-    self->dense = false;
-    self->left_bits = bits_for(self->most_left);
-    self->right_bits = bits_for(self->most_right);
-    uint64_t least = bits_of(self) > REST_BITS ? UINT64_C(1) << (bits_of(self) - REST_BITS) : 1;
-    uint64_t buckets = FIRST_BUCKETS;
-    while (buckets < least || LOAD(buckets) < states)
-        buckets += buckets / 4;
-    set_buckets(self, buckets);
-}
-
-static void start_dense(fsm_set *self)
-{
-    self->dense = true;
-    self->width = ((uint64_t)self->most_right + self->most_right / 4 + LINE) / LINE * LINE;
-    self->rows = (uint64_t)self->most_left + 1;
-}
-
-static bool add_new(fsm_set *self, fsm_state state)
-{
-    if (!self->dense)
-        return hashed_add(self, permuted(self, state));
-    set_cell(self, cell_of(self, state));
-    return true;
-}
-
-static size_t needed(const fsm_set *self)
-{
-    return self->dense ? (size_t)(self->rows * self->width / 8)
-                       : (size_t)(self->buckets * BUCKET * sizeof(uint32_t));
-}
-
-/* Whether to be dense rather than hashed: it is much faster, and spaces become denser as they are
- * explored, so it may take more at first. */
-static bool prefers_dense(const fsm_set *dense, size_t hashed)
-{
-    size_t most = hashed < SIZE_MAX / 2 ? 2 * hashed : SIZE_MAX;
-    if (most < dense->limit / 64)
-        most = dense->limit / 64;
-    return dense->rows <= dense->limit / (dense->width / 8) && needed(dense) <= most;
-}
-
-/* The first place from one on that is taken, or one after the last place. */
-static uint64_t next_taken(const fsm_set *self, uint64_t place)
-{
-    const unsigned char *bytes = self->region.base;
-    uint64_t places = fsm_set_places(self);
-    while (place < places && !fsm_set_taken(self, place))
-        place += self->dense && place % 8 == 0 && bytes[place / 8] == 0 ? 8 : 1;
-    return place;
-}
-
-/* Makes the set anew, in the form that is better, with room for the largest halves met. */
-static bool rebuild(fsm_set *self)
-{
-    fsm_set next = *self, dense = *self;
-    next.overflow = (fsm_overflow){0};
-    start_hashed(&next, self->count + self->count / 5);
-    start_dense(&dense);
-    if (prefers_dense(&dense, needed(&next))) {
-        next = dense;
-        next.overflow = (fsm_overflow){0};
-    }
-    next.edition++;
-    if ((self->most_left | self->most_right) >> MOST_BITS != 0 || needed(&next) > self->limit || !fsm_region_reserve(&next.region, self->limit))
-        return false;
-    bool fine = needed(&next) <= next.region.reserved;
-    uint64_t places = fsm_set_places(self);
-    for (uint64_t place = next_taken(self, 0); fine && place < places; place = next_taken(self, place + 1))
-        fine = add_new(&next, fsm_set_at(self, place));
+    uint32_t count = 1u << shift;
+    const fsm_shard *old = self->shards;
+    /* Parts are about equally large; one may be half as large again as the others. */
+    size_t limit = self->limit / count + self->limit / count / 2;
+    uint64_t states = old->count / count + old->count / count / 4 + 1;
+    fsm_set next = {.limit = self->limit, .shift = shift, .shards = calloc(count, sizeof *next.shards)};
+    bool fine = next.shards != NULL;
+    for (uint32_t i = 0; fine && i < count; i++)
+        fine = fsm_shard_init(&next.shards[i], limit, count, states, old->most_left, old->most_right >> shift);
+    fine = fine && put_all(&next, old);
     fsm_set discarded = fine ? *self : next;
     if (fine)
         *self = next;
@@ -329,131 +49,58 @@ static bool rebuild(fsm_set *self)
     return fine;
 }
 
-static bool fits(const fsm_set *self, fsm_state state)
+fsm_put fsm_set_put(fsm_set *self, fsm_state state)
 {
-    if (self->dense)
-        return fsm_right(state) < self->width && fsm_left(state) < self->limit / (self->width / 8)
-            && fsm_left(state) < self->region.reserved / (self->width / 8);
-    return fsm_left(state) >> self->left_bits == 0 && fsm_right(state) >> self->right_bits == 0;
+    fsm_put put = fsm_shard_put(&self->shards[fsm_set_shard_of(self, state)], fsm_set_inner(self, state));
+    self->count += put == FSM_ADDED;
+    return put;
 }
 
-static bool make_room(fsm_set *self)
+void fsm_set_count_again(fsm_set *self)
 {
-    fsm_set dense = *self;
-    start_dense(&dense);
-    uint64_t buckets = self->buckets + self->buckets / 4;
-    size_t bytes = (size_t)(buckets * BUCKET * sizeof(uint32_t));
-    if (prefers_dense(&dense, bytes))
-        return rebuild(self);
-    return bytes <= self->limit && hashed_grow(self, buckets);
-}
-
-/* --- the set ------------------------------------------------------------------------------------ */
-
-bool fsm_set_init(fsm_set *self, size_t limit)
-{
-    *self = (fsm_set){.limit = limit};
-    start_hashed(self, 0);
-    return needed(self) <= limit && fsm_region_reserve(&self->region, limit);
-}
-
-void fsm_set_free(fsm_set *self)
-{
-    fsm_region_release(&self->region);
-    free(self->overflow.slots);
-    *self = (fsm_set){0};
+    self->count = 0;
+    for (uint32_t i = 0; i < 1u << self->shift; i++)
+        self->count += self->shards[i].count;
 }
 
 size_t fsm_set_bytes(const fsm_set *self)
 {
-    return needed(self) + self->overflow.capacity * sizeof *self->overflow.slots;
+    size_t bytes = 0;
+    for (uint32_t i = 0; self->shards != NULL && i < 1u << self->shift; i++)
+        bytes += fsm_shard_bytes(&self->shards[i]);
+    return bytes;
 }
 
-/* A home is a cell, or a bucket and what is kept in a slot of it. */
-uint64_t fsm_set_home(const fsm_set *self, fsm_state state)
+bool fsm_set_is_dense(const fsm_set *self)
 {
-    if (!fits(self, state))
-        return FSM_NOWHERE;
-    if (self->dense) {
-        uint64_t cell = cell_of(self, state);
-        __builtin_prefetch((const char *)self->region.base + cell / 8, 1);
-        return cell;
-    }
-    uint64_t bucket;
-    uint32_t rest;
-    divide(self, permuted(self, state), &bucket, &rest);
-    __builtin_prefetch(bucket_at(self, bucket), 1);
-    return bucket << 32 | rest;
+    return self->shards[0].dense;
 }
 
-static fsm_put dense_put(fsm_set *self, fsm_state state, uint64_t cell)
-{
-    if (has_cell(self, cell))
-        return FSM_KNOWN;
-    set_cell(self, cell);
-    if (fsm_left(state) >= self->rows)
-        self->rows = (uint64_t)fsm_left(state) + 1;
-    self->count++;
-    return FSM_ADDED;
-}
+/* --- places: the shard is in the lowest bits ------------------------------------------------------------ */
 
-static fsm_put hashed_put(fsm_set *self, fsm_state state, uint64_t home)
+uint64_t fsm_set_places(const fsm_set *self)
 {
-    uint64_t bucket = home >> 32, x = bucket * self->divisor + ((uint32_t)home >> 1);
-    unsigned taken;
-    uint32_t *slots = bucket_at(self, bucket);
-    if (search_bucket(slots, (uint32_t)home, &taken) < BUCKET)
-        return FSM_KNOWN;
-    if (taken == BUCKET && self->overflow.capacity > 0 && *overflow_slot(&self->overflow, x) != 0)
-        return FSM_KNOWN;
-    if (self->count >= self->most)
-        return make_room(self) ? fsm_set_put(self, state) : FSM_NO_ROOM;
-    if (taken < BUCKET)
-        slots[taken] = (uint32_t)home;
-    else if (!overflow_add(&self->overflow, x))
-        return FSM_NO_ROOM;
-    self->count++;
-    return FSM_ADDED;
-}
-
-fsm_put fsm_set_put(fsm_set *self, fsm_state state)
-{
-    if (fsm_left(state) > self->most_left)
-        self->most_left = fsm_left(state);
-    if (fsm_right(state) > self->most_right)
-        self->most_right = fsm_right(state);
-    if (!fits(self, state) && !rebuild(self))
-        return FSM_NO_ROOM;
-    uint64_t home = fsm_set_home(self, state);
-    return self->dense ? dense_put(self, state, home) : hashed_put(self, state, home);
-}
-
-fsm_put fsm_set_put_home(fsm_set *self, fsm_state state, uint64_t home, uint32_t edition)
-{
-    if (home == FSM_NOWHERE || edition != self->edition || fsm_left(state) > self->most_left
-        || fsm_right(state) > self->most_right)
-        return fsm_set_put(self, state);
-    return self->dense ? dense_put(self, state, home) : hashed_put(self, state, home);
+    uint64_t most = 0;
+    for (uint32_t i = 0; i < 1u << self->shift; i++)
+        most = fsm_shard_places(&self->shards[i]) > most ? fsm_shard_places(&self->shards[i]) : most;
+    return most << self->shift;
 }
 
 uint64_t fsm_set_find(const fsm_set *self, fsm_state state)
 {
-    if (!fits(self, state))
-        return FSM_NOWHERE;
-    if (self->dense) {
-        uint64_t cell = cell_of(self, state);
-        return has_cell(self, cell) ? cell : FSM_NOWHERE;
-    }
-    uint64_t x = permuted(self, state), bucket;
-    uint32_t rest;
-    unsigned taken;
-    divide(self, x, &bucket, &rest);
-    unsigned at = search_bucket(bucket_at(self, bucket), rest, &taken);
-    if (at < BUCKET)
-        return bucket * BUCKET + at;
-    if (taken < BUCKET || self->overflow.capacity == 0)
-        return FSM_NOWHERE;
-    const uint64_t *slot = overflow_slot(&self->overflow, x);
-    return *slot == 0 ? FSM_NOWHERE
-                      : self->buckets * BUCKET + (uint64_t)(slot - self->overflow.slots);
+    uint32_t shard = fsm_set_shard_of(self, state);
+    uint64_t place = fsm_shard_find(&self->shards[shard], fsm_set_inner(self, state));
+    return place == FSM_NOWHERE ? FSM_NOWHERE : place << self->shift | shard;
+}
+
+bool fsm_set_taken(const fsm_set *self, uint64_t place)
+{
+    const fsm_shard *shard = &self->shards[place & ((1u << self->shift) - 1)];
+    return place >> self->shift < fsm_shard_places(shard) && fsm_shard_taken(shard, place >> self->shift);
+}
+
+fsm_state fsm_set_at(const fsm_set *self, uint64_t place)
+{
+    uint32_t shard = (uint32_t)place & ((1u << self->shift) - 1);
+    return fsm_set_outer(self, shard, fsm_shard_at(&self->shards[shard], place >> self->shift));
 }

@@ -1,57 +1,71 @@
 /* set.h: the passed list, an exact set of states.
  *
- * Hashed form: the bits of a state are permuted; the quotient of that number names a bucket of one
- * cache line, the rest is kept in a slot of 32 bits (quotienting: Cleary 1984). What finds its
- * bucket full goes to a small table of whole states. Buckets are in the order of the permuted
- * numbers, so the table grows in place, by a little at a time.
- *
- * Dense form: a bit for each pair of halves; chosen where that is smaller. */
+ * It has one shard, or as many as a power of two, so that as many threads can add to it at once, each to
+ * shards of its own. The lower bits of both halves tell the shard; those of the right half are not kept. */
 #ifndef FSM_SET_H
 #define FSM_SET_H
 
-#include "model.h"
-#include "region.h"
-
-typedef struct {
-    uint64_t *slots; /* permuted state << 1 | 1; 0 is empty */
-    size_t count, capacity;
-} fsm_overflow;
+#include "shard.h"
 
 typedef struct {
     uint64_t count;
-    size_t limit;    /* bytes */
-    uint32_t edition; /* another one each time that states change their places */
-    bool dense;
-    fsm_region region;
-    /* hashed */
-    unsigned left_bits, right_bits; /* of the halves */
-    uint64_t buckets, most;         /* states that fit before the table must grow */
-    uint64_t divisor, reciprocal;   /* permuted number / divisor is the bucket */
-    uint64_t factors[2], inverses[2];
-    fsm_overflow overflow;
-    /* dense */
-    uint64_t rows, width;
-    uint32_t most_left, most_right; /* the largest halves met */
+    size_t limit; /* bytes */
+    unsigned shift; /* there are 1 << shift shards */
+    fsm_shard *shards;
 } fsm_set;
-
-typedef enum { FSM_KNOWN, FSM_ADDED, FSM_NO_ROOM } fsm_put;
 
 bool fsm_set_init(fsm_set *self, size_t limit);
 void fsm_set_free(fsm_set *self);
 
-/* Where a state belongs, in the present edition of the set; its memory is fetched meanwhile. */
-uint64_t fsm_set_home(const fsm_set *self, fsm_state state);
+/* Divides a set that has one shard. False if memory ran out; the set stays as it was. */
+bool fsm_set_split(fsm_set *self, unsigned shift);
 
-/* Adds a state, if it is new. */
+static inline uint32_t fsm_set_shard_of(const fsm_set *self, fsm_state state)
+{
+    return (fsm_left(state) ^ fsm_right(state)) & ((1u << self->shift) - 1);
+}
+
+/* A state as its shard keeps it, and the other way round. */
+static inline fsm_state fsm_set_inner(const fsm_set *self, fsm_state state)
+{
+    return fsm_join(fsm_left(state), fsm_right(state) >> self->shift);
+}
+
+static inline fsm_state fsm_set_outer(const fsm_set *self, uint32_t shard, fsm_state inner)
+{
+    uint32_t lower = (fsm_left(inner) ^ shard) & ((1u << self->shift) - 1);
+    return fsm_join(fsm_left(inner), fsm_right(inner) << self->shift | lower);
+}
+
+/* Where a state belongs in the present edition of its shard; its memory is fetched meanwhile. */
+static inline uint64_t fsm_set_home(const fsm_set *self, fsm_state state)
+{
+    return fsm_shard_home(&self->shards[fsm_set_shard_of(self, state)], fsm_set_inner(self, state));
+}
+
+static inline uint32_t fsm_set_edition(const fsm_set *self, fsm_state state)
+{
+    return self->shards[fsm_set_shard_of(self, state)].edition;
+}
+
+/* Adds a state, if it is new; knowing its home in an edition, or not. */
 fsm_put fsm_set_put(fsm_set *self, fsm_state state);
 
-/* The same, knowing its home in an edition. */
-fsm_put fsm_set_put_home(fsm_set *self, fsm_state state, uint64_t home, uint32_t edition);
+static inline fsm_put fsm_set_put_home(fsm_set *self, fsm_state state, uint64_t home, uint32_t edition)
+{
+    fsm_shard *shard = &self->shards[fsm_set_shard_of(self, state)];
+    fsm_put put = fsm_shard_put_home(shard, fsm_set_inner(self, state), home, edition);
+    self->count += put == FSM_ADDED;
+    return put;
+}
+
+/* Counts again, after shards were added to by themselves. */
+void fsm_set_count_again(fsm_set *self);
 
 size_t fsm_set_bytes(const fsm_set *self);
+bool fsm_set_is_dense(const fsm_set *self);
 
 /* Places: where a state is kept, as long as nothing is added. Not all places are taken. */
-#define FSM_NOWHERE UINT64_MAX
 uint64_t fsm_set_places(const fsm_set *self);
 uint64_t fsm_set_find(const fsm_set *self, fsm_state state);
 bool fsm_set_taken(const fsm_set *self, uint64_t place);

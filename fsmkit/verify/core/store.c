@@ -3,15 +3,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIRST_ROOM = 64 };
+enum { FIRST_CAPACITY = 128 };
 
 bool fsm_store_init(fsm_store *self, size_t state_size)
 {
-    *self = (fsm_store){.state_size = state_size, .room = FIRST_ROOM, .capacity = 2 * FIRST_ROOM};
+    *self = (fsm_store){.state_size = state_size, .capacity = FIRST_CAPACITY};
     self->slots = calloc(self->capacity, sizeof *self->slots);
-    self->states = malloc((size_t)self->room * state_size);
-    if (self->slots != NULL && self->states != NULL)
+    if (self->slots != NULL && fsm_chunks_make_room(&self->states, 0, state_size)) {
+        self->room = fsm_chunks_room(0);
         return true;
+    }
     fsm_store_free(self);
     return false;
 }
@@ -19,7 +20,7 @@ bool fsm_store_init(fsm_store *self, size_t state_size)
 void fsm_store_free(fsm_store *self)
 {
     free(self->slots);
-    free(self->states);
+    fsm_chunks_free(&self->states);
     *self = (fsm_store){0};
 }
 
@@ -58,14 +59,11 @@ static uint32_t find_slot(const fsm_store *self, const void *state)
 
 static bool grow_states(fsm_store *self, size_t limit)
 {
-    uint32_t room = self->room > (FSM_NONE - 1) / 2 ? FSM_NONE - 1 : self->room * 2;
-    size_t bytes = (size_t)room * self->state_size;
-    if (room == self->room || bytes + (size_t)self->capacity * sizeof *self->slots > limit)
+    uint64_t room = fsm_chunks_room(self->count);
+    if (self->count == FSM_NONE - 1 || room > SIZE_MAX / self->state_size
+        || room * self->state_size + (size_t)self->capacity * sizeof *self->slots > limit
+        || !fsm_chunks_make_room(&self->states, self->count, self->state_size))
         return false;
-    unsigned char *states = realloc(self->states, bytes);
-    if (states == NULL)
-        return false;
-    self->states = states;
     self->room = room;
     return true;
 }
@@ -115,7 +113,7 @@ uint32_t fsm_store_insert(fsm_store *self, const void *state, size_t limit, bool
     }
     if (added != NULL)
         *added = true;
-    memcpy(self->states + (size_t)self->count * self->state_size, state, self->state_size);
+    memcpy(fsm_chunks_at(&self->states, self->count, self->state_size), state, self->state_size);
     self->slots[slot] = self->count + 1;
     return self->count++;
 }

@@ -1,5 +1,6 @@
-/* store.h: the passed list. An open-addressing set of fixed-size states that numbers what it holds
- * in the order of insertion. Exact: states are compared, not only their hashes. */
+/* store.h: an open-addressing set of fixed-size states that numbers what it holds in the order of
+ * insertion. Exact: states are compared, not only their hashes. They never move, so one thread at a
+ * time may insert some while others read those they know the numbers of. */
 #ifndef FSM_STORE_H
 #define FSM_STORE_H
 
@@ -7,15 +8,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "chunks.h"
 #include "model.h"
 
 typedef struct {
     size_t state_size;
     uint32_t count;
-    uint32_t room;     /* states that fit before the array must grow */
+    uint64_t room;     /* states that fit before there must be another chunk */
     uint32_t capacity; /* slots, a power of two, at least twice `count` */
     uint32_t *slots;   /* number of a state plus one; 0 is empty */
-    unsigned char *states;
+    fsm_chunks states;
 } fsm_store;
 
 bool fsm_store_init(fsm_store *self, size_t state_size);
@@ -32,7 +34,7 @@ size_t fsm_store_bytes(const fsm_store *self);
 
 static inline const void *fsm_store_at(const fsm_store *self, uint32_t number)
 {
-    return self->states + (size_t)number * self->state_size;
+    return fsm_chunks_at(&self->states, number, self->state_size);
 }
 
 #endif

@@ -53,11 +53,8 @@ static bool judge_step(fsm_composition *self, fsm_step *step)
         occurs[i] = has_mark(self->tree, step->marks, first + system->machines[asked.machine]->event_count + asked.event);
     }
     for (uint32_t p = 0; p < system->property_count && step->marks != FSM_NONE; p++) {
-        uint32_t mark = 1 + p;
-        if (system->judge_step(structs, occurs, p)) {
-            uint32_t one = fsm_lists_number(&self->tree->marks, &mark, 1);
-            step->marks = one == FSM_NONE ? FSM_NONE : fsm_tree_join_marks(self->tree, step->marks, one);
-        }
+        if (system->judge_step(structs, occurs, p))
+            step->marks = fsm_tree_add_mark(self->tree, step->marks, 1 + p);
     }
     free(occurs);
     return step->marks != FSM_NONE || fsm_fail(self, "out of memory");
@@ -127,13 +124,13 @@ typedef struct {
     fsm_part part;
 } moves_of_both;
 
-static bool part_moves(fsm_tree *tree, fsm_state state, fsm_part part, moves_of_both *found)
+static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_part part, moves_of_both *found)
 {
     static const fsm_moves none = {0};
     found->part = part;
-    found->left = fsm_node_moves(tree, tree->root_left, fsm_left(state), part);
+    found->left = fsm_node_moves(tree, thread, tree->root_left, fsm_left(state), part);
     found->right = tree->root_right == NULL ? &none
-                                            : fsm_node_moves(tree, tree->root_right, fsm_right(state), part);
+                                            : fsm_node_moves(tree, thread, tree->root_right, fsm_right(state), part);
     return found->left != NULL && found->right != NULL;
 }
 
@@ -206,8 +203,8 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     fsm_summary seen = look(tree, state);
     bool is_open = seen.first == FSM_OWN && seen.waiting <= c->system->patience;
     moves_of_both own, open = {0};
-    if (!part_moves(tree, state, seen.first, &own)
-        || (is_open && !part_moves(tree, state, FSM_OPEN, &open)))
+    if (!part_moves(tree, steps->thread, state, seen.first, &own)
+        || (is_open && !part_moves(tree, steps->thread, state, FSM_OPEN, &open)))
         return false;
     bool busy = own.left->busy || own.right->busy;
     if (!add_left(tree, state, own.left, steps) || !add_right(tree, state, own.right, steps))
@@ -231,7 +228,7 @@ static bool describe(fsm_composition *self, fsm_state state, uint32_t ordinal, f
         moves_of_both moves;
         if (i == 1 && (seen.first != FSM_OWN || seen.waiting > self->system->patience))
             break;
-        if (!part_moves(tree, state, parts[i], &moves))
+        if (!part_moves(tree, 0, state, parts[i], &moves))
             return false;
         uint32_t left = moves.left->count, right = moves.right->count;
         if (ordinal < left + right) {
@@ -311,6 +308,23 @@ static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_
 
 /* --- what is seen of a state --------------------------------------------------------------------- */
 
+static uint32_t judge(fsm_composition *c, uint64_t key, fsm_state state)
+{
+    fsm_tree *tree = c->tree;
+    uint32_t locals[FSM_MOST_MACHINES], set = 0;
+    fsm_lock_take(c->lock);
+    fsm_tree_unfold(tree, state, locals);
+    for (uint32_t p = 0; set != FSM_NONE && p < c->system->property_count; p++)
+        if (fsm_flat_judge(c, locals, p))
+            set = fsm_tree_add_mark(tree, set, 1 + p);
+    if (set == FSM_NONE || !fsm_memo_add(&tree->judged, key, set)) {
+        (void)fsm_fail(c, "out of memory");
+        set = FSM_NONE;
+    }
+    fsm_lock_leave(c->lock);
+    return set;
+}
+
 /* Properties see of a state only its aspects: they are judged once for each pair of these. */
 static uint32_t marks(void *context, fsm_state state)
 {
@@ -323,20 +337,7 @@ static uint32_t marks(void *context, fsm_state state)
     const uint64_t *known = fsm_memo_find(&tree->judged, key);
     if (known != NULL)
         return (uint32_t)*known;
-    uint32_t locals[FSM_MOST_MACHINES], set = 0;
-    fsm_tree_unfold(tree, state, locals);
-    for (uint32_t p = 0; set != FSM_NONE && p < c->system->property_count; p++) {
-        uint32_t mark = 1 + p;
-        if (fsm_flat_judge(c, locals, p)) {
-            uint32_t one = fsm_lists_number(&tree->marks, &mark, 1);
-            set = one == FSM_NONE ? FSM_NONE : fsm_tree_join_marks(tree, set, one);
-        }
-    }
-    if (set == FSM_NONE || !fsm_memo_add(&tree->judged, key, set)) {
-        (void)fsm_fail(c, "out of memory");
-        return FSM_NONE;
-    }
-    return set;
+    return judge(c, key, state);
 }
 
 static const uint32_t *mark_set(void *context, uint32_t set, uint32_t *count)
@@ -363,13 +364,15 @@ static bool at_rest(void *context, fsm_state state)
 
 static size_t memory(void *context)
 {
-    return fsm_composition_bytes(context);
+    const fsm_composition *c = context;
+    fsm_tree_tidy(c->tree);
+    return fsm_composition_bytes(c);
 }
 
 static const char *failure(void *context)
 {
     const fsm_composition *c = context;
-    return c->failure;
+    return __atomic_load_n(&c->failure, __ATOMIC_ACQUIRE);
 }
 
 /* --- making one ------------------------------------------------------------------------------- */
@@ -398,6 +401,7 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
         fine = init_machine(self, i) && fine;
         largest = system->machines[i]->size > largest ? system->machines[i]->size : largest;
     }
+    self->lock = fsm_lock_make();
     self->before = malloc(largest);
     self->after = malloc(largest);
     self->model = (fsm_model){
@@ -405,7 +409,7 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
         .action_count = first_timer(system, count),
         .initial = initial, .successors = successors, .marks = marks, .mark_set = mark_set,
         .configuration = configuration, .at_rest = at_rest, .owed = owed, .memory = memory, .failure = failure};
-    self->tree = fine ? fsm_tree_make(self) : NULL;
+    self->tree = fine && self->lock != NULL ? fsm_tree_make(self) : NULL;
     if (self->tree != NULL && self->before != NULL && self->after != NULL)
         return self;
     fsm_composition_free(self);
@@ -430,6 +434,7 @@ void fsm_composition_free(fsm_composition *self)
     fsm_memo_free(&self->deliveries);
     free(self->before);
     free(self->after);
+    fsm_lock_free(self->lock);
     free(self);
 }
 

@@ -3,8 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK = 1 << 10 };
-
 static bool out_of_memory(fsm_tree *self)
 {
     return fsm_fail(self->composition, "out of memory");
@@ -54,17 +52,22 @@ fsm_tree *fsm_tree_make(fsm_composition *composition)
     return NULL;
 }
 
+static void free_pairs(fsm_pairs *pairs)
+{
+    while (pairs != NULL) {
+        fsm_pairs *older = pairs->older;
+        free(pairs);
+        pairs = older;
+    }
+}
+
 static void free_node(fsm_node *node)
 {
     for (uint32_t i = 0; i < node->count; i++)
         for (int part = 0; part < FSM_PARTS; part++)
             free(fsm_node_at(node, i)->moves[part]);
-    for (uint32_t i = 0; i < node->chunk_room; i++)
-        free(node->chunks[i]);
-    for (int part = 0; part < FSM_PARTS; part++)
-        free(node->scratch[part]);
-    free(node->chunks);
-    free(node->slots);
+    fsm_chunks_free(&node->states);
+    free_pairs(node->pairs);
     fsm_memo_free(&node->delivered);
     fsm_memo_free(&node->aspects);
     fsm_store_free(&node->seen);
@@ -74,6 +77,11 @@ void fsm_tree_free(fsm_tree *self)
 {
     if (self == NULL)
         return;
+    for (uint32_t thread = 0; thread < FSM_MOST_WORKERS; thread++) {
+        for (uint32_t i = 0; self->scratch[thread] != NULL && i < self->node_count * FSM_PARTS; i++)
+            free(self->scratch[thread][i]);
+        free(self->scratch[thread]);
+    }
     for (uint32_t i = 0; i < self->node_count; i++)
         free_node(&self->nodes[i]);
     free(self->nodes);
@@ -85,13 +93,41 @@ void fsm_tree_free(fsm_tree *self)
     free(self);
 }
 
+static size_t pairs_bytes(uint32_t capacity)
+{
+    return sizeof(fsm_pairs) + capacity * sizeof(uint32_t);
+}
+
+void fsm_tree_tidy(fsm_tree *self)
+{
+    fsm_memo_tidy(&self->judged);
+    for (uint32_t i = 0; i < self->node_count; i++) {
+        fsm_node *node = &self->nodes[i];
+        self->kept -= fsm_memo_bytes(&node->delivered);
+        fsm_memo_tidy(&node->delivered);
+        self->kept += fsm_memo_bytes(&node->delivered);
+        fsm_memo_tidy(&node->aspects);
+        for (const fsm_pairs *older = node->pairs == NULL ? NULL : node->pairs->older; older != NULL; older = older->older)
+            self->node_bytes -= pairs_bytes(older->capacity);
+        if (node->pairs != NULL) {
+            free_pairs(node->pairs->older);
+            node->pairs->older = NULL;
+        }
+    }
+}
+
 size_t fsm_tree_bytes(const fsm_tree *self)
 {
-    size_t bytes = self->kept + self->node_bytes + fsm_lists_bytes(&self->messages)
-        + fsm_lists_bytes(&self->marks) + fsm_memo_bytes(&self->judged);
+    size_t bytes = __atomic_load_n(&self->kept, __ATOMIC_RELAXED) + self->node_bytes
+        + fsm_lists_bytes(&self->messages) + fsm_lists_bytes(&self->marks) + fsm_memo_bytes(&self->judged);
     for (uint32_t i = 0; i < self->node_count; i++)
         bytes += fsm_memo_bytes(&self->nodes[i].aspects);
     return bytes;
+}
+
+static bool is_room_for(const fsm_tree *self, size_t bytes)
+{
+    return __atomic_load_n(&self->kept, __ATOMIC_RELAXED) + bytes <= self->most_kept;
 }
 
 /* --- lists ------------------------------------------------------------------------------------- */
@@ -108,16 +144,13 @@ static bool make_buffer(fsm_tree *self, size_t count)
     return true;
 }
 
-uint32_t fsm_tree_join_marks(fsm_tree *self, uint32_t a, uint32_t b)
+static uint32_t join_new_marks(fsm_tree *self, uint32_t a, uint32_t b)
 {
-    if (a == 0 || b == 0 || a == b)
-        return a | b;
-    uint32_t count, more, known;
-    (void)fsm_lists_at(&self->marks, a, &count);
-    (void)fsm_lists_at(&self->marks, b, &more);
+    uint32_t count, more;
+    const uint32_t *first = fsm_lists_at(&self->marks, a, &count), *second = fsm_lists_at(&self->marks, b, &more);
+    uint32_t known = count;
     if (!make_buffer(self, (size_t)count + more))
         return FSM_NONE;
-    const uint32_t *first = fsm_lists_at(&self->marks, a, &known), *second = fsm_lists_at(&self->marks, b, &more);
     memcpy(self->buffer, first, count * sizeof *first);
     for (uint32_t i = 0; i < more; i++) {
         uint32_t at = 0;
@@ -129,43 +162,66 @@ uint32_t fsm_tree_join_marks(fsm_tree *self, uint32_t a, uint32_t b)
     return fsm_lists_number(&self->marks, self->buffer, count);
 }
 
-/* The part of a list of messages that goes to machines in a node, or the one that does not. */
-static uint32_t pick_messages(fsm_tree *self, const fsm_node *node, uint32_t list, bool inside)
+uint32_t fsm_tree_join_marks(fsm_tree *self, uint32_t a, uint32_t b)
 {
-    const fsm_composition *c = self->composition;
+    if (a == 0 || b == 0 || a == b)
+        return a | b;
+    fsm_lock_take(self->composition->lock);
+    uint32_t joined = join_new_marks(self, a, b);
+    fsm_lock_leave(self->composition->lock);
+    return joined;
+}
+
+uint32_t fsm_tree_add_mark(fsm_tree *self, uint32_t marks, uint32_t mark)
+{
+    fsm_lock_take(self->composition->lock);
+    uint32_t one = fsm_lists_number(&self->marks, &mark, 1);
+    uint32_t joined = one == FSM_NONE || marks == FSM_NONE ? FSM_NONE : fsm_tree_join_marks(self, marks, one);
+    fsm_lock_leave(self->composition->lock);
+    return joined;
+}
+
+static bool is_inside(const fsm_tree *self, const fsm_node *node, uint32_t message)
+{
+    uint32_t target = ((const fsm_message *)fsm_store_at(&self->composition->messages, message))->target;
+    return target >= node->first && target < node->last;
+}
+
+static uint32_t pick_some_messages(fsm_tree *self, const fsm_node *node, uint32_t list, bool inside)
+{
     uint32_t count, picked = 0;
     const uint32_t *items = fsm_lists_at(&self->messages, list, &count);
     if (!make_buffer(self, count))
         return FSM_NONE;
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t target = ((const fsm_message *)fsm_store_at(&c->messages, items[i]))->target;
-        if ((target >= node->first && target < node->last) == inside)
+    for (uint32_t i = 0; i < count; i++)
+        if (is_inside(self, node, items[i]) == inside)
             self->buffer[picked++] = items[i];
-    }
-    return picked == count ? list : fsm_lists_number(&self->messages, self->buffer, picked);
+    return fsm_lists_number(&self->messages, self->buffer, picked);
+}
+
+/* The part of a list of messages that goes to machines in a node, or the one that does not. */
+static uint32_t pick_messages(fsm_tree *self, const fsm_node *node, uint32_t list, bool inside)
+{
+    uint32_t count, picked = 0;
+    const uint32_t *items = fsm_lists_at(&self->messages, list, &count);
+    for (uint32_t i = 0; i < count; i++)
+        picked += is_inside(self, node, items[i]) == inside;
+    if (picked == 0 || picked == count)
+        return picked == 0 ? 0 : list;
+    fsm_lock_take(self->composition->lock);
+    uint32_t found = pick_some_messages(self, node, list, inside);
+    fsm_lock_leave(self->composition->lock);
+    return found;
 }
 
 /* --- states of nodes ------------------------------------------------------------------------------ */
 
 static fsm_node_state *new_state(fsm_tree *self, fsm_node *node)
 {
-    uint32_t chunk = node->count / CHUNK;
-    if (chunk == node->chunk_room) {
-        uint32_t room = chunk == 0 ? 16 : 2 * chunk;
-        fsm_node_state **chunks = realloc(node->chunks, room * sizeof *chunks);
-        if (chunks == NULL)
-            return NULL;
-        memset(chunks + chunk, 0, (room - chunk) * sizeof *chunks);
-        node->chunks = chunks;
-        node->chunk_room = room;
-    }
-    if (node->chunks[chunk] == NULL) {
-        node->chunks[chunk] = malloc(CHUNK * sizeof(fsm_node_state));
-        if (node->chunks[chunk] == NULL)
-            return NULL;
-        self->node_bytes += CHUNK * sizeof(fsm_node_state);
-    }
-    return &node->chunks[chunk][node->count++ % CHUNK];
+    if (!fsm_chunks_make_room(&node->states, node->count, sizeof(fsm_node_state)))
+        return NULL;
+    self->node_bytes += sizeof(fsm_node_state);
+    return fsm_node_at(node, node->count++);
 }
 
 /* Takes over local states that the machine has got since. */
@@ -192,30 +248,34 @@ static bool adopt(fsm_tree *self, fsm_node *node, uint32_t local)
     return true;
 }
 
-static uint32_t *pair_slot(const fsm_node *node, uint32_t left, uint32_t right)
+/* The slot of a pair, or the empty one where it belongs; and what it holds. */
+static uint32_t *pair_slot(const fsm_node *node, fsm_pairs *pairs, uint32_t left, uint32_t right, uint32_t *held)
 {
     uint64_t h = (fsm_join(left, right) ^ (uint64_t)left << 7) * 0x9e3779b97f4a7c15u;
-    uint32_t slot = (uint32_t)(h >> 32) & (node->capacity - 1);
-    for (; node->slots[slot] != 0; slot = (slot + 1) & (node->capacity - 1)) {
-        const fsm_node_state *state = fsm_node_at(node, node->slots[slot] - 1);
-        if (state->left == left && state->right == right)
+    uint32_t slot = (uint32_t)(h >> 32) & (pairs->capacity - 1);
+    for (;; slot = (slot + 1) & (pairs->capacity - 1)) {
+        *held = __atomic_load_n(&pairs->slots[slot], __ATOMIC_ACQUIRE);
+        if (*held == 0)
+            break;
+        const fsm_node_state *at = fsm_node_at(node, *held - 1);
+        if (at->left == left && at->right == right)
             break;
     }
-    return &node->slots[slot];
+    return &pairs->slots[slot];
 }
 
 static bool grow_pairs(fsm_tree *self, fsm_node *node)
 {
-    uint32_t capacity = node->capacity == 0 ? 256 : 2 * node->capacity;
-    uint32_t *slots = capacity == 0 ? NULL : calloc(capacity, sizeof *slots);
-    if (slots == NULL)
+    uint32_t capacity = node->pairs == NULL ? 256 : 2 * node->pairs->capacity, held;
+    fsm_pairs *pairs = capacity == 0 ? NULL : calloc(1, pairs_bytes(capacity));
+    if (pairs == NULL)
         return out_of_memory(self);
-    self->node_bytes += (capacity - node->capacity) * sizeof *slots;
-    free(node->slots);
-    node->slots = slots;
-    node->capacity = capacity;
+    pairs->capacity = capacity;
+    pairs->older = node->pairs;
+    self->node_bytes += pairs_bytes(capacity);
     for (uint32_t i = 0; i < node->count; i++)
-        *pair_slot(node, fsm_node_at(node, i)->left, fsm_node_at(node, i)->right) = i + 1;
+        *pair_slot(node, pairs, fsm_node_at(node, i)->left, fsm_node_at(node, i)->right, &held) = i + 1;
+    __atomic_store_n(&node->pairs, pairs, __ATOMIC_RELEASE);
     return true;
 }
 
@@ -239,14 +299,14 @@ static fsm_summary both(fsm_summary a, fsm_summary b)
                          a.at_rest && b.at_rest};
 }
 
-/* Number of a group's state; FSM_NONE if memory ran out. */
-static uint32_t intern(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t right)
+/* Number of a group's state, by who has the lock. */
+static uint32_t intern_new(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t right)
 {
-    if (2 * (uint64_t)node->count >= node->capacity && !grow_pairs(self, node))
+    if ((node->pairs == NULL || 2 * (uint64_t)node->count >= node->pairs->capacity) && !grow_pairs(self, node))
         return FSM_NONE;
-    uint32_t *slot = pair_slot(node, left, right);
-    if (*slot != 0)
-        return *slot - 1;
+    uint32_t held, *slot = pair_slot(node, node->pairs, left, right, &held);
+    if (held != 0)
+        return held - 1;
     uint32_t aspect = aspect_of(self, node, left, right);
     fsm_node_state *state = aspect == FSM_NONE ? NULL : new_state(self, node);
     if (state == NULL) {
@@ -255,14 +315,29 @@ static uint32_t intern(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t r
     }
     *state = (fsm_node_state){.left = left, .right = right, .elapsed = FSM_NONE, .aspect = aspect};
     state->summary = both(fsm_node_at(node->left, left)->summary, fsm_node_at(node->right, right)->summary);
-    *slot = node->count;
+    __atomic_store_n(slot, node->count, __ATOMIC_RELEASE);
     return node->count - 1;
+}
+
+/* Number of a group's state; FSM_NONE if memory ran out. */
+static uint32_t intern(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t right)
+{
+    fsm_pairs *pairs = __atomic_load_n(&node->pairs, __ATOMIC_ACQUIRE);
+    uint32_t held = 0;
+    if (pairs != NULL)
+        (void)pair_slot(node, pairs, left, right, &held);
+    if (held != 0)
+        return held - 1;
+    fsm_lock_take(self->composition->lock);
+    uint32_t number = intern_new(self, node, left, right);
+    fsm_lock_leave(self->composition->lock);
+    return number;
 }
 
 static uint32_t fold(fsm_tree *self, fsm_node *node, const uint32_t *locals)
 {
     if (node->left == NULL)
-        return adopt(self, node, locals[node->first]) ? locals[node->first] : FSM_NONE;
+        return adopt(self, node, locals[node->first]) ? locals[node->first] : FSM_NONE; /* before there are threads */
     uint32_t left = fold(self, node->left, locals), right = fold(self, node->right, locals);
     return left == FSM_NONE || right == FSM_NONE ? FSM_NONE : intern(self, node, left, right);
 }
@@ -299,19 +374,18 @@ static uint64_t deliver_to_machine(fsm_tree *self, fsm_node *node, uint32_t stat
     fsm_composition *c = self->composition;
     uint32_t count;
     bool any_full = false;
-    (void)fsm_lists_at(&self->messages, messages, &count);
+    const uint32_t *items = fsm_lists_at(&self->messages, messages, &count);
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t message = fsm_lists_at(&self->messages, messages, &count)[i];
-        if (((const fsm_message *)fsm_store_at(&c->messages, message))->target != node->first)
+        if (!is_inside(self, node, items[i]))
             continue;
         bool full;
-        state = fsm_deliver(c, state, message, &full);
+        state = fsm_deliver(c, state, items[i], &full);
         if (state == FSM_NONE)
             return UINT64_MAX;
         any_full = any_full || full;
     }
     uint32_t mark = fsm_first_mark(c->system, node->first) + FSM_NOTE_FULL;
-    uint32_t marks = any_full ? fsm_lists_number(&self->marks, &mark, 1) : 0;
+    uint32_t marks = any_full ? fsm_tree_add_mark(self, 0, mark) : 0;
     return marks == FSM_NONE || !adopt(self, node, state) ? UINT64_MAX : fsm_join(state, marks);
 }
 
@@ -338,37 +412,50 @@ uint64_t fsm_node_deliver(fsm_tree *self, fsm_node *node, uint32_t state, uint32
     uint32_t own = pick_messages(self, node, messages, true);
     if (own == FSM_NONE)
         return UINT64_MAX;
-    uint64_t result = own == 0             ? fsm_join(state, 0)
-        : own != messages                  ? fsm_node_deliver(self, node, state, own)
-        : node->left == NULL               ? deliver_to_machine(self, node, state, messages)
-                                           : deliver_to_group(self, node, state, messages);
-    if (result == UINT64_MAX || self->kept > self->most_kept)
+    uint64_t result = own == 0            ? fsm_join(state, 0)
+        : own != messages                 ? fsm_node_deliver(self, node, state, own)
+        : node->left != NULL              ? deliver_to_group(self, node, state, messages)
+                                          : UINT64_MAX;
+    bool to_machine = own == messages && node->left == NULL;
+    if (!to_machine && (result == UINT64_MAX || !is_room_for(self, 0)))
         return result;
+    fsm_lock_take(self->composition->lock);
+    if (to_machine)
+        result = deliver_to_machine(self, node, state, messages);
     size_t before = fsm_memo_bytes(&node->delivered);
-    if (!fsm_memo_add(&node->delivered, key, result)) {
+    if (result != UINT64_MAX && !fsm_memo_add(&node->delivered, key, result)) {
         (void)out_of_memory(self);
-        return UINT64_MAX;
+        result = UINT64_MAX;
     }
-    self->kept += fsm_memo_bytes(&node->delivered) - before;
+    (void)__atomic_fetch_add(&self->kept, fsm_memo_bytes(&node->delivered) - before, __ATOMIC_RELAXED);
+    fsm_lock_leave(self->composition->lock);
     return result;
+}
+
+static uint32_t elapse_machine(fsm_tree *self, fsm_node *node, uint32_t local)
+{
+    fsm_lock_take(self->composition->lock);
+    uint32_t to = fsm_elapse(self->composition, node->first, local);
+    bool fine = to != FSM_NONE && adopt(self, node, to);
+    fsm_lock_leave(self->composition->lock);
+    return fine ? to : FSM_NONE;
 }
 
 uint32_t fsm_node_elapse(fsm_tree *self, fsm_node *node, uint32_t state)
 {
     fsm_node_state *at = fsm_node_at(node, state);
-    if (at->elapsed != FSM_NONE)
-        return at->elapsed;
-    uint32_t to;
+    uint32_t to = __atomic_load_n(&at->elapsed, __ATOMIC_ACQUIRE);
+    if (to != FSM_NONE)
+        return to;
     if (node->left == NULL) {
-        to = fsm_elapse(self->composition, node->first, at->left);
-        if (to == FSM_NONE || !adopt(self, node, to))
-            return FSM_NONE;
+        to = elapse_machine(self, node, at->left);
     } else {
         uint32_t left = fsm_node_elapse(self, node->left, at->left);
         uint32_t right = fsm_node_elapse(self, node->right, at->right);
         to = left == FSM_NONE || right == FSM_NONE ? FSM_NONE : intern(self, node, left, right);
     }
-    return at->elapsed = to;
+    __atomic_store_n(&at->elapsed, to, __ATOMIC_RELEASE);
+    return to;
 }
 
 /* --- steps ------------------------------------------------------------------------------------- */
@@ -411,11 +498,9 @@ static bool machine_move(fsm_tree *self, fsm_node *node, const fsm_local_step *s
     return (move->sent != FSM_NONE && move->marks != FSM_NONE) || out_of_memory(self);
 }
 
-static bool machine_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, fsm_moves **moves)
+static bool run_machine(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, fsm_moves **moves)
 {
     fsm_composition *c = self->composition;
-    if (part < FSM_OWN && fsm_node_at(node, state)->summary.first != part)
-        return true;
     if (part == FSM_OPEN ? !fsm_know_open(c, node->first, state) : !fsm_know(c, node->first, state))
         return false;
     fsm_local_info info = *fsm_info(c, node->first, state);
@@ -431,14 +516,24 @@ static bool machine_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_pa
     return true;
 }
 
-/* The steps of one child of a group, with what they send to the other. */
-static bool child_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, bool is_left,
-                        fsm_moves **moves)
+static bool machine_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, fsm_moves **moves)
 {
-    fsm_node_state at = *fsm_node_at(node, state);
+    if (part < FSM_OWN && fsm_node_at(node, state)->summary.first != part)
+        return true;
+    fsm_lock_take(self->composition->lock);
+    bool fine = run_machine(self, node, state, part, moves);
+    fsm_lock_leave(self->composition->lock);
+    return fine;
+}
+
+/* The steps of one child of a group, with what they send to the other. */
+static bool child_moves(fsm_tree *self, uint32_t thread, fsm_node *node, uint32_t state, fsm_part part,
+                        bool is_left, fsm_moves **moves)
+{
+    const fsm_node_state *at = fsm_node_at(node, state);
     fsm_node *child = is_left ? node->left : node->right, *other = is_left ? node->right : node->left;
-    uint32_t other_state = is_left ? at.right : at.left;
-    const fsm_moves *steps = fsm_node_moves(self, child, is_left ? at.left : at.right, part);
+    uint32_t other_state = is_left ? at->right : at->left;
+    const fsm_moves *steps = fsm_node_moves(self, thread, child, is_left ? at->left : at->right, part);
     if (steps == NULL)
         return false;
     (*moves)->owed = (*moves)->owed || steps->owed;
@@ -459,49 +554,69 @@ static bool child_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part
     return true;
 }
 
-const fsm_moves *fsm_node_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part)
+/* Empty room for the steps of a node, of a thread. */
+static fsm_moves **clear_scratch(fsm_tree *self, uint32_t thread, const fsm_node *node, fsm_part part)
 {
     enum { FIRST_ROOM = 16 };
-    fsm_moves *known = fsm_node_at(node, state)->moves[part];
-    if (known != NULL)
-        return known;
-    fsm_moves **moves = &node->scratch[part];
+    if (self->scratch[thread] == NULL)
+        self->scratch[thread] = calloc((size_t)self->node_count * FSM_PARTS, sizeof *self->scratch[thread]);
+    if (self->scratch[thread] == NULL)
+        return NULL;
+    fsm_moves **moves = &self->scratch[thread][(size_t)(node - self->nodes) * FSM_PARTS + part];
     if (*moves == NULL) {
         *moves = malloc(sizeof **moves + FIRST_ROOM * sizeof(*moves)->items[0]);
-        if (*moves == NULL) {
-            (void)out_of_memory(self);
+        if (*moves == NULL)
             return NULL;
-        }
         (*moves)->room = FIRST_ROOM;
     }
     (*moves)->count = 0;
     (*moves)->busy = (*moves)->owed = false;
-    if (node->left == NULL ? !machine_moves(self, node, state, part, moves)
-                           : !child_moves(self, node, state, part, true, moves)
-                || !child_moves(self, node, state, part, false, moves))
-        return NULL;
-    size_t bytes = sizeof **moves + (*moves)->count * sizeof(*moves)->items[0];
-    if (self->kept + bytes > self->most_kept)
-        return *moves;
-    fsm_moves *kept = malloc(bytes);
+    return moves;
+}
+
+/* Keeps a copy of steps while memory for that lasts; of machines, which are few, always. */
+static const fsm_moves *keep(fsm_tree *self, const fsm_node *node, uint32_t state, fsm_part part,
+                             const fsm_moves *moves)
+{
+    size_t bytes = sizeof *moves + moves->count * sizeof moves->items[0];
+    fsm_moves *kept = node->left == NULL || is_room_for(self, bytes) ? malloc(bytes) : NULL, *other = NULL;
     if (kept == NULL)
-        return *moves;
-    memcpy(kept, *moves, bytes);
+        return moves;
+    memcpy(kept, moves, bytes);
     kept->room = kept->count;
-    self->kept += bytes + 16;
-    return fsm_node_at(node, state)->moves[part] = kept;
+    if (__atomic_compare_exchange_n(&fsm_node_at(node, state)->moves[part], &other, kept, false, __ATOMIC_ACQ_REL,
+                                    __ATOMIC_ACQUIRE)) {
+        (void)__atomic_fetch_add(&self->kept, bytes + 16, __ATOMIC_RELAXED);
+        return kept;
+    }
+    free(kept);
+    return other; /* found out by another thread meanwhile */
+}
+
+const fsm_moves *fsm_node_find_moves(fsm_tree *self, uint32_t thread, fsm_node *node, uint32_t state, fsm_part part)
+{
+    fsm_moves **moves = clear_scratch(self, thread, node, part);
+    if (moves == NULL) {
+        (void)out_of_memory(self);
+        return NULL;
+    }
+    if (node->left == NULL ? !machine_moves(self, node, state, part, moves)
+                           : !child_moves(self, thread, node, state, part, true, moves)
+                || !child_moves(self, thread, node, state, part, false, moves))
+        return NULL;
+    return keep(self, node, state, part, *moves);
 }
 
 fsm_description fsm_node_describe(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, uint32_t number)
 {
     const fsm_composition *c = self->composition;
     while (node->left != NULL) {
-        fsm_node_state at = *fsm_node_at(node, state);
-        const fsm_moves *left = fsm_node_moves(self, node->left, at.left, part);
+        const fsm_node_state *at = fsm_node_at(node, state);
+        const fsm_moves *left = fsm_node_moves(self, 0, node->left, at->left, part);
         bool is_left = left != NULL && number < left->count;
         number -= is_left || left == NULL ? 0 : left->count;
         node = is_left ? node->left : node->right;
-        state = is_left ? at.left : at.right;
+        state = is_left ? at->left : at->right;
     }
     const fsm_local_info *info = fsm_info(c, node->first, state);
     const fsm_local_step *step = &c->steps[(part == FSM_OPEN ? info->open : info->own) + number];

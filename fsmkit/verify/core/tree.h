@@ -3,12 +3,17 @@
  * A node is a machine or a group of two nodes. Its states are numbered: those of a machine are its
  * local states, those of a group pairs of its children's. What a node can do in a state is found out
  * once, and kept while memory for that lasts; so is what a message does to it. The state of the whole
- * system is the pair of the root's halves, and a step of it a few look-ups. */
+ * system is the pair of the root's halves, and a step of it a few look-ups.
+ *
+ * Several threads may ask at once. What is known never changes and is read without a lock: its number,
+ * or the pointer to it, is published once it is complete. Making something new takes the lock of the
+ * composition. */
 #ifndef FSM_TREE_H
 #define FSM_TREE_H
 
 #include "composition.h"
 #include "lists.h"
+#include "workers.h"
 
 /* Which steps of a node: own ones of monitors, of machines of the environment that have an event
  * waiting, all own ones, and what may happen to its machines. */
@@ -44,20 +49,27 @@ typedef struct {
     fsm_moves *moves[FSM_PARTS];
 } fsm_node_state;
 
+/* Numbers of a group's states, plus one; 0 is empty. */
+typedef struct fsm_pairs fsm_pairs;
+
+struct fsm_pairs {
+    uint32_t capacity;
+    fsm_pairs *older; /* smaller ones that somebody may still be reading */
+    uint32_t slots[];
+};
+
 typedef struct fsm_node fsm_node;
 
 struct fsm_node {
     uint32_t first, last; /* machines in it, from the first to before the last */
     fsm_node *left, *right; /* NULL: a machine */
-    fsm_node_state **chunks;
-    uint32_t count, chunk_room;
-    uint32_t *slots; /* of a group: number of a state plus one; 0 is empty */
-    uint32_t capacity;
+    uint32_t count;
+    fsm_pairs *pairs;   /* of a group */
     fsm_memo delivered; /* (state, list of messages) -> (state, list of marks) */
     fsm_memo aspects;   /* of a group: pairs of its children's */
     fsm_store seen;     /* of a machine: what properties see of it */
     uint32_t aspect_count;
-    fsm_moves *scratch[FSM_PARTS]; /* for steps that are not kept */
+    fsm_chunks states;
 };
 
 typedef struct fsm_tree {
@@ -71,6 +83,7 @@ typedef struct fsm_tree {
     uint32_t *buffer; /* room for a list */
     size_t buffer_room;
     unsigned char *seen; /* room for what properties see of a machine */
+    fsm_moves **scratch[FSM_MOST_WORKERS]; /* of each thread, for each node and part: for steps that are not kept */
 } fsm_tree;
 
 fsm_tree *fsm_tree_make(fsm_composition *composition);
@@ -82,15 +95,25 @@ size_t fsm_tree_bytes(const fsm_tree *self);
 fsm_state fsm_tree_fold(fsm_tree *self, const uint32_t *locals);
 void fsm_tree_unfold(const fsm_tree *self, fsm_state state, uint32_t *locals);
 
+/* Frees what only threads that read needed. No other may be at work. */
+void fsm_tree_tidy(fsm_tree *self);
+
 static inline fsm_node_state *fsm_node_at(const fsm_node *node, uint32_t state)
 {
-    enum { CHUNK_BITS = 10 };
-    return &node->chunks[state >> CHUNK_BITS][state & ((1u << CHUNK_BITS) - 1)];
+    return fsm_chunks_at(&node->states, state, sizeof(fsm_node_state));
 }
 
+/* Finds out the steps of a node in a state; see fsm_node_moves. */
+const fsm_moves *fsm_node_find_moves(fsm_tree *self, uint32_t thread, fsm_node *node, uint32_t state, fsm_part part);
+
 /* The steps of a node in a state; NULL if that failed. They are valid until the next call for the
- * same node. */
-const fsm_moves *fsm_node_moves(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part);
+ * same node by the same thread. */
+static inline const fsm_moves *fsm_node_moves(fsm_tree *self, uint32_t thread, fsm_node *node, uint32_t state,
+                                              fsm_part part)
+{
+    fsm_moves *known = __atomic_load_n(&fsm_node_at(node, state)->moves[part], __ATOMIC_ACQUIRE);
+    return known != NULL ? known : fsm_node_find_moves(self, thread, node, state, part);
+}
 
 /* The state after messages have come, and the list of marks of that (both joined as in a memo:
  * state << 32 | marks); UINT64_MAX if it failed. Messages to machines outside the node are ignored. */
@@ -102,7 +125,8 @@ uint32_t fsm_node_elapse(fsm_tree *self, fsm_node *node, uint32_t state);
 /* Which local step the given one of a node in a state is: its machine, and its number. */
 fsm_description fsm_node_describe(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, uint32_t number);
 
-/* Joins two lists of marks. FSM_NONE if memory ran out. */
+/* Joins two lists of marks, or adds a mark to one. FSM_NONE if memory ran out. */
 uint32_t fsm_tree_join_marks(fsm_tree *self, uint32_t a, uint32_t b);
+uint32_t fsm_tree_add_mark(fsm_tree *self, uint32_t marks, uint32_t mark);
 
 #endif
