@@ -258,6 +258,8 @@ class ReactionPrinter:
         for leaf in self._selection.leaves(self.plan.regions[0]):
             answers: dict[Lines, list[int]] = {}
             for event in self.by_event:
+                if self.shapes.shape(event) is Shape.ANY:
+                    continue
                 found = self.candidates(leaf, lambda t, e=event: e in t.events)  # type: ignore[misc]
                 if found:
                     answers.setdefault(self._answer(found, leaf), []).append(event)
@@ -324,7 +326,7 @@ class ReactionPrinter:
         rows = [(f"{p}_unhandled", "no event")]
         for event in range(max(self.by_event, default=-1) + 1):
             name = calls.get(event, f"{p}_unhandled")
-            if self.shapes.shape(event) is Shape.ANY:
+            if self.shapes.shape(event) is Shape.ANY and not self.names.defers:
                 name = f"{p}_respond_any"
             rows.append((name, self.chart.events[event].name))
         print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")

@@ -14,7 +14,7 @@ from fsmkit.codegen.c.effects import can_fail, has_effect
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.names import Names, comment
-from fsmkit.codegen.c.shapes import Shapes
+from fsmkit.codegen.c.shapes import Shape, Shapes
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import Kind, Trigger
@@ -111,6 +111,11 @@ class SelectionPrinter:
         found = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
         return [t for t in found if t.trigger is trigger]
 
+    def _asked_for(self, state: int, trigger: Trigger) -> list[Transition]:
+        """Return the transitions of a state that are selected, in priority order."""
+        own = self.own(state, trigger)
+        return [t for t in own if trigger is not Trigger.EVENT or self.shapes.may_preempt(t)]
+
     def _needed(self, trigger: Trigger) -> frozenset[int]:
         """Return the states whose own function is called for an active state at or below them."""
         needed: set[int] = set()
@@ -120,7 +125,7 @@ class SelectionPrinter:
             for state in self.plan.chains[leaf.index]:
                 if state in needed:
                     break
-                own = self.own(state, trigger)
+                own = self._asked_for(state, trigger)
                 is_event = trigger is Trigger.EVENT
                 if own or (is_event and self.chart.states[state].defer):
                     needed.add(state)
@@ -138,7 +143,7 @@ class SelectionPrinter:
         for state in self.chart.states[1:]:
             assert state.parent is not None  # noqa: S101
             calls[state.index] = calls[state.parent]
-            own = self.own(state.index, trigger)
+            own = self._asked_for(state.index, trigger)
             defers = state.defer if trigger is Trigger.EVENT else ()
             if state.is_history or state.index not in needed:
                 continue
@@ -193,7 +198,8 @@ class SelectionPrinter:
         answers: dict[int, list[Transition]] = {event: [] for event in defers}
         for transition in own:
             for event in transition.events:
-                answers.setdefault(event, []).append(transition)
+                if self.shapes.shape(event) is Shape.ANY:
+                    answers.setdefault(event, []).append(transition)
         grouped: dict[tuple[tuple[int, ...], bool], list[int]] = {}
         for event, found in answers.items():
             key = (tuple(t.index for t in found), event in defers)

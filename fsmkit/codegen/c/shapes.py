@@ -35,6 +35,8 @@ class Shapes:
         self.chart = plan.chart
         self.plan = plan
         self._known: dict[int, Shape] = {}
+        self.deferred = frozenset(e for state in self.chart.states for e in state.defer)
+        """Events that some state defers: that is found out together with what they enable."""
         self.by_event = self._sorted(Trigger.EVENT)
         """The transitions by event, in document order."""
         eventless = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
@@ -53,7 +55,7 @@ class Shapes:
     def _shape(self, transitions: Sequence[Transition]) -> Shape:
         if not transitions:
             return Shape.NONE
-        if self._is_small or any(state.defer for state in self.chart.states):
+        if self._is_small:
             return Shape.ANY
         regions = self.regions(transitions)
         if len(regions) == 1:
@@ -64,9 +66,16 @@ class Shapes:
 
     def shape(self, event: int) -> Shape:
         """Return how an event is answered."""
+        if event in self.deferred:
+            return Shape.ANY
         if event not in self._known:
             self._known[event] = self._shape(self.by_event.get(event, ()))
         return self._known[event]
+
+    @property
+    def has_straight(self) -> bool:
+        """Whether there is straight code for any event."""
+        return any(self.shape(event) is not Shape.ANY for event in self.by_event)
 
     def regions(self, transitions: Iterable[Transition]) -> list[int]:
         """Return the regions in which transitions begin."""
@@ -96,4 +105,5 @@ class Shapes:
         """Whether something is left for `selection`."""
         shapes = [self.eventless, *map(self.shape, self.by_event)]
         is_timed = any(t.trigger is not Trigger.INITIAL for t in self.chart.transitions)
-        return Shape.ANY in shapes or (self._is_small and is_timed)
+        is_general = Shape.ANY in shapes or bool(self.deferred)
+        return is_general or (self._is_small and is_timed)

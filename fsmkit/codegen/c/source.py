@@ -273,7 +273,7 @@ class SourcePrinter:
             self._print_general()
             self._select(out)
         self._defer_test(out)
-        if names.defers:
+        if names.defers and not reactions.shapes.has_straight:
             return
         if names.form is Form.GRID:
             GridPrinter(reactions).print(self.answers)

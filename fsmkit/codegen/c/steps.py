@@ -43,6 +43,8 @@ from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType
 from fsmkit.model.document import Kind, Trigger
 
+ANSWERS = "the functions that answer events, which are printed already"
+
 
 class StepPrinter:
     """Prints them, once states and selection are printed: what those need decides what these hold.
@@ -197,11 +199,18 @@ class StepPrinter:
                 texts.append(TAKE_ONE)
         if reactions.shapes.eventless is Shape.ANY:
             texts.append(EVENTLESS_SINGLE if single else EVENTLESS_MANY)
+        if reactions.shapes.is_general and not names.defers:
+            texts.append(RESPOND_SINGLE if single else RESPOND_ANY)
+        texts.append(ANSWERS)
         if names.defers:
             texts.append(REACT_SINGLE if single else REACT_MANY)
-        elif reactions.shapes.is_general:
-            texts.append(RESPOND_SINGLE if single else RESPOND_ANY)
+        else:
+            texts.append(REACT)
         for text in texts:
+            if text is ANSWERS:
+                out.lines(self.answers.finish().rstrip("\n").split("\n"))
+                out.line()
+                continue
             record = "@_record(m, domain);" if has_histories else "~"
             out.lines(
                 fill(
@@ -211,15 +220,25 @@ class StepPrinter:
                     FORGET=forget,
                     PREEMPT="@_remove_conflicts(m, &found);" if preempts else "~",
                     FAULTY=" || m->fault != FSM_NO_FAULT" if may_fault else "",
+                    STRAIGHT=self._straight(),
                     SOUND=" && m->fault == FSM_NO_FAULT" if may_fault else "",
                 )
             )
             out.line()
-        if not names.defers:
-            out.lines(self.answers.finish().rstrip("\n").split("\n"))
-            out.line()
-            out.lines(fill(names, REACT))
-            out.line()
+
+    def _straight(self) -> str:
+        """Return what sends events that nothing defers to straight code."""
+        if not self.reactions.shapes.has_straight:
+            return "~"
+        shapes, names = self.reactions.shapes, self.names
+        general = sorted(
+            {e for e in shapes.by_event if shapes.shape(e) is Shape.ANY} | shapes.deferred
+        )
+        cases = "".join(f"        case {names.events[event]}:\n" for event in general)
+        return (
+            f"    switch (e->event) {{\n{cases}            break;\n        default:\n"
+            "            return @_respond(m, e);\n    }"
+        )
 
     def _does(self, texts: Sequence[Emitter]) -> dict[str, bool]:
         """Return what the machine does at all: what it does not, it need not be ready for."""

@@ -159,6 +159,7 @@ REACT_SINGLE = """
 static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 {
 [event]    m->event = *e;
+$STRAIGHT
     uint16_t taken = @_select_event(m, (uint16_t)e->event);
     bool is_deferred = taken == %_DEFER;
     if (is_deferred)
@@ -180,6 +181,7 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 {
     @_selection found = {{0}, 0, false};
 [event]    m->event = *e;
+$STRAIGHT
     @_select_event_0(m, (uint16_t)e->event, &found);
     $FORGET
     $PREEMPT

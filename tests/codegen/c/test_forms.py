@@ -10,6 +10,7 @@ import pytest
 from fsmkit.codegen.c.forms import Form, form_of
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
+from fsmkit.codegen.c.shapes import Shapes
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
 from fsmkit.plan import lower
@@ -104,20 +105,32 @@ states:
       u: {on: {a: [{if: n > 5, target: v}, {do: n += 1}]}, always: {if: n > 8, target: v}}
       v: {on: {a: {if: n > 5, target: u}}}
 """
+DEFERRING = """
+chart: Dense
+events: {in: [a, b, c]}
+data: {n: uint32 = 0}
+initial: s
+states:
+  s: {defer: [b], on: {a: {target: t, do: n += 1}}}
+  t: {on: {b: {target: s, do: n += 10}, "a c": {do: n += 100}}}
+"""
 
 
-@pytest.mark.parametrize("text", [DENSE, NESTED], ids=["grid", "tables"])
+@pytest.mark.parametrize("text", [DENSE, NESTED, DEFERRING], ids=["grid", "tables", "deferring"])
+@pytest.mark.parametrize("is_small", [False, True], ids=["speed", "size"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
-def test_small_code_compiles_without_a_warning(
+def test_code_compiles_without_a_warning(
     tmp_path: Path,
     compiler: str,
     text: str,
+    *,
+    is_small: bool,
     compile_with: Callable[..., object],
     write: Callable[[Path, Mapping[str, str]], Path],
 ) -> None:
     path = tmp_path / "dense.yaml"
     path.write_text(text, encoding="utf-8")
-    write(tmp_path, generate_machine(load(path), None, Options(is_small=True)).files)
+    write(tmp_path, generate_machine(load(path), None, Options(is_small=is_small)).files)
     compile_with(tmp_path, compiler, "-c", "dense.c")
 
 
@@ -134,3 +147,41 @@ def test_one_region_needs_no_number_in_its_rows(tmp_path: Path) -> None:
     assert events[:2] == ["1,", "2,"]
     assert [int(x[:-1]) for x in first] == [0, 0, 2, 3, 6, 7]
     assert [int(x[:-1]) for x in guards] == [0, 0, 0, 1, 0, 2, 1]  # equal guards have one number
+
+
+def test_events_that_nobody_defers_are_straight_code(tmp_path: Path) -> None:
+    path = tmp_path / "dense.yaml"
+    path.write_text(DEFERRING, encoding="utf-8")
+    text = generate_machine(load(path)).files["dense.c"]
+    react = text.partition("dense_react(")[2].partition("\n}")[0]
+    assert "case DENSE_EVENT_B:\n            break;\n" in react
+    assert "return dense_respond(m, e);" in react
+    selected = text.partition("dense_state_1(")[2].partition("\n}")[0]
+    assert "DENSE_EVENT_B" in selected
+    assert "DENSE_EVENT_A" not in selected
+    at_t = text.partition("dense_at_t(")[2].partition("\n}")[0]
+    assert "DENSE_EVENT_C" in at_t
+    assert "DENSE_EVENT_B" not in at_t
+
+
+def deferring_cases(count: int) -> Iterator[Case]:
+    """Yield random charts that defer events, and have straight code for others."""
+    number = 0
+    while count:
+        choices = SeededChoices(f"defer:{number}")
+        number += 1
+        documents = (random_document(choices),)
+        try:
+            chart = elaborated(documents)
+        except FsmkitError:
+            continue
+        shapes = Shapes(lower(chart))
+        if shapes.deferred and shapes.has_straight:
+            count -= 1
+            yield Case(documents, chart, random_script(choices, chart), f"defer {number}")
+
+
+def test_deferral_beside_straight_code_means_what_the_charts_mean() -> None:
+    totals = compare_all(list(deferring_cases(15)), [harness("c")])
+    assert (totals.divergences, totals.refused) == ([], 0)
+    assert totals.macrosteps > 500
