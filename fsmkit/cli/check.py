@@ -16,13 +16,14 @@ from fsmkit.composition.parts import named_charts
 from fsmkit.diagnostics import Diagnostic, Findings
 from fsmkit.model.chart import Chart
 from fsmkit.verify.counterexample import as_json
+from fsmkit.verify.cover import cover, told
 from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.pictures import demand_notation, pictures
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.save import save
 from fsmkit.verify.show import summary
-from fsmkit.verify.suites import demand_language, suite, traces
+from fsmkit.verify.suites import covering, demand_language, suite, traces
 from fsmkit.verify.system import System
 from fsmkit.verify.verdict import Report, Result, Verdict
 
@@ -122,6 +123,13 @@ def read_replacements(
     help="Write all traces as one file of tests: py (a pytest, for interpreter and generated "
     "Python) or c (a program for the generated C). Can be repeated.",
 )
+@click.option(
+    "--cover",
+    "cover_folder",
+    type=click.Path(path_type=Path),
+    help="A folder for tests that take every transition and enter every state that can be reached: "
+    "a pytest, a C program, and a page on what they cover.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path,
@@ -136,6 +144,7 @@ def command(
     save_trace: Path | None,
     drawings: tuple[Path, ...],
     tests: tuple[Path, ...],
+    cover_folder: Path | None,
     as_json_document: bool,
 ) -> int:
     """Explore all that a chart or a system can do.
@@ -158,6 +167,7 @@ def command(
         silent,
         Limits(memory, timeout, cores or 0),
         zones=time_mode == "zones",
+        covers=cover_folder is not None,
     )
     with Progress(
         SpinnerColumn(),
@@ -175,11 +185,15 @@ def command(
         found = check(system, findings, manner=manner, names=frozenset(names), progress=progress)
     saved = save(found, file, save_trace) if save_trace is not None else []
     made = {path: text for d in drawings for path, text in pictures(found, d).items()}
+    charts = compiled_charts(system, found.closed.system)
     made |= {
-        path: suite(path, found.closed, paths, file, compiled_charts(system))
+        path: suite(path, found.closed, paths, file, charts)
         for path in tests
         if (paths := traces(found))
     }
+    covered = cover(found) if cover_folder is not None else None
+    if covered is not None and cover_folder is not None:
+        made |= covering(cover_folder, covered, file, charts)
     write_files(made)
     report(found.findings)
     if as_json_document:
@@ -188,19 +202,19 @@ def command(
         out.print(summary(found, out.width))
         if saved:
             out.print(f"saved {len(saved)} files in {save_trace}", style="dim")
+        if covered is not None:
+            out.print(escape(told(covered)))
         for path in made:
             out.print(f"wrote {escape(str(path))}", style="dim")
     return 0 if found.verdict is Verdict.HOLDS else 1
 
 
-def compiled_charts(system: System) -> tuple[Chart, ...]:
-    """Return the chart of each machine, named as `fsmkit compile` names its code."""
-    if system.is_open:
-        return tuple(machine.chart for machine in system.machines)
-    named = iter(named_charts(without_channels(system)))
-    return tuple(
-        machine.chart if machine.is_channel else next(named) for machine in system.machines
-    )
+def compiled_charts(system: System, explored: System) -> tuple[Chart, ...]:
+    """Return the charts of the explored machines, named as `fsmkit compile` names their code."""
+    whole = system if system.is_open else without_channels(system)
+    named = tuple(m.chart for m in whole.machines) if system.is_open else named_charts(whole)
+    known = dict(zip((machine.name for machine in whole.machines), named, strict=True))
+    return tuple(known.get(machine.name, machine.chart) for machine in explored.machines)
 
 
 def document(found: Report) -> Mapping[str, object]:

@@ -283,6 +283,8 @@ class MachineAdapter(TimerWriter):
             out.line(f".state_count = {len(chart.states)}u,")
             out.line(f".transition_count = {len(chart.transitions)}u,")
             out.line(f".event_count = {len(chart.events)}u,")
+            covered = len(chart.transitions) if self.closed.covers else 0
+            out.line(f".covered = {covered}u,")
             out.line(".noted = noted,")
             out.line(f".asked = {'asked' if any(asked) else 'NULL'},")
             out.line(f".hear = {'hear' if self._hears else 'NULL'},")

@@ -92,6 +92,8 @@ class Closed:
     samples: tuple[str, ...]
     zones: bool = False
     """Time is dense, see ``core/timed.h``; ``unit`` then only divides all delays."""
+    covers: bool = False
+    """Each transition taken and each state entered is marked, so that a way there is known."""
 
     @property
     def is_timeless(self) -> bool:
@@ -110,7 +112,12 @@ class Closed:
 
 
 def close(
-    system: System, *, untimed: bool = False, silent: bool = False, zones: bool = False
+    system: System,
+    *,
+    untimed: bool = False,
+    silent: bool = False,
+    zones: bool = False,
+    covers: bool = False,
 ) -> Closed:
     """Prepare a system for exploration; `FsmkitError` where it cannot be.
 
@@ -147,6 +154,7 @@ def close(
         unit=unit,
         samples=tuple(dict.fromkeys(samples)),
         zones=zones and unit > 0,
+        covers=covers,
     )
 
 

@@ -110,10 +110,16 @@ class Exploration:
 
 
 def first_mark(closed: Closed, machine: int) -> int:
-    """Return the first mark of a machine: queue full, fault, each event unanswered, each taken."""
+    """Return the first mark of a machine: queue full, fault, each event unanswered, each taken.
+
+    Where a suite of tests is made, then each transition that is taken and each state entered.
+    """
     charts = closed.charts[:machine]
     properties = len(judged(closed.system.properties))
-    return 1 + properties + sum(UNHANDLED + 2 * len(chart.events) for chart in charts)
+    marks = sum(UNHANDLED + 2 * len(chart.events) for chart in charts)
+    if closed.covers:
+        marks += sum(len(c.transitions) + len(c.states) for c in charts if c.transitions)
+    return 1 + properties + marks
 
 
 Trail = tuple[tuple[Step, ...], ...]

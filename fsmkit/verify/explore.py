@@ -53,6 +53,8 @@ class Manner:
     silent: bool = False
     """Transitions marked ``watchdog`` never fire; needs ``untimed``."""
     limits: Limits = Limits()
+    covers: bool = False
+    """A way to each transition and each state is kept, for `verify.cover`."""
     zones: bool = False
     """Time is dense; the engine in Python, which has no zones, lets it pass by units instead."""
 
@@ -71,7 +73,9 @@ def check(
     _demand_no_invocations(system)
     engine = manner.engine or ("c" if compiler() is not None else "python")
     zones = manner.zones and engine == "c"
-    closed = close(system, untimed=manner.untimed, silent=manner.silent, zones=zones)
+    closed = close(
+        system, untimed=manner.untimed, silent=manner.silent, zones=zones, covers=manner.covers
+    )
     if not manner.engine and engine == "python":
         findings.add(
             "no-compiler",

@@ -8,10 +8,21 @@ from enum import Enum
 from fractions import Fraction
 
 from fsmkit.expressions import Value
+from fsmkit.model.chart import Chart
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
 
 FULL, FAULT, UNHANDLED = 0, 1, 2
 """Notes of a step of a machine; from the last on, one for each event that was not answered."""
+
+
+def transition_note(chart: Chart, transition: int) -> int:
+    """Return the note of a transition that is taken, where a suite of tests is made."""
+    return UNHANDLED + 2 * len(chart.events) + transition
+
+
+def state_note(chart: Chart, state: int) -> int:
+    """Return the note of a state that is entered, where a suite of tests is made."""
+    return UNHANDLED + 2 * len(chart.events) + len(chart.transitions) + state
 
 
 MOST_RUNS = 1 << 16

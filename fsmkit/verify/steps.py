@@ -51,6 +51,8 @@ from fsmkit.verify.moves import (
     TooManyChoices,
     View,
     Who,
+    state_note,
+    transition_note,
 )
 from fsmkit.verify.readiness import resting, tries_eventless
 from fsmkit.verify.shared import driven, kept_at_start, written_value
@@ -312,6 +314,10 @@ class LocalSteps:
                     found[FAULT] = None
                 case Unhandled(event) if event != own and event in self._noted[machine]:
                     found[UNHANDLED + event] = None
+                case Taken(transition) if self.closed.covers:
+                    found[transition_note(self.charts[machine], transition)] = None
+                case Entered(state) if self.closed.covers:
+                    found[state_note(self.charts[machine], state)] = None
         return tuple(found)
 
     def _cover(self, coverage: Coverage, done: Macrostep) -> None:

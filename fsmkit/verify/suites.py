@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from pprint import pformat
 
@@ -14,6 +14,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.verify.c_again import Scenario, in_c
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample
+from fsmkit.verify.cover import Cover, named, table
 from fsmkit.verify.save import recorded
 from fsmkit.verify.verdict import Report, Verdict
 
@@ -57,6 +58,16 @@ def demand_language(path: Path) -> None:
         )
 
 
+def covering(folder: Path, found: Cover, source: Path, charts: Sequence[Chart]) -> dict[Path, str]:
+    """Return the files of a suite that covers machines, and the page on what it covers."""
+    name = re.sub(r"\W+", "_", found.closed.system.name).lower()
+    files = {folder / "coverage.md": table(found)}
+    if found.paths:
+        for path in (folder / f"test_{name}_cover.py", folder / f"{name}_cover.c"):
+            files[path] = suite(path, found.closed, named(found), source, charts)
+    return files
+
+
 def traces(report: Report) -> dict[str, tuple[str, Counterexample]]:
     """Return the traces of a report by the name of a test, each with what it shows."""
     found = {}
@@ -71,7 +82,7 @@ def traces(report: Report) -> dict[str, tuple[str, Counterexample]]:
 def suite(
     path: Path,
     closed: Closed,
-    paths: dict[str, tuple[str, Counterexample]],
+    paths: Mapping[str, tuple[str, Counterexample]],
     source: Path,
     charts: Sequence[Chart],
 ) -> str:
@@ -89,7 +100,7 @@ def suite(
 
 
 def _pytest(
-    path: Path, closed: Closed, paths: dict[str, tuple[str, Counterexample]], source: Path
+    path: Path, closed: Closed, paths: Mapping[str, tuple[str, Counterexample]], source: Path
 ) -> str:
     folder = path.resolve().parent
     documents = {}

@@ -304,6 +304,7 @@ static void listen_to(const fsm_composition *self, uint32_t machine)
     fsm_recording.asked = self->system->machines[machine]->asked;
     fsm_recording.hear = self->system->machines[machine]->hear;
     fsm_recording.event_count = self->system->machines[machine]->event_count;
+    fsm_recording.covered = self->system->machines[machine]->covered;
     fsm_recording.noted = self->system->machines[machine]->noted;
 }
 

@@ -72,16 +72,24 @@ void fsm_note_mark(uint32_t note)
         self->notes[self->note_count++] = note;
 }
 
+static void note_covered(uint32_t number)
+{
+    if (fsm_recording.covered > 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + 2 * fsm_recording.event_count + number);
+}
+
 void fsm_note_taken(uint32_t transition)
 {
     fsm_recording.took = true;
     fsm_recording.transitions_seen[transition] = 1;
+    note_covered(transition);
     fsm_note_line("t", transition);
 }
 
 void fsm_note_entered(uint32_t state)
 {
     fsm_recording.states_seen[state] = 1;
+    note_covered(fsm_recording.covered + state);
     fsm_note_line("+", state);
 }
 

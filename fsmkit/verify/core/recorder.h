@@ -14,7 +14,7 @@ enum {
     FSM_MOST_VALUES = 32,   /* values of one message */
     FSM_MOST_SENT = 256,    /* messages of one local step */
     FSM_MOST_CHOICES = 256, /* choices of one local step */
-    FSM_MOST_NOTES = 64     /* marks of one local step */
+    FSM_MOST_NOTES = 256    /* marks of one local step */
 };
 
 typedef struct {
@@ -33,6 +33,7 @@ typedef struct {
     uint32_t budget;         /* the fewest microsteps that were left */
     const unsigned char *asked; /* events of the machine whose being taken is noted; NULL: none */
     uint32_t event_count;       /* of the machine */
+    uint32_t covered;           /* of the machine: its transitions, if each is noted, and each state; else 0 */
     const unsigned char *noted; /* events of the machine whose going unanswered is noted */
     unsigned char *states_seen, *transitions_seen; /* of the machine at hand; coverage of the whole run */
     const char *too_much;    /* a bound above was passed */
@@ -43,7 +44,8 @@ typedef struct {
 
 extern fsm_recorder fsm_recording;
 
-/* Marks of a machine: these two, then one for each event that was not answered, and one for each that was taken. */
+/* Marks of a machine: these two, then one for each event that was not answered, and one for each that was taken.
+ * Where a suite of tests is made, also one for each transition that was taken and each state that was entered. */
 enum { FSM_NOTE_FULL, FSM_NOTE_FAULT, FSM_NOTE_UNHANDLED };
 
 void fsm_recorder_begin(void);   /* before a step; the choices stay */

@@ -7,8 +7,10 @@
 uint32_t fsm_first_mark(const fsm_system *system, uint32_t machine)
 {
     uint32_t mark = 1 + system->property_count;
-    for (uint32_t i = 0; i < machine; i++)
-        mark += FSM_NOTE_UNHANDLED + 2 * system->machines[i]->event_count;
+    for (uint32_t i = 0; i < machine; i++) {
+        const fsm_machine *m = system->machines[i];
+        mark += FSM_NOTE_UNHANDLED + 2 * m->event_count + (m->covered > 0 ? m->covered + m->state_count : 0);
+    }
     return mark;
 }
 

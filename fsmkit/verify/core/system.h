@@ -37,6 +37,7 @@ typedef struct {
     bool environment;
     bool monitor; /* one of the environment that only watches: it moves first, and nothing waits for it */
     uint32_t state_count, transition_count, event_count;
+    uint32_t covered; /* its transitions, if each that is taken is marked, and each state; else 0 */
     const unsigned char *noted; /* which events are worth a mark when nobody answers them */
     const unsigned char *asked; /* which events some property asks of whether they occur; NULL: none */
     void (*hear)(const void *event); /* notes an event that was taken, for monitors; NULL: none watches */
