@@ -1,9 +1,10 @@
 """Measure: ``python -m benchmarks.explorer [--count N]``.
 
-Both tools explore the dining philosophers exhaustively, with all reductions off, on one core,
-compiled by the same compiler with the same flags. Processor seconds and the largest resident size
-are those of the whole process, as the system accounts for them. SPIN runs in its fastest exhaustive
-mode for this system, depth first; where it is not installed, its row is missing.
+Both tools explore the dining philosophers and a token ring exhaustively, with all reductions off,
+on one core, compiled by the same compiler with the same flags. Processor seconds and the largest
+resident size are those of the whole process, as the system accounts for them. SPIN runs in its
+fastest exhaustive mode for each system: depth first for the philosophers, breadth first for the
+ring. Where it is not installed, its rows are missing.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.reader import load_system
 
 HERE = Path(__file__).parent
-SYSTEM = """\
+PHILOSOPHERS = """\
 system: Philosophers
 machines:
   "phil[i in 0..{last}]":
@@ -41,6 +42,35 @@ properties:
     invariant: "all(i in phil: not (phil[i].In(eating) and phil[(i + 1) % {count}].In(eating)))"
   D: deadlock_free
 """
+RING = """\
+system: TokenRing
+machines:
+  "node[i in 0..{last}]":
+    chart: {chart}
+    with: {{ME: i, NEXT: (i + 1) % {count}, FIRST: "i % 3 == 0 ? 2 : 0"}}
+shared:
+  queue: "0..6[{count}] = 0"
+properties:
+  D: deadlock_free
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A system in both languages, and how SPIN is fastest with it."""
+
+    name: str
+    system: str
+    chart: str
+    promela: str
+    mode: str
+    defines: tuple[str, ...] = ()
+
+
+MODELS = (
+    Model("philosophers", PHILOSOPHERS, "philosopher.yaml", "philosophers.pml", "depth first"),
+    Model("ring", RING, "node.yaml", "ring.pml", "breadth first", ("-DBFS",)),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +105,11 @@ def run(command: list[str], folder: Path) -> tuple[str, float, int]:
         return said.read(), usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024
 
 
-def measure_fsmkit(count: int, memory: int, folder: Path) -> Measured:
-    """Explore the philosophers here."""
-    file = folder / "philosophers.yaml"
-    chart = HERE / "philosopher.yaml"
-    file.write_text(SYSTEM.format(count=count, last=count - 1, chart=chart), encoding="utf-8")
+def measure_fsmkit(model: Model, count: int, memory: int, folder: Path) -> Measured:
+    """Explore a system here."""
+    file = folder / f"{model.name}.yaml"
+    system = model.system.format(count=count, last=count - 1, chart=HERE / model.chart)
+    file.write_text(system, encoding="utf-8")
     findings = Findings()
     with closing(CEngine(close(load_system(file, findings)), findings)) as engine:
         said, seconds, most = run([str(engine.program), "--memory", str(memory)], folder)
@@ -89,23 +119,23 @@ def measure_fsmkit(count: int, memory: int, folder: Path) -> Measured:
     return Measured("fsmkit", told["states"], told["transitions"], seconds, most)
 
 
-def measure_spin(count: int, folder: Path) -> Measured | None:
-    """Explore the philosophers with SPIN; None where there is none."""
+def measure_spin(model: Model, count: int, folder: Path) -> Measured | None:
+    """Explore a system with SPIN; None where there is none."""
     spin, gcc = shutil.which("spin"), compiler()
     if spin is None or gcc is None:
         return None
-    model = shutil.copy(HERE / "philosophers.pml", folder)
-    subprocess.run([spin, "-a", f"-DN={count}", model], cwd=folder, check=True)
-    flags = ["-std=gnu99", "-O2", "-w", "-DSAFETY", "-DNOREDUCE", "-DMEMLIM=16000"]
+    copy = shutil.copy(HERE / model.promela, folder)
+    subprocess.run([spin, "-a", f"-DN={count}", copy], cwd=folder, check=True)
+    flags = ["-std=gnu99", "-O2", "-w", "-DSAFETY", "-DNOREDUCE", "-DMEMLIM=16000", *model.defines]
     subprocess.run([gcc, *flags, "pan.c", "-o", "pan"], cwd=folder, check=True)
-    said, seconds, most = run(["./pan", "-m1000000", f"-w{16 + count}"], folder)
+    said, seconds, most = run(["./pan", "-m20000000", f"-w{16 + count}"], folder)
     if "error: max search depth" in said or "aborted" in said:
         raise click.ClickException("SPIN ended early")
     states, transitions = (
         int(re.search(rf"(\d+) {what}", said)[1])  # type: ignore[index]
         for what in ("states, stored", "transitions")
     )
-    return Measured("SPIN, depth first", states, transitions, seconds, most)
+    return Measured(f"SPIN, {model.mode}", states, transitions, seconds, most)
 
 
 def table_of(found: list[Measured]) -> Table:
@@ -125,21 +155,26 @@ def table_of(found: list[Measured]) -> Table:
     return table
 
 
-@click.command(help="Explore the dining philosophers here and with SPIN, and compare.")
+@click.command(help="Explore two systems here and with SPIN, and compare.")
 @click.option("--count", default=8, show_default=True, help="philosophers")
 @click.option("--memory", default=16 << 30, help="bytes")
 def main(count: int, memory: int) -> None:
-    """Print the table and the ratios."""
+    """Print the tables and the ratios."""
     console = Console()
-    with tempfile.TemporaryDirectory() as name:
-        ours = measure_fsmkit(count, memory, Path(name))
-        spin = measure_spin(count, Path(name))
-    console.print(table_of([one for one in (ours, spin) if one is not None]))
-    if spin is None:
-        console.print("SPIN is not installed: `make tools` installs it")
-        return
-    console.print(f"{ours.rate / spin.rate:.1f} times the rate of SPIN")
-    console.print(f"{ours.bytes_a_state / spin.bytes_a_state:.3f} of the memory a state of SPIN")
+    for model in MODELS:
+        machines = count if model.name == "philosophers" else 8
+        with tempfile.TemporaryDirectory() as name:
+            ours = measure_fsmkit(model, machines, memory, Path(name))
+            spin = measure_spin(model, machines, Path(name))
+        console.print(f"{model.name}, {machines}")
+        console.print(table_of([one for one in (ours, spin) if one is not None]))
+        if spin is None:
+            console.print("SPIN is not installed: `make tools` installs it")
+            continue
+        console.print(f"{ours.rate / spin.rate:.1f} times the rate of SPIN")
+        console.print(
+            f"{ours.bytes_a_state / spin.bytes_a_state:.3f} of the memory a state of SPIN"
+        )
 
 
 if __name__ == "__main__":
