@@ -16,7 +16,7 @@ from fsmkit.runtime.packing import unpack_values
 RING = b"FST\x01"
 RECORD = struct.Struct("<IHHHH")
 TIMEOUT = 0xFFFF
-START, RUN, DISPATCH, POST, CALLED, TAKEN, END = range(1, 8)
+START, RUN, DISPATCH, POST, CALLED, TAKEN, END, RESTORE = range(1, 9)
 """``fsm_log_kind``."""
 
 
@@ -93,20 +93,22 @@ def calls(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Ca
     image = image_of(chart)
     open_: list[Call | None] = []
     for kind, body, at in _records(data):
-        if kind in (START, RUN, DISPATCH, POST):
+        if kind in (START, RUN, DISPATCH, POST, RESTORE):
             (number,) = struct.unpack_from("<H", body)
-            if kind == START and instance is None and body.endswith(head(chart)[4:]):
+            begins = kind in (START, RESTORE)
+            is_own = begins and _is_of(chart, kind, body)
+            if is_own and instance is None:
                 instance = number
-            if kind == START and number == instance and not body.endswith(head(chart)[4:]):
+            if begins and number == instance and not is_own:
                 raise fail(
                     "foreign-log",
                     f"the log is of another chart than `{chart.name}` as it is now",
                     help="replay it with the chart that the machine was compiled from",
                 )
             call = _call(image, kind, body[2:], at) if number == instance else None
-            if kind == POST and call is not None:
+            if kind in (POST, RESTORE) and call is not None:
                 yield call
-            elif kind != POST:
+            elif kind not in (POST, RESTORE):
                 open_.append(call)
         elif kind == END and open_:
             ended = open_.pop()
@@ -118,16 +120,22 @@ def calls(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Ca
     if instance is None:
         raise fail(
             "foreign-log",
-            f"the log does not tell of the start of a `{chart.name}`",
+            f"the log does not tell of the start of a `{chart.name}`, nor that one was restored",
             help="log from the start on, and replay with the chart that was compiled",
         )
+
+
+def _is_of(chart: Chart, kind: int, body: bytes) -> bool:
+    """Whether a machine that is started or restored is of a chart."""
+    start = head(chart)
+    return body.endswith(start[4:]) if kind == START else body[6:].startswith(start)
 
 
 def _records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
     at = 0
     while at + 3 <= len(data):
         kind, size = struct.unpack_from("<BH", data, at)
-        if not START <= kind <= END:
+        if not START <= kind <= RESTORE:
             raise _unreadable(f"there is no record of kind {kind}", at)
         if at + 3 + size > len(data):
             return
@@ -147,6 +155,8 @@ def _call(image: Image, kind: int, body: bytes, at: int) -> Call:
         if kind == POST:
             return Call((f"post {_event(image, body[1:])}",), at, was_refused=body[0] == 0)
         (now,) = struct.unpack_from("<I", body)
+        if kind == RESTORE:
+            return Call((f"restore {now} {body[4:].hex()}",), at)
         inputs = tuple(Field(v.name, v.type) for v in image.chart.inputs)
         size = size_of(codes(inputs))
         values = unpack_values(image, inputs, body[4 : 4 + size])

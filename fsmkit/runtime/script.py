@@ -146,7 +146,8 @@ class Player:
                 return (f"saved {self._saved.hex()}",)
             case "restore":
                 self._now = self._number(words, line)
-                self.snapshot = packing.unpack(self.chart, self._saved, self._now)
+                saved = self._bytes(words, line) or self._saved
+                self.snapshot = packing.unpack(self.chart, saved, self._now)
             case _:
                 raise wrong_line(line, f"there is no script line `{verb}`", KNOWN)
         return ()
@@ -181,6 +182,14 @@ class Player:
         if not word.isdecimal():
             raise wrong_line(line, f"`{word}` is no number", KNOWN)
         return int(word)
+
+    def _bytes(self, words: Iterator[str], line: Text) -> bytes:
+        """Read bytes in hexadecimal; none where the line ends."""
+        word = next(words, "")
+        try:
+            return bytes.fromhex(word)
+        except ValueError as error:
+            raise wrong_line(line, f"`{word}` are no bytes in hexadecimal", KNOWN) from error
 
     def _set_input(self, words: Iterator[str], line: Text) -> None:
         place, value = read_input(self.chart, words, line)

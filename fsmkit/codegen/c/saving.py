@@ -39,11 +39,19 @@ fsm_restored @_restore(@ *m, uint32_t now, const uint8_t *bytes, size_t size)
         return found;
     @_init(m);
     @_get_machine(&r, m, now);
-    if (r.sound)
+    if (r.sound) {
+$LOG
         return FSM_RESTORED;
+    }
     @_init(m);
     return FSM_DAMAGED;
 }
+"""
+
+LOG = """
+#ifdef FSM_LOGGED
+        fsm_log_restored((uint16_t)FSM_INSTANCE(m), now, bytes, size);
+#endif
 """
 
 PUT_TIMERS = """
@@ -126,14 +134,16 @@ def saving_source(machines: Machines) -> str:
     out = Emitter()
     what = comment(f"saves and restores the machine {names.chart.name}")
     out.line(f"/* {names.prefix}_save.c: {what}. {NOTICE} */")
-    out.lines([f'#include "{names.prefix}.h"', '#include "fsm_bytes.h"', ""])
+    is_traced = "trace" in names.options.extras
+    library = "fsm_trace.h" if is_traced else "fsm_bytes.h"
+    out.lines([f'#include "{names.prefix}.h"', f'#include "{library}"', ""])
     for each, members in machines:
         _Saver(each, frozenset(member.name for member in members)).print(out)
     start = ", ".join(f"0x{byte:02X}u" for byte in head(names.chart))
     out.line("/* What every image of this chart begins with. */")
     out.line(f"static const uint8_t {names.prefix}_head[FSM_SAVED_HEAD] = {{{start}}};")
     out.line()
-    out.lines(fill(names, ENDS))
+    out.lines(fill(names, ENDS, LOG=LOG.strip("\n") if is_traced else "~"))
     return out.finish()
 
 

@@ -87,3 +87,22 @@ void fsm_log_record(fsm_log_kind kind, const uint8_t *bytes, size_t size)
     (void)size;
 #endif
 }
+
+void fsm_log_restored(uint16_t instance, uint32_t now, const uint8_t *bytes, size_t size)
+{
+#ifdef FSM_LOGGED
+    uint8_t head[9];
+    fsm_writer w = {head};
+    fsm_put(&w, (uint32_t)FSM_LOG_RESTORE, 1u);
+    fsm_put(&w, (uint32_t)size + 6u, 2u);
+    fsm_put(&w, instance, 2u);
+    fsm_put(&w, now, 4u);
+    fsm_log_write(head, sizeof head);
+    fsm_log_write(bytes, size);
+#else
+    (void)instance;
+    (void)now;
+    (void)bytes;
+    (void)size;
+#endif
+}

@@ -58,7 +58,8 @@ typedef enum {
     FSM_LOG_POST,      /* instance, whether there was room, event */
     FSM_LOG_CALLED,    /* machine, operation, its result */
     FSM_LOG_TAKEN,     /* machine, transition */
-    FSM_LOG_END        /* of the last start, run or dispatch that has none */
+    FSM_LOG_END,       /* of the last start, run or dispatch that has none */
+    FSM_LOG_RESTORE    /* instance, now, the saved machine */
 } fsm_log_kind;
 
 #ifdef FSM_LOGGED
@@ -73,6 +74,7 @@ void fsm_trace_cause(uint16_t event);
 void fsm_trace_take(uint16_t instance, uint16_t machine, uint32_t time, uint16_t transition);
 uint32_t fsm_trace_time(void);
 void fsm_log_record(fsm_log_kind kind, const uint8_t *bytes, size_t size);
+void fsm_log_restored(uint16_t instance, uint32_t now, const uint8_t *bytes, size_t size);
 
 #ifdef __cplusplus
 }

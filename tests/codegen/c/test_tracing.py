@@ -16,7 +16,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
 from fsmkit.model.chart import Chart
 from fsmkit.plan.image import image_of
-from fsmkit.runtime.recording import calls, ring_lines
+from fsmkit.runtime.recording import RESTORE, calls, ring_lines
 from fsmkit.runtime.replaying import replay
 from fsmkit.runtime.script import run_script
 from fsmkit.testing.differential import random_case
@@ -123,6 +123,43 @@ def test_invoked_machines_are_replayed(tmp_path: Path) -> None:
     trace = list(replay(chart, log))
     assert trace == without_dumps(run_script(chart, script))
     assert any(": t " in line for line in trace)
+
+
+@pytest.fixture(scope="module")
+def restored(lamp: tuple[Chart, bytes, bytes], tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A log of a machine that is saved while its timer runs, and restored at another time."""
+    script = ["start 0", "input dark 1", "dispatch press 9", "run 5", "save", "post press 1",
+              "restore 4294967290", "run 4294967295", "post press 2", "run 9"]  # fmt: skip
+    ((log, _),) = logged(tmp_path_factory.mktemp("restored"), [(lamp[0], script)])
+    return log
+
+
+def from_restored(log: bytes) -> bytes:
+    """Return a log without what comes before the machine is restored."""
+    at = 0
+    while log[at] != RESTORE:
+        at += 3 + int.from_bytes(log[at + 1 : at + 3], "little")
+    return log[at:]
+
+
+def test_a_log_may_begin_at_a_restored_machine(
+    lamp: tuple[Chart, bytes, bytes], restored: bytes
+) -> None:
+    """By hand: lit at 0 for 20 ticks, of which 15 are left when it is restored at 2^32 - 6."""
+    whole = list(replay(lamp[0], restored))
+    assert list(replay(lamp[0], from_restored(restored))) == [
+        "@9 > event press 2", "unhandled press", "= on", "@9 > timeout 2", "- on", "t 2", "+ off",
+        "= off",
+    ]  # fmt: skip
+    assert whole[-8:] == list(replay(lamp[0], from_restored(restored)))
+
+
+def test_a_restored_machine_of_another_chart_is_refused(restored: bytes, tmp_path: Path) -> None:
+    (tmp_path / "other.yaml").write_text(LAMP.replace("20ms", "30ms"))
+    for instance in (None, 0):
+        with pytest.raises(FsmkitError) as caught:
+            list(replay(load(tmp_path / "other.yaml"), from_restored(restored), instance))
+        assert caught.value.diagnostics[0].rule.name == "foreign-log"
 
 
 def test_the_ring_tells_transitions_by_name(lamp: tuple[Chart, bytes, bytes]) -> None:
