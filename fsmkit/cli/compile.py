@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
@@ -19,14 +19,19 @@ from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import load_with_findings
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated, Target, plugin
+from fsmkit.verify.bounds import Proved, noted, proved
+from fsmkit.verify.explore import Manner
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.reader import is_system_file, load_system
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.system import System
 
 EPILOG = """\b
 Examples:
   fsmkit compile feeder.yaml
   fsmkit compile feeder.scxml --target python --out generated
   fsmkit compile cell.yaml --out generated
+  fsmkit compile feeder.yaml --bounds from-check --system cell.yaml
 """
 
 
@@ -51,6 +56,27 @@ Examples:
     "--optimize", type=click.Choice(("speed", "size")), help="C: make the code fast, or small."
 )
 @click.option("--without", help="C: leave out parts, with commas: queue, counters.")
+@click.option(
+    "--bounds",
+    type=click.Choice(("from-chart", "from-check")),
+    default="from-chart",
+    show_default=True,
+    help="C: the capacities of the chart, or as little as a check proves to be enough.",
+)
+@click.option(
+    "--system",
+    "system_file",
+    type=click.Path(path_type=Path),
+    help="With --bounds from-check: the system in which a chart runs; else it is checked alone.",
+)
+@click.option(
+    "--time",
+    "time_mode",
+    type=click.Choice(["zones", "discrete", "untimed"]),
+    default="zones",
+    show_default=True,
+    help="With --bounds from-check: how time passes in that check.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path,
@@ -62,6 +88,9 @@ def command(
     extras: str | None,
     optimize: str | None,
     without: str | None,
+    bounds: str,
+    system_file: Path | None,
+    time_mode: str,
     as_json_document: bool,
 ) -> int:
     """Write the machine of a chart; or all machines of a system, in C with what connects them.
@@ -71,10 +100,22 @@ def command(
     """
     target = plugin(Target, name)
     findings = Findings()
-    system = without_channels(load_system(file, findings)) if is_system_file(file) else None
+    whole = load_system(file, findings) if is_system_file(file) else None
+    proof = None
+    if bounds == "from-check":
+        if name != "c":
+            raise click.UsageError("--bounds is for the target c")
+        checked = whole or load_any(system_file or file, findings)
+        proof = proved(checked, Findings(), manner_of(time_mode))
+        if whole is not None:
+            whole = with_bounds(whole, proof)
+    elif system_file is not None:
+        raise click.UsageError("--system is for --bounds from-check")
+    system = None if whole is None else without_channels(whole)
     is_joined = system is not None and name == "c"
     if system is None:
-        charts: tuple[Chart, ...] = (load_with_findings(file, findings),)
+        chart = load_with_findings(file, findings)
+        charts: tuple[Chart, ...] = (chart if proof is None else bounded(chart, proof),)
     else:
         charts = named_charts(system, is_joined=is_joined)
     if prefix is not None and system is not None:
@@ -106,6 +147,8 @@ def command(
     generated = []
     for chart in different(charts):
         made = target.generate(chart, findings, options)
+        if made is not None and proof is not None:
+            made = with_note(made, proof)
         if made is not None:
             generated.append((chart, made))
     if len(generated) < len(different(charts)) or findings.has_errors:
@@ -126,6 +169,37 @@ def command(
         for chart, made in generated:
             out.print(escape(told(chart, made)))
     return 0
+
+
+def manner_of(time_mode: str) -> Manner:
+    """Return how a system is explored."""
+    return Manner(untimed=time_mode == "untimed", zones=time_mode == "zones")
+
+
+def bounded(chart: Chart, proof: Proved) -> Chart:
+    """Return a chart with the capacities that were proved for it."""
+    found = proof.of(chart)
+    if found is None:
+        raise fail(
+            "bounds-not-proved",
+            f"no machine of that system runs `{chart.name}` as it is in this file",
+            help="name a system that does, or compile the system itself",
+        )
+    return found
+
+
+def with_bounds(system: System, proof: Proved) -> System:
+    """Return a system whose charts have the capacities that were proved."""
+    machines = tuple(
+        replace(machine, chart=proof.of(machine.chart) or machine.chart)
+        for machine in system.machines
+    )
+    return replace(system, machines=machines)
+
+
+def with_note(made: Generated, proof: Proved) -> Generated:
+    """Return what was made with a word on the proof in its headers."""
+    return replace(made, files={n: noted(t, proof.assumed) for n, t in made.files.items()})
 
 
 def different(charts: tuple[Chart, ...]) -> list[Chart]:

@@ -1,0 +1,140 @@
+"""Capacities that a check has proved to be enough."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.model.chart import Capacities, Chart
+from fsmkit.model.content import all_statements
+from fsmkit.model.statements import Destination, Send
+from fsmkit.verify.closed import PATIENCE
+from fsmkit.verify.exploration import End, first_mark
+from fsmkit.verify.explore import Manner, Progress, check
+from fsmkit.verify.moves import FAULT, FULL
+from fsmkit.verify.system import System
+from fsmkit.verify.verdict import ENDS, Report
+
+FROM_OUTSIDE = PATIENCE + 1
+"""Events from outside that wait at once: one comes while at most `PATIENCE` others wait."""
+MARKER = "/* Bounds and figures. */"
+
+
+@dataclass(frozen=True, slots=True)
+class Proved:
+    """Each chart of a system with the capacities that are enough for all machines that run it.
+
+    ``assumed``: what that hangs on, a line each.
+    """
+
+    charts: tuple[tuple[Chart, Chart], ...]
+    assumed: tuple[str, ...]
+
+    def of(self, chart: Chart) -> Chart | None:
+        """Return a chart with its capacities; None if no machine runs it."""
+        return next((small for own, small in self.charts if own == chart), None)
+
+
+def proved(
+    system: System, findings: Findings, manner: Manner, progress: Progress | None = None
+) -> Proved:
+    """Explore a system and return what its machines need.
+
+    `FsmkitError` (``bounds-not-proved``) where not all was explored, or a queue can overflow.
+    """
+    report = check(system, findings, manner=manner, progress=progress)
+    _demand_whole(report)
+    found: dict[int, tuple[Chart, Capacities]] = {}
+    charts = [machine.chart for machine in system.machines]
+    for number, chart in enumerate(charts):
+        first = charts.index(chart)
+        needed = _needed(report, number)
+        _, before = found.get(first, (chart, needed))
+        found[first] = chart, _larger(before, needed)
+    return Proved(
+        tuple((own, replace(own, capacities=room)) for own, room in found.values()),
+        tuple(_assumed(report)),
+    )
+
+
+def _demand_whole(report: Report) -> None:
+    found, closed = report.exploration, report.closed
+    why = ""
+    if found.end is not End.COMPLETE:
+        why = f"{ENDS[found.end]} after {found.expanded} states"
+    elif closed.samples:
+        why = f"only samples of {', '.join(closed.samples)} were tried"
+    for number, machine in enumerate(closed.system.machines):
+        first = first_mark(closed, number)
+        if found.mark(first + FULL) is not None:
+            why = why or f"a queue of `{machine.name}` can overflow"
+        if found.mark(first + FAULT) is not None:
+            why = why or f"`{machine.name}` can stop with a fault"
+    if why:
+        raise fail(
+            "bounds-not-proved",
+            f"the bounds of `{closed.system.name}` are not proved: {why}",
+            help="see `fsmkit check`, or compile without `--bounds`",
+        )
+
+
+def _needed(report: Report, number: int) -> Capacities:
+    """Return the capacities that a machine needs; never more than it has."""
+    own_chart = report.closed.system.machines[number].chart
+    own = own_chart.capacities
+    figures = report.exploration.machines[number]
+    outside = any(
+        possible.machine == number and not possible.spontaneous
+        for possible in report.closed.possible
+    )
+    queue = figures.queue + (FROM_OUTSIDE if outside else 0)
+    microsteps = own.microsteps if _sends_to_itself(own_chart) else figures.microsteps
+    return replace(
+        own,
+        queue=min(own.queue, max(1, queue)),
+        delayed=min(own.delayed, max(1, figures.timers)),
+        microsteps=min(own.microsteps, max(1, microsteps)),
+    )
+
+
+def _sends_to_itself(chart: Chart) -> bool:
+    """Whether one call of ``run`` may have to take more events than wait when it begins.
+
+    It takes as many more as there may be microsteps, which then must not be fewer.
+    """
+    return any(
+        isinstance(statement, Send) and statement.destination is Destination.SELF
+        for statement in all_statements(chart)
+    )
+
+
+def _larger(one: Capacities, other: Capacities) -> Capacities:
+    return replace(
+        one,
+        queue=max(one.queue, other.queue),
+        delayed=max(one.delayed, other.delayed),
+        microsteps=max(one.microsteps, other.microsteps),
+    )
+
+
+def _assumed(report: Report) -> Iterator[str]:
+    closed, found = report.closed, report.exploration
+    if closed.untimed:
+        time = "timers fire at any time"
+    elif closed.zones:
+        time = "dense time"
+    else:
+        time = "discrete time" if closed.unit else "without delays"
+    alone = "the chart alone, under all that may come" if closed.is_open else "this system"
+    yield f"{closed.system.name}: {alone}; {time}; all {found.states} states"
+    yield f"at most {FROM_OUTSIDE} events from outside wait in a queue at once"
+    yield from report.assumptions
+
+
+def noted(header: str, assumed: tuple[str, ...]) -> str:
+    """Return the text of a header in which its bounds say that they are proved, and how."""
+    lines = "".join(f"\n *   {line.replace('*/', '* /')}" for line in assumed)
+    told = "/* Bounds and figures. Proved to be enough are queue, delayed sends and microsteps, for"
+    told += f"{lines} */"
+    return header.replace(MARKER, told, 1)
