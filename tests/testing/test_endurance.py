@@ -6,13 +6,14 @@ import re
 from pathlib import Path
 
 import pytest
+from click import UsageError
 from click.testing import CliRunner
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
 from fsmkit.model.chart import Chart
 from fsmkit.testing.endurance import run
-from fsmkit.testing.endurance.__main__ import main
+from fsmkit.testing.endurance.__main__ import BEGIN, END, main, placed
 from fsmkit.testing.endurance.program import program
 from fsmkit.testing.endurance.run import endure
 
@@ -166,9 +167,21 @@ def test_finds_where_the_interpreter_differs(
 def test_prints_a_table(tmp_path: Path) -> None:
     delayed = tmp_path / "delayed.yaml"
     delayed.write_text(DELAYED, encoding="utf-8")
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{BEGIN}\nstale\n{END}\nafter\n", encoding="utf-8")
     arguments = [str(CELL / "molder.yaml"), str(delayed), "--hours", "0.1", "--samples", "0"]
-    done = CliRunner().invoke(main, arguments)
+    done = CliRunner().invoke(main, [*arguments, "--write", str(page)])
     assert done.exit_code == 0, done.output
     assert "Later is left out: an endurance run keeps no account of delayed events" in done.output
     assert "no law broken" in done.output
-    assert re.search(r"offered +[\d,]{4,}", done.output)
+    offered = re.search(r"offered +([\d,]{4,})", done.output)
+    assert offered is not None
+    written = page.read_text(encoding="utf-8")
+    assert f"| offered | {offered[1]} |\n" in written
+    assert written.startswith(
+        f"before\n{BEGIN}\n0.1 simulated hours of each, seed 1.\n\n| | Molder |"
+    )
+    assert written.endswith(f"|\n{END}\nafter\n")
+    assert "stale" not in written
+    with pytest.raises(UsageError, match="no place for the table"):
+        placed("a page without", "a table")

@@ -18,6 +18,7 @@ from fsmkit.model.document import Trigger
 from fsmkit.testing.endurance.program import report_limits
 from fsmkit.testing.endurance.run import Account, endure
 
+BEGIN, END = "<!-- make endurance -->", "<!-- end -->"
 ROWS: tuple[tuple[str, str], ...] = (
     ("sessions", "sessions, each from a start"),
     ("restarts", "starts in between"),
@@ -70,9 +71,16 @@ ROWS: tuple[tuple[str, str], ...] = (
 @click.option("--seed", default=1, show_default=True)
 @click.option("--samples", default=20, show_default=True, help="Sessions done again, at most.")
 @click.option("--compared", default=4, show_default=True, help="Of these, by all runtimes.")
+@click.option("--write", type=click.Path(path_type=Path), help="Put the table into this page.")
 @click.option("--keep", type=click.Path(path_type=Path), help="Leave programs and scripts here.")
 def main(
-    charts: Sequence[Path], hours: float, seed: int, samples: int, compared: int, keep: Path | None
+    charts: Sequence[Path],
+    hours: float,
+    seed: int,
+    samples: int,
+    compared: int,
+    write: Path | None,
+    keep: Path | None,
 ) -> None:
     """Run charts under random events and faults, and account for each event and timer."""
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
@@ -101,7 +109,11 @@ def main(
     except FsmkitError as error:
         console.print(str(error), markup=False)
         sys.exit(1)
-    console.print(table(accounts, f"{hours:g} simulated hours of each, seed {seed}"))
+    title = f"{hours:g} simulated hours of each, seed {seed}"
+    console.print(table(accounts, title))
+    if write is not None:
+        page = write.read_text(encoding="utf-8")
+        write.write_text(placed(page, markdown(accounts, title)), encoding="utf-8")
     for account in accounts:
         if not account.is_sanitized:
             console.print(f"{account.chart.name}: without sanitizers, the compiler has none")
@@ -122,6 +134,29 @@ def table(accounts: Sequence[Account], title: str) -> Table:
         value = VALUES.get(name, lambda account, name=name: account.figures[name])
         found.add_row(meaning, *(f"{value(account):,}" for account in accounts))
     return found
+
+
+def markdown(accounts: Sequence[Account], title: str) -> str:
+    """Return the same table in Markdown."""
+    names = [account.chart.name for account in accounts]
+    lines = [f"{title}.", "", f"| | {' | '.join(names)} |", f"|---|{'---:|' * len(names)}"]
+    for name, meaning in ROWS:
+        if not name:
+            lines.append(f"| **{meaning}** |{' |' * len(names)}")
+            continue
+        value = VALUES.get(name, lambda account, name=name: account.figures[name])
+        shown = " | ".join(f"{value(account):,}" for account in accounts)
+        lines.append(f"| {meaning.strip()} | {shown} |")
+    return "\n".join(lines) + "\n"
+
+
+def placed(page: str, text: str) -> str:
+    """Return a page with a text between its marks, of which it has one pair."""
+    before, begin, rest = page.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise click.UsageError(f"the page has no place for the table: {BEGIN} and {END}")
+    return f"{before}{begin}\n{text}{end}{after}"
 
 
 VALUES: dict[str, Callable[[Account], int]] = {
