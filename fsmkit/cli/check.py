@@ -10,6 +10,7 @@ import click
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
+from fsmkit.cli._refines import compare
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.composition.parts import named_charts
@@ -33,6 +34,7 @@ Examples:
   fsmkit check cell.yaml --property P2 --save-trace traces
   fsmkit check cell.yaml --time untimed --assume-watchdogs-silent
   fsmkit check cell.yaml --replace feeder=defects/m5_feeder.yaml
+  fsmkit check feeder.yaml --refines module.scxml
 """
 SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([KMGT]?)B?", re.IGNORECASE)
 SPAN = re.compile(r"(\d+(?:\.\d+)?)\s*(ms|s|m|min|h)?")
@@ -130,6 +132,13 @@ def read_replacements(
     help="A folder for tests that take every transition and enter every state that can be reached: "
     "a pytest, a C program, and a page on what they cover.",
 )
+@click.option(
+    "--refines",
+    "base",
+    type=click.Path(path_type=Path),
+    metavar="BASE",
+    help="Tell instead whether the chart does only what this chart can do, untimed.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path,
@@ -145,6 +154,7 @@ def command(
     drawings: tuple[Path, ...],
     tests: tuple[Path, ...],
     cover_folder: Path | None,
+    base: Path | None,
     as_json_document: bool,
 ) -> int:
     """Explore all that a chart or a system can do.
@@ -155,6 +165,10 @@ def command(
     """
     if silent and time_mode != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
+    if base is not None:
+        if any((names, silent, engine, replacing, save_trace, drawings, tests, cover_folder)):
+            raise click.UsageError("--refines goes only with --timeout and --json")
+        return compare(file, base, timeout, as_json=as_json_document)
     for path in drawings:
         demand_notation(path)
     for path in tests:
