@@ -83,7 +83,7 @@ def philosophers(count: int, mixed: bool) -> tuple[int, int, int]:
 def test_counts_states_and_finds_the_nearest_deadlock(
     toy: Path, count: int, kind: str, cores: int
 ) -> None:
-    command = [toy, str(count), kind, str(1 << 30), str(cores)]
+    command = [str(toy), str(count), kind, str(1 << 30), str(cores)]
     told = subprocess.run(command, capture_output=True, text=True, check=True)
     figures = list(map(int, told.stdout.split()))
     end, states, edges, _, deadlock, livelock, traps, _, dense, other = figures
@@ -109,7 +109,7 @@ def test_obeys_its_memory_limit(toy: Path) -> None:
 
 def test_threads_do_not_race(tmp_path: Path) -> None:
     build(tmp_path / "toy", "thread")
-    command = [tmp_path / "toy", "8", "mixed", str(1 << 30), "3"]
+    command = [str(tmp_path / "toy"), "8", "mixed", str(1 << 30), "3"]
     told = subprocess.run(command, capture_output=True, text=True, check=False)
     assert told.stderr == ""
     assert told.returncode == 0
