@@ -115,8 +115,17 @@ states:
   t: {on: {b: {target: s, do: n += 10}, "a c": {do: n += 100}}}
 """
 
+ONLY_DEFERRING = """
+chart: Dense
+events: {in: [a]}
+initial: s
+states:
+  s: {defer: [a]}
+"""
+TEXTS = [DENSE, NESTED, DEFERRING, ONLY_DEFERRING]
 
-@pytest.mark.parametrize("text", [DENSE, NESTED, DEFERRING], ids=["grid", "tables", "deferring"])
+
+@pytest.mark.parametrize("text", TEXTS, ids=["grid", "tables", "deferring", "only deferring"])
 @pytest.mark.parametrize("is_small", [False, True], ids=["speed", "size"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
 def test_code_compiles_without_a_warning(
