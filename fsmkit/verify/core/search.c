@@ -234,6 +234,7 @@ static bool found_new(fsm_search *self, fsm_layer *next, fsm_found found)
 /* A step on its way into the set. */
 typedef struct {
     fsm_state to;
+    fsm_shard *shard; /* of the set */
     uint64_t home;
     uint32_t edition, tag;
     fsm_kind kind;
@@ -246,7 +247,7 @@ typedef struct {
 
 static bool arrive(fsm_search *self, fsm_layer *next, uint32_t depth, pending what)
 {
-    switch (fsm_set_put_home(&self->passed, what.to, what.home, what.edition)) {
+    switch (fsm_set_put_home(&self->passed, what.to, what.shard, what.home, what.edition)) {
     case FSM_KNOWN:
         self->maybe_cyclic = self->maybe_cyclic || what.kind == FSM_STEP_INTERNAL;
         return true;
@@ -286,10 +287,10 @@ static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
             note_marks(self, step->marks, self->at, (uint32_t)i);
         if (pipe->count == PIPE && !drain(self, next, pipe, PIPE - 1))
             return false;
+        fsm_shard *shard = fsm_set_shard(&self->passed, step->to);
         pipe->items[(pipe->first + pipe->count++) % PIPE] =
-            (pending){step->to, fsm_set_home(&self->passed, step->to),
-                      fsm_set_edition(&self->passed, step->to), self->at.tag,
-                      step->kind};
+            (pending){step->to, shard, fsm_shard_home(shard, fsm_set_inner(&self->passed, step->to)), shard->edition,
+                      self->at.tag, step->kind};
     }
     self->transitions += steps->count;
     self->expanded++;

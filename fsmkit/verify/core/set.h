@@ -43,17 +43,16 @@ static inline uint64_t fsm_set_home(const fsm_set *self, fsm_state state)
     return fsm_shard_home(&self->shards[fsm_set_shard_of(self, state)], fsm_set_inner(self, state));
 }
 
-static inline uint32_t fsm_set_edition(const fsm_set *self, fsm_state state)
+static inline fsm_shard *fsm_set_shard(const fsm_set *self, fsm_state state)
 {
-    return self->shards[fsm_set_shard_of(self, state)].edition;
+    return &self->shards[fsm_set_shard_of(self, state)];
 }
 
-/* Adds a state, if it is new; knowing its home in an edition, or not. */
+/* Adds a state, if it is new; knowing its shard and its home there in an edition, or not. */
 fsm_put fsm_set_put(fsm_set *self, fsm_state state);
 
-static inline fsm_put fsm_set_put_home(fsm_set *self, fsm_state state, uint64_t home, uint32_t edition)
+static inline fsm_put fsm_set_put_home(fsm_set *self, fsm_state state, fsm_shard *shard, uint64_t home, uint32_t edition)
 {
-    fsm_shard *shard = &self->shards[fsm_set_shard_of(self, state)];
     fsm_put put = fsm_shard_put_home(shard, fsm_set_inner(self, state), home, edition);
     self->count += put == FSM_ADDED;
     return put;
