@@ -1,0 +1,1 @@
+"""Explored systems in the notations of other tools."""

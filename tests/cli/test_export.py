@@ -1,0 +1,107 @@
+"""``fsmkit export``: transition systems of the size that `check` tells, whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli import run
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.export.aldebaran import read
+from fsmkit.verify.replay import load_any
+
+ROOT = Path(__file__).parents[2]
+FISCHER = ROOT / "machines/fischer/fischer.yaml"
+TABLE = ROOT / "machines/philosophers/table.yaml"
+PAGE = ROOT / "docs/reference/exports.md"
+README = ROOT / "README.md"
+
+
+def said(*arguments: object) -> tuple[int, str, str]:
+    """Return the exit code, and what was printed."""
+    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+        code = run([str(a) for a in arguments])
+    return code, out.getvalue(), err.getvalue()
+
+
+@pytest.fixture
+def gate(tmp_path: Path) -> Path:
+    """The chart of the README."""
+    text = re.search(
+        r"^```yaml\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    )
+    assert text is not None
+    file = tmp_path / "gate.yaml"
+    file.write_text(text[1], encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("file", [FISCHER, TABLE], ids=["fischer", "philosophers"])
+def test_an_aldebaran_file_has_the_states_of_the_explorer(file: Path) -> None:
+    code, out, _ = said("export", file, "--to", "aut")
+    assert code == 0
+    states, arrows = read(out)
+    found = check(load_any(file, Findings()), Findings(), manner=Manner("python")).exploration
+    assert (states, len(arrows)) == (found.states + 1, found.transitions + 1)
+    assert {arrow.source for arrow in arrows} | {arrow.target for arrow in arrows} == set(
+        range(states)
+    )
+
+
+def test_labels_say_who_does_what() -> None:
+    _, out, _ = said("export", FISCHER, "--to", "aut")
+    labels = {arrow.label for arrow in read(out)[1]}
+    causes = [*(f"leaves {state}" for state in ("idle", "waits", "critical")), "timeout in wants"]
+    causes.append("timeout in waits")
+    assert labels == {"start", "tick"} | {f"p[{i}]: {cause}" for i in (1, 2) for cause in causes}
+
+
+def test_the_page_shows_what_is_printed(gate: Path) -> None:
+    shown = re.search(
+        r"^```console\n\$ fsmkit (.*?)\n(.*?)^```", PAGE.read_text(), re.MULTILINE | re.DOTALL
+    )
+    assert shown is not None
+    code, out, _ = said(*shown[1].replace("gate.yaml", str(gate)).split())
+    assert (code, out) == (0, shown[2])
+
+
+def test_graphviz_draws_it(gate: Path, require_tool: Callable[[str], str]) -> None:
+    _, out, _ = said("export", gate, "--to", "dot", "--time", "untimed")
+    drawn = subprocess.run(
+        [require_tool("dot"), "-Tsvg"], input=out, capture_output=True, text=True, check=True
+    )
+    assert drawn.stderr == ""
+    assert drawn.stdout.count("opening") >= 1
+
+
+def test_a_file_is_written_and_told(gate: Path, tmp_path: Path) -> None:
+    code, out, _ = said("export", gate, "--to", "aut", "--out", tmp_path / "gate.aut", "--json")
+    told = json.loads(out)
+    assert code == 0
+    assert read((tmp_path / "gate.aut").read_text())[0] == told["states"]
+
+
+def test_a_part_is_never_written() -> None:
+    code, out, err = said("export", FISCHER, "--to", "aut", "--most", "10")
+    assert (code, out) == (1, "")
+    assert "FK0545" in err
+    code, _, err = said("export", FISCHER, "--to", "aut", "--timeout", "1ms")
+    assert (code, "FK0545" in err) == (1, True)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "des (0, 1, 2)\n", 'des (0, 1, 1)\n(0, "a", 1)\n', "des (0, 1, 2)\n(0, a, 1)\n"],
+    ids=["empty", "cut off", "unknown state", "no quotes"],
+)
+def test_what_is_no_aldebaran_file_is_told(text: str) -> None:
+    with pytest.raises(FsmkitError, match="FK0546"):
+        read(text)
