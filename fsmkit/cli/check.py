@@ -94,9 +94,10 @@ def read_replacements(
     "--memory", callback=read_size, default="4G", show_default=True, help="The most to use."
 )
 @click.option(
-    "--cores",
+    "--workers",
+    "cores",
     type=click.IntRange(1, 64),
-    help="The most to use; only spaces that are large need more than one.  "
+    help="The most cores to use; only spaces that are large need more than one.  "
     "[default: all that this process may use]",
 )
 @click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
