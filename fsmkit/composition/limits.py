@@ -15,6 +15,13 @@ def report_limits(system: System, findings: Findings) -> bool:
     """
     unit_of(system)
     before = len(list(findings))
+    if system.schedule is not None:
+        findings.add(
+            "not-joined",
+            "a cyclic schedule is not joined in C: one `run` would let all machines come to rest",
+            system.schedule.span,
+            help="write the loop: once a period `X_run` of each machine, in this order",
+        )
     shared = [machine for machine in system.machines if machine.shared]
     if shared:
         findings.add(

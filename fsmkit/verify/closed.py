@@ -26,6 +26,12 @@ Time passes by the greatest common divisor of all delays (*elapse*) when no mach
 left to do and some timer is armed. Steps of one machine that lead to the same state and messages,
 with other choices, are one; what comes from outside and changes nothing is none.
 
+**Cyclic schedule.** A machine of the order moves, and what comes from outside comes to it, in its
+turn only: what came before has waited for that. All others (environment, monitors, connections)
+move as above. `verify.schedule` makes one more machine, last of all, which keeps turn and phase: it
+goes on to the next turn when the machine of this one has nothing left to do. Between the turns of a
+period no time passes; when all are over it does, whatever the machines of the order have to do.
+
 **Choices.** The result of an operation, and in an open chart each input before each step, is chosen
 from `alphabet`: one step for each value.
 
@@ -37,6 +43,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import gcd
 
 from fsmkit.diagnostics import fail
@@ -54,6 +61,7 @@ from fsmkit.verify.alphabet import (
     values_of,
 )
 from fsmkit.verify.monitors import looking, with_monitors
+from fsmkit.verify.schedule import turns_of, with_scheduler
 from fsmkit.verify.system import Machine, Possible, System
 from fsmkit.verify.walk import nodes
 
@@ -95,9 +103,29 @@ class Closed:
     covers: bool = False
     """Each transition taken and each state entered is marked, so that a way there is known."""
 
+    def __post_init__(self) -> None:
+        """Refuse what is not explored."""
+        if self.zones and self.system.schedule is not None:
+            raise fail(
+                "not-explored-yet",
+                "cyclic schedules are not explored by zones",
+                self.system.schedule.span,
+                help="use `--time discrete`, or `--time untimed`",
+            )
+
+    @cached_property
+    def turns(self) -> Mapping[int, int]:
+        """The machines that have their turn in states of the scheduler, the last machine.
+
+        Empty without a cyclic schedule.
+        """
+        return turns_of(self.system)
+
     @property
     def is_timeless(self) -> bool:
         """Whether there is no delay at all: then what never comes to rest need not stop time."""
+        if self.system.schedule is not None:
+            return False
         others = tuple(m for m in self.system.machines if not m.is_monitor)
         return unit_of(replace(self.system, machines=others)) == 0
 
@@ -123,7 +151,7 @@ def close(
 
     Without delays ``zones`` makes no difference.
     """
-    system = with_monitors(system)
+    system = with_scheduler(with_monitors(system), untimed=untimed)
     charts = tuple(_explored(machine) for machine in system.machines)
     uses = tuple(uses_of(chart) for chart in charts)
     samples: list[str] = []

@@ -173,8 +173,9 @@ class GlobalSteps:
         answers = any(answering)
         answering = watching if any(watching) else answering
         is_open = not answers and sum(local.view.waiting for local in found) <= PATIENCE
+        moving = answering if answers else self._moving(state)
         for machine, number in enumerate(state):
-            if answers and not answering[machine]:
+            if not moving[machine]:
                 continue
             for outcome in self._own(machine, number):
                 yield self._edge(state, machine, outcome)
@@ -182,9 +183,23 @@ class GlobalSteps:
                 for outcome in self._open(machine, number):
                     yield self._edge(state, machine, outcome)
         awaited = sum(local.view.awaited for local in found)
-        if awaited and self.closed.unit and not any(local.busy for local in found):
+        busy = any(local.busy for moves, local in zip(moving, found, strict=True) if moves)
+        if awaited and self.closed.unit and not busy:
             to = tuple(self._elapsed(machine, number) for machine, number in enumerate(state))
             yield Edge((Step(Action.ELAPSE),), Who.TIME, to, ())
+
+    def _moving(self, state: State) -> list[bool]:
+        """Return which machines may move where none has to answer: all, if nothing orders them."""
+        schedule = self.closed.system.schedule
+        if schedule is None:
+            return [True] * self._count
+        phase = self._locals[-1][state[-1]].snapshot.configuration
+        turn = next((m for at, m in self.closed.turns.items() if at in phase), None)
+        moving = [m == turn or m not in schedule.order for m in range(self._count)]
+        if turn is not None:
+            self._own(turn, state[turn])
+            moving[-1] = not self._locals[turn][state[turn]].busy
+        return moving
 
     def _edge(self, state: State, machine: int, outcome: Outcome) -> Edge:
         to = list(state)

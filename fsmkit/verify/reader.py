@@ -17,6 +17,7 @@ from fsmkit.verify.indices import unquantified
 from fsmkit.verify.machines import read_machines
 from fsmkit.verify.monitors import demand_few, read_monitor
 from fsmkit.verify.properties import constants_of, read_condition, types_of
+from fsmkit.verify.schedule import demand_room, read_schedule
 from fsmkit.verify.shared import read_shared, shared_links
 from fsmkit.verify.surroundings import read_environment
 from fsmkit.verify.system import (
@@ -90,7 +91,6 @@ def read_system(
     check_keys(top, KEYS, "a system", findings)
     parts = {key.value: node for key, node in top.entries}
     name = demand_text(parts["system"], "the name of a system", findings)
-    _refuse_what_is_not_there_yet(parts, findings)
     machines = read_machines(parts.get("machines"), folder, replacing, findings)
     if findings.has_errors or name is None:
         return None
@@ -109,11 +109,12 @@ def read_system(
     scope = Scope(constants=constants_of(machines), types=types_of(machines))
     machines = read_shared(parts.get("shared"), machines, scope, findings)
     _demand_fixed_delays(machines, findings)
+    schedule = read_schedule(parts.get("schedule"), machines, findings)
     links = connect(parts.get("connect"), machines, surroundings.possible, findings)
     monitors: list[Monitor] = []
     properties = tuple(_properties(parts.get("properties"), machines, folder, monitors, findings))
     demand_few(tuple(monitors), len(machines) + len(links.machines), findings)
-    return System(
+    system = System(
         name.value,
         (*machines, *links.machines),
         links.events,
@@ -123,7 +124,10 @@ def read_system(
         replaced=tuple((name, str(file)) for name, file in replacing.items()),
         source=source,
         monitors=tuple(monitors),
+        schedule=schedule,
     )
+    demand_room(system, findings)
+    return system
 
 
 def _demand_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:
@@ -137,18 +141,6 @@ def _demand_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> N
                     transition.span,
                     help=f"give it one delay, or name `{machine.name}` under `will`",
                 )
-
-
-def _refuse_what_is_not_there_yet(parts: dict[str, Node], findings: Findings) -> None:
-    schedule = parts.get("schedule")
-    if schedule is None or (isinstance(schedule, Scalar) and schedule.text.value == "interleaved"):
-        return
-    findings.add(
-        "not-explored-yet",
-        "only the schedule `interleaved` is explored yet",
-        schedule.span,
-        help="write `schedule: interleaved`, or leave it out",
-    )
 
 
 def _properties(

@@ -213,6 +213,19 @@ class Monitor:
     input_links: tuple[InputLink, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """The machines that run once a period, in this order; `verify.schedule` tells more.
+
+    ``period`` and ``jitter`` are ticks: a period begins up to the jitter later than it should.
+    """
+
+    order: tuple[int, ...]
+    period: int
+    jitter: int = 0
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
 @dataclass(frozen=True)
 class System:
     """Charts, closed. ``is_open``: one chart alone, to which everything may come from outside."""
@@ -228,6 +241,8 @@ class System:
     """Machines that run another chart than the file says, with the path of that chart."""
     monitors: tuple[Monitor, ...] = ()
     """Those that are no machines yet: nothing but an exploration has any use for them."""
+    schedule: Schedule | None = None
+    """None: interleaved."""
     source: Source | None = field(default=None, compare=False, repr=False)
 
 

@@ -16,6 +16,7 @@ from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.exploration import DEADLOCK, Answer, End, Exploration, Mark, first_mark
 from fsmkit.verify.monitors import errors_of
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
+from fsmkit.verify.schedule import spelled_schedule
 from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
 
 Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample]
@@ -121,6 +122,8 @@ def _assumptions(closed: Closed) -> Iterator[str]:
         yield "transitions marked `watchdog` never fire"
     if closed.untimed:
         yield "an armed timer may fire at any time"
+    if closed.system.schedule is not None:
+        yield spelled_schedule(closed.system)
     for sample in closed.samples:
         yield f"{sample} takes sample values only"
 
@@ -211,6 +214,8 @@ class _Judge:
         within_by_zones = self.closed.zones and kind is PropertyKind.WITHIN
         if not doubt and self.closed.zones and not within_by_zones:
             doubt = "it is not decided by zones; try `--time discrete` or `--time untimed`"
+        if not doubt and found.violated and kind is PropertyKind.LEADS_TO:
+            doubt = self._doubt_of_turns()
         if not doubt and not found.known:
             doubt = self.found.doubt or "memory ran out"
         if doubt:
@@ -220,6 +225,14 @@ class _Judge:
             return Result(name, kind, text, Verdict.HOLDS, reason, span=span)
         trace = self.show(found.path, found.cycle) if found.path else None
         return Result(name, kind, text, Verdict.VIOLATED, reason, trace=trace, span=span)
+
+    def _doubt_of_turns(self) -> str:
+        """Return why a run may be unfair that counts as fair; empty if it is not."""
+        schedule = self.closed.system.schedule
+        order = () if schedule is None else schedule.order
+        if any(p.owed and p.machine in order for p in self.closed.possible):
+            return "an event under `will` waits for a turn here, and may wait for ever"
+        return ""
 
     def _seen_of(self, property_: Property, found: Answer) -> str:
         """Return what is told beside the verdict."""

@@ -39,6 +39,7 @@ def system_file(closed: Closed, built: Sequence[Built]) -> str:
     _judge(out, closed, built)
     _see(out, closed, built)
     _machines(out, built)
+    _turns(out, closed, built)
     _table(out, closed)
     return out.finish()
 
@@ -256,6 +257,23 @@ def _machines(out: Emitter, built: Sequence[Built]) -> None:
     out.line()
 
 
+def _turns(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+    """Write whose turn it is, of a cyclic schedule: ``turn`` of ``fsm_system``."""
+    schedule = closed.system.schedule
+    if schedule is None:
+        return
+    ordered = ("true" if n in schedule.order else "false" for n in range(len(built)))
+    out.line(f"static const bool ordered[] = {{{', '.join(ordered)}}};")
+    out.line()
+    scheduler = built[-1]
+    with out.block("static uint32_t turn(const void *state)\n{"):
+        out.line(f"const {scheduler.prefix} *m{scheduler.number} = state;")
+        for place, machine in closed.turns.items():
+            out.lines([f"if ({_active(scheduler, place)})", f"    return {machine + 1}u;"])
+        out.line("return 0u;")
+    out.line()
+
+
 def _table(out: Emitter, closed: Closed) -> None:
     system = closed.system
     with out.block("const fsm_system fsm_the_system = {", "};"):
@@ -269,6 +287,8 @@ def _table(out: Emitter, closed: Closed) -> None:
         out.lines([".judge = judge,", ".judge_step = judge_step,", ".asked = asked,"])
         out.line(f".asked_count = {len(asked_events(system.properties))}u,")
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
+        if system.schedule is not None:
+            out.lines([".ordered = ordered,", ".turn = turn,"])
         out.line(f".untimed = {str(closed.untimed).lower()},")
         out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")

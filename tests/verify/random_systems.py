@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from random import Random
 
 GUARDS = ["a == {n}", "a != {n}", "b[{k}]", "not b[{k}]", "b[a]", "a < own", "own > {n}", "lit"]
@@ -79,3 +80,21 @@ def _text(random: Random, texts: list[str]) -> str:
 
 def _quoted(text: str) -> str:
     return f'"{text}"'
+
+
+def random_loop(seed: int) -> dict[str, str]:
+    """Return a random system of which some machines run in a loop; delays of these are fixed."""
+    random = Random(f"loop {seed}")
+    files = random_system(seed)
+    loop = random.choice([["one"], ["m[i]"], ["m[i]", "one"], ["one", "m[i]"]])
+    around = [f'"{name}"' for name in ("m[i]", "one") if name not in loop]
+    order = ", ".join(f'"{name}"' for name in loop)
+    times = random.choice(["period: 20ms", "period: 20ms, jitter: 10ms", "period: 30ms"])
+    system = re.sub(r"  will: .*", f"  will: [{', '.join(around)}]", files.pop("system"))
+    system = system.replace("connect:", f"schedule: {{cyclic: [{order}], {times}}}\nconnect:")
+    for chart, name in (("many", "m[i]"), ("one", "one")):
+        if name in loop:
+            files[chart] = re.sub(r"\d+ms\.\.(\d+ms)", r"\1", files[chart]).replace(
+                "10ms..", "10ms"
+            )
+    return {"system": system, **files}

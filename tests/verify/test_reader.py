@@ -16,6 +16,7 @@ LINK = "system: S\nmachines: {driver: driver.yaml, axis: axis.yaml}\n"
 LINK += "connect:\n- driver.stop -> axis.stop: "
 ARRAY = "system: S\nmachines: {'a[i in 0..1]': axis.yaml}\n"
 MACHINES = "system: S\nmachines: {driver: driver.yaml, axis: axis.yaml}\n"
+LOOP = MACHINES + "schedule: {cyclic: "
 
 
 def test_reads_machines_wires_environment_and_properties(load: Load) -> None:
@@ -148,7 +149,22 @@ def test_all_kinds_of_properties_are_explored(load: Load) -> None:
         (ARRAY + "properties: {P: {never: 'any(k in a: a[k].at_ned)'}}", "unknown-name", "at_ned"),
         (ARRAY + "properties: {P: {never: 'any(k in a: a[k].at_end'}}", "expression-syntax", "any"),
         (MACHINES + "machine: {}", "unknown-key", "machine"),
-        (MACHINES + "schedule: cyclic", "not-explored-yet", "cyclic"),
+        (MACHINES + "schedule: cyclic", "unexpected-shape", "cyclic"),
+        (MACHINES + "schedule: {cyclic: [axis]}", "missing-key", "{cyclic: [axis]}"),
+        (MACHINES + "schedule: {period: 10ms}", "missing-key", "{period: 10ms}"),
+        (LOOP + "[axis, drive], period: 10ms}", "unknown-name", "drive"),
+        (LOOP + "[axis], period: 10ms}", "unscheduled-machine", "[axis]"),
+        (LOOP + "[axis, driver, axis], period: 10ms}", "duplicate-name", "axis"),
+        (LOOP + "[axis, driver], period: 0ms}", "bad-period", "0ms"),
+        (LOOP + "[axis, driver], period: 10ms, jitter: 10ms}", "bad-period", "10ms"),
+        (LOOP + "[axis, driver], period: 10}", "invalid-duration", "10"),
+        (LOOP + "[axis, driver], period: 100us}", "invalid-duration", "100us"),
+        (LOOP + "[axis, driver], period: 10ms, drift: 1ms}", "unknown-key", "drift"),
+        (
+            LOOP + "[axis, driver], period: 10ms}\nenvironment: {will: [axis]}",
+            "unscheduled-machine",
+            "axis",
+        ),
         (MACHINES + "shared: {turn: 0..3}", "unshared-data", "turn"),
         (MACHINES + "shared: {tries: 0..3}", "connection-mismatch", "tries"),
         (MACHINES + "shared: {tries: 0..2 = 7}", "value-out-of-range", "7"),

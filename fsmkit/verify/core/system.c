@@ -1,3 +1,4 @@
+#include "cyclic.h"
 #include "flat.h"
 #include "tree.h"
 
@@ -198,10 +199,20 @@ static bool pass_time(fsm_tree *tree, fsm_state state, fsm_steps *steps)
         || fsm_fail(tree->composition, "out of memory");
 }
 
+static bool successors_in_turn(fsm_composition *self, fsm_state state, fsm_steps *steps)
+{
+    fsm_turn turn;
+    return fsm_turn_find(self, steps->thread, state, &turn) && fsm_turn_steps(self, &turn, steps)
+        && (!turn.may_pass || self->system->unit == 0 || pass_time(self->tree, state, steps))
+        && (self->system->asked_count == 0 || judge_steps(self, steps, 0));
+}
+
 static bool successors(void *context, fsm_state state, fsm_steps *steps)
 {
     fsm_composition *c = context;
     fsm_tree *tree = c->tree;
+    if (c->system->turn != NULL)
+        return successors_in_turn(c, state, steps);
     fsm_summary seen = look(tree, state);
     bool is_open = seen.first == FSM_OWN && seen.waiting <= c->system->patience;
     moves_of_both own, open = {0};
@@ -224,6 +235,10 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
 static bool describe(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what)
 {
     fsm_tree *tree = self->tree;
+    if (self->system->turn != NULL) {
+        fsm_turn turn;
+        return fsm_turn_find(self, 0, state, &turn) && fsm_turn_describe(self, &turn, ordinal, what);
+    }
     fsm_summary seen = look(tree, state);
     fsm_part parts[2] = {seen.first, FSM_OPEN};
     for (int i = 0; i < 2; i++) {

@@ -10,7 +10,10 @@
  *   else each machine in turn: an eventless transition that its inputs enable; else the next event of
  *   its queue; else a timer that is due (untimed: any armed one), and spontaneous transitions;
  *   then what may happen to each machine, while at most `patience` events wait in all queues;
- *   and time passes if no machine has anything to do and some timer is armed. */
+ *   and time passes if no machine has anything to do and some timer is armed.
+ *
+ * With turns (cyclic.c), of the machines that are ordered only that whose turn it is may move; the last
+ * machine may move on to the next turn when it has nothing left to do. */
 #ifndef FSM_SYSTEM_H
 #define FSM_SYSTEM_H
 
@@ -103,6 +106,9 @@ typedef struct {
     bool (*judge_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: of `asked` */
     const size_t *seen_sizes; /* by machine: bytes of what properties see of it */
     void (*see)(uint32_t machine, const void *m, unsigned char *seen);
+    const bool *ordered; /* by machine: it moves in its turn only; and what comes from outside comes to it then */
+    /* Whose turn it is, from 1; 0: nobody's. Asked of the last machine, which keeps turns. NULL: there are none. */
+    uint32_t (*turn)(const void *m);
     bool untimed, zones, open;
     uint32_t unit;     /* ticks that pass at once, of which all delays are multiples; 0: no delays */
     uint32_t patience;
