@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from fsmkit.diagnostics import fail
 from fsmkit.model.chart import OPEN_ENDED, Transition
+from fsmkit.verify.adapter_state import configuration_size
 from fsmkit.verify.adapter_timers import TimerWriter
 from fsmkit.verify.readiness import tries_eventless
+from fsmkit.verify.sessions import names_of_timers
 from fsmkit.verify.system import asked_events
 
 
@@ -19,9 +21,10 @@ class MachineAdapter(TimerWriter):
     def text(self) -> str:
         """Return the file, section by section."""
         self.out.line(f"/* What the explorer does with `{self.chart.name}`. */")
-        self.out.lines([f'#include "{self.type}.h"', '#include "system.h"', ""])
+        self.out.lines([f'#include "{self.type}.h"', '#include "session.h"', ""])
         self.out.lines(["#include <inttypes.h>", "#include <stdio.h>", "#include <string.h>", ""])
         self.out.lines(["union number {", "    double number;", "    fsm_value bits;", "};", ""])
+        self._declare_sessions()
         self._events()
         self._operations()
         self._sent_events()
@@ -143,8 +146,7 @@ class MachineAdapter(TimerWriter):
 
     def _fire(self) -> None:
         out, t = self.out, self.type
-        has_timers = "timer_count" in self.built.members
-        if not has_timers:
+        if not self._has_timers and not self.sessions:
             out.text("""
             static bool fire(void *m, uint32_t timer)
             {
@@ -155,18 +157,7 @@ class MachineAdapter(TimerWriter):
             """)
             out.line()
             return
-        silent = [
-            transition.index
-            for transition in self.chart.transitions
-            if self.closed.is_silent(self.built.number, transition.index)
-        ]
-        with out.block("static bool is_silent(uint32_t what)\n{"), out.block("switch (what) {"):
-            for transition in silent:
-                out.line(f"case {transition}u:")
-            if silent:
-                out.line("    return true;")
-            out.lines(["default:", "    return false;"])
-        out.line()
+        self._silence()
         self._slack()
         self._timer_name()
         if not self.closed.untimed and not self.closed.zones and not self._intervals:
@@ -179,21 +170,53 @@ class MachineAdapter(TimerWriter):
             """)
             out.line()
             return
-        delayed = "delayed" in self.built.members
-        move = f"""
-                    {t}_delayed first = m->delayed[rank];
-                    for (uint32_t i = rank; i > 0u; i--)
-                        m->delayed[i] = m->delayed[i - 1u];
-                    m->delayed[0] = first;"""
+        if self.sessions:
+            self._choose_timer("0u")
+            with out.block("static bool fire(void *m, uint32_t timer)\n{"):
+                out.line(f"return choose(m, timer) && {t}_step_timer(m);")
+            out.line()
+            return
         took = f"return {t}_step_timer(m);"
         if self._endless:
             took = f"""(void){t}_step_timer(m);
             return fsm_recording.took || !({self._is_endless("chosen.what")});"""
         out.text(f"""
-        /* Any armed timer may be the next: it is put first. */
         static bool fire(void *state, uint32_t timer)
         {{
             {t} *m = state;
+            {self._moved_to_front("0u")}
+            {took}
+        }}
+        """)
+        out.line()
+
+    @property
+    def _has_timers(self) -> bool:
+        return "timer_count" in self.built.members
+
+    def _silence(self) -> None:
+        """Write which timers never fire."""
+        out = self.out
+        if not self._has_timers:
+            return
+        silent = [t.index for t in self.chart.transitions if self.closed.silent and t.watchdog]
+        with out.block("static bool is_silent(uint32_t what)\n{"), out.block("switch (what) {"):
+            for transition in silent:
+                out.line(f"case {transition}u:")
+            if silent:
+                out.line("    return true;")
+            out.lines(["default:", "    return false;"])
+        out.line()
+
+    def _moved_to_front(self, deadline: str) -> str:
+        """Spell what puts an armed timer first, with a deadline; a silent one is none."""
+        delayed = "delayed" in self.built.members
+        move = f"""
+                    {self.type}_delayed first = m->delayed[rank];
+                    for (uint32_t i = rank; i > 0u; i--)
+                        m->delayed[i] = m->delayed[i - 1u];
+                    m->delayed[0] = first;"""
+        return f"""/* Any armed timer may be the next: it is put first. */
             fsm_timer chosen = m->timers[timer];
             if (is_silent(chosen.what))
                 return false;
@@ -204,11 +227,26 @@ class MachineAdapter(TimerWriter):
             }}
             for (uint32_t i = timer; i > 0u; i--)
                 m->timers[i] = m->timers[i - 1u];
-            chosen.deadline = 0u;
-            m->timers[0] = chosen;
-            {took}
-        }}
-        """)
+            chosen.deadline = {deadline};
+            m->timers[0] = chosen;"""
+
+    def _choose_timer(self, deadline: str) -> None:
+        """Write what lets a timer, of this machine or of one in a slot, be the next to fire."""
+        out, t = self.out, self.type
+        with out.block("static bool choose(void *state, uint32_t timer)\n{"):
+            out.line(f"{t} *m = state;")
+            if self._has_timers:
+                with out.block("if (timer < m->timer_count) {"):
+                    out.text(self._moved_to_front(deadline))
+                    out.line("return true;")
+                out.line("timer -= m->timer_count;")
+            for slot, table in self.sessions:
+                with out.block(f"if (m->{slot}.running) {{"):
+                    out.line(f"uint32_t armed = {table}.view(&m->{slot}).armed;")
+                    out.line("if (timer < armed)")
+                    out.line(f"    return {table}.choose(&m->{slot}, timer);")
+                    out.line("timer -= armed;")
+            out.line("return false;")
         out.line()
 
     def _timer_name(self) -> None:
@@ -218,6 +256,10 @@ class MachineAdapter(TimerWriter):
         out, t = self.out, self.type
         with out.block("static uint32_t timer_name(const void *state, uint32_t timer)\n{"):
             out.line(f"const {t} *m = state;")
+            self._name_within()
+            if not self._has_timers:
+                out.line("return 0u;")
+                return
             if "delayed" in self.built.members:
                 out.text(f"""
                 uint32_t rank = 0u;
@@ -227,6 +269,26 @@ class MachineAdapter(TimerWriter):
                     return {len(self.chart.transitions)}u + (uint32_t)m->delayed[rank].e.event - 1u;
                 """)
             out.line("return m->timers[timer].what;")
+        out.line()
+
+    def _name_within(self) -> None:
+        """Write the naming of the timers of machines in slots."""
+        out = self.out
+        if not self.sessions:
+            out.line("(void)m;")
+            return
+        count = "m->timer_count" if self._has_timers else "0u"
+        first = len(self.chart.transitions) + len(self.chart.events)
+        with out.block(f"if (timer >= {count}) {{"):
+            out.line(f"timer -= {count};")
+            for inner, (slot, table) in zip(self.chart.invocations, self.sessions, strict=True):
+                with out.block(f"if (m->{slot}.running) {{"):
+                    out.line(f"uint32_t armed = {table}.view(&m->{slot}).armed;")
+                    out.line("if (timer < armed)")
+                    out.line(f"    return {first}u + {table}.timer_name(&m->{slot}, timer);")
+                    out.line("timer -= armed;")
+                first += names_of_timers(inner.chart)
+            out.line("return 0u;")
         out.line()
 
     @property
@@ -260,7 +322,7 @@ class MachineAdapter(TimerWriter):
         noted = ", ".join(
             str(int(n < own and bool(event.directions))) for n, event in enumerate(chart.events)
         )
-        size = len(chart.states) // 8 + 2
+        size = configuration_size(chart)
         if size > 256:
             raise fail(
                 "not-explored-yet",
@@ -307,7 +369,8 @@ class MachineAdapter(TimerWriter):
             ]:
                 out.line(f".{name} = {name},")
             self._clock_members()
-            named = self.closed.untimed and "timer_count" in self.built.members
+            out.line(f".timer_names = {names_of_timers(chart)}u,")
+            named = self.closed.untimed and (self._has_timers or bool(self.sessions))
             out.line(f".timer_name = {'timer_name' if named else 'NULL'},")
             out.line(f".early = {'early' if self._intervals else 'NULL'},")
             out.line(f".eventless = {'eventless' if self._tries_inputs else 'NULL'},")

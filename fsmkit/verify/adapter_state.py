@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.types import storage
 from fsmkit.expressions import (
     ArrayType,
@@ -11,12 +12,23 @@ from fsmkit.expressions import (
     Type,
     Value,
 )
-from fsmkit.model.chart import Data
+from fsmkit.model.chart import Chart, Data
 from fsmkit.verify.adapter_values import ValueWriter
 from fsmkit.verify.monitors import look_event
 from fsmkit.verify.readiness import resting
+from fsmkit.verify.sessions import charts_within
 from fsmkit.verify.shared import type_of_slot
 from fsmkit.verify.system import Slot
+
+
+def own_configuration_size(chart: Chart) -> int:
+    """Return how many bytes tell whether a machine runs, and its active states."""
+    return len(chart.states) // 8 + 2
+
+
+def configuration_size(chart: Chart) -> int:
+    """Return how many bytes tell that, and the same of all machines in its slots."""
+    return sum(map(own_configuration_size, charts_within(chart)))
 
 
 class StateWriter(ValueWriter):
@@ -162,6 +174,11 @@ class StateWriter(ValueWriter):
                         out.line(f"m->{name} = 0u;")
                 for name in self.names.histories.values():
                     out.line(f"m->{name} = 0u;")
+                for names, slot in zip(self.names.invoked, self.names.slots, strict=True):
+                    out.line(f"{names.prefix}_init(&m->{slot});")
+            for slot, table in self.sessions:
+                out.line(f"if (m->{slot}.running)")
+                out.line(f"    {table}.settle(&m->{slot});")
             if self.closed.untimed and "timer_count" in members:
                 self._sort_timers()
         out.line()
@@ -236,6 +253,7 @@ class StateWriter(ValueWriter):
                 out.line("for (uint32_t i = 0u; i < m->timer_count; i++)")
                 out.line("    v.awaited += !is_silent(m->timers[i].what);")
                 out.line("v.due = m->timer_count > 0u && fsm_reached(0u, m->timers[0].deadline);")
+            self._view_within()
             out.line(f"v.at_rest = !({' || '.join(restless) or 'false'});")
             out.line("return v;")
         out.line()
@@ -245,7 +263,26 @@ class StateWriter(ValueWriter):
             out.line(f"for (uint32_t s = 1u; s < {self.upper}_STATES; s++)")
             out.line(f"    if ({t}_in(m, ({t}_state)s))")
             out.line("        shown[s / 8u + 1u] |= (unsigned char)(1u << s % 8u);")
+            at = own_configuration_size(self.chart)
+            for inner, (slot, table) in zip(self.chart.invocations, self.sessions, strict=True):
+                out.line(f"if (m->{slot}.running)")
+                out.line(f"    {table}.configuration(&m->{slot}, shown + {at});")
+                at += configuration_size(inner.chart)
         out.line()
+
+    def _view_within(self) -> None:
+        """Write what counts all that waits and is armed in the slots, too."""
+        out = self.out
+        if not self.sessions:
+            return
+        out.line("fsm_view within;")
+        for slot, table in self.sessions:
+            with out.block(f"if (m->{slot}.running) {{"):
+                out.line(f"within = {table}.view(&m->{slot});")
+                for name in ("waiting", "armed", "awaited"):
+                    out.line(f"v.{name} += within.{name};")
+        out.line("uint32_t first = 0u;")
+        out.line(f"v.due = {self.type}_next_deadline(m, &first) && fsm_reached(0u, first);")
 
     def _rests(self, state: int) -> bool:
         return state in resting(self.chart, self.machine)
@@ -256,12 +293,15 @@ class StateWriter(ValueWriter):
         with out.block("static void dump(const void *state)\n{"):
             out.line(f"const {t} *m = state;")
             for variable in (*self.chart.data, *self.chart.outputs):
-                out.line(f'printf("d {variable.name}");')
+                out.line(f"printf({quoted(self._traced(f'd {variable.name}'))});")
                 self._show(f"m->{self.names.variables[variable.name]}", variable.type)
                 out.line('printf("\\n");')
-            out.line('printf("=");')
+            out.line(f"printf({quoted(self._traced('='))});")
             for leaf in leaves:
                 out.line(f"if ({self.in_state(leaf)})")
                 out.line(f'    printf(" {leaf}");')
             out.line(f'printf("%s\\n", {t}_finished(m) ? " finished" : "");')
+            for slot, table in self.sessions:
+                out.line(f"if (m->{slot}.running)")
+                out.line(f"    {table}.dump(&m->{slot});")
         out.line()

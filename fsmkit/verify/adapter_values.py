@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.names import Names, name_everything
@@ -54,13 +55,18 @@ def describe(closed: Closed, number: int, header: str) -> Built:
     """Return what the adapter needs to know of a generated machine."""
     chart = closed.charts[number]
     prefix = prefix_of(number, closed.system.machines[number].name)
+    members = members_of(prefix, header)
+    return Built(number, chart, name_everything(lower(chart), prefix), members)
+
+
+def members_of(prefix: str, header: str) -> frozenset[str]:
+    """Return the members of the struct of a generated machine."""
     struct = header.partition(f"typedef struct {prefix} {{")[2].partition(f"}} {prefix};")[0]
-    members = frozenset(
+    return frozenset(
         line.partition(";")[0].partition("[")[0].split()[-1]
         for line in struct.splitlines()
         if ";" in line
     )
-    return Built(number, chart, name_everything(lower(chart), prefix), members)
 
 
 class ValueWriter:
@@ -74,6 +80,18 @@ class ValueWriter:
         self.out = Emitter()
         self.type = built.prefix
         self.upper = built.names.upper
+        self.path = ""
+        """What the lines of its trace begin with: the slots in which it lies."""
+
+    @property
+    def sessions(self) -> list[tuple[str, str]]:
+        """The members that are slots, and the tables of what can be asked of them."""
+        inner = (f"fsm_session_{names.prefix}" for names in self.names.invoked)
+        return list(zip(self.names.slots, inner, strict=True))
+
+    def _declare_sessions(self) -> None:
+        self.out.lines(f"extern const fsm_session {table};" for _, table in self.sessions)
+        self.out.line()
 
     def in_state(self, state: int) -> str:
         """Spell the test whether a state of this machine is active."""
@@ -171,9 +189,13 @@ class ValueWriter:
             out.line("return e;")
         out.line()
 
+    def _traced(self, text: str) -> str:
+        """Return a format that prints the beginning of a line of the trace."""
+        return f"{self.path}{text}".replace("%", "%%")
+
     def _tell(self, what: str, name: str, fields: tuple[Field, ...]) -> None:
         """Write what prints a line of the trace, without its end."""
-        self.out.line(f'printf("{what} {name}");')
+        self.out.line(f"printf({quoted(self._traced(f'{what} {name}'))});")
         for part in fields:
             self._show(self.names.field(part.name), part.type)
 

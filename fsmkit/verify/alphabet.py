@@ -37,6 +37,7 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart
 from fsmkit.model.statements import Send
+from fsmkit.verify.sessions import charts_within
 from fsmkit.verify.walk import nodes
 
 ENUMERATED = 32
@@ -71,10 +72,17 @@ class Uses:
 
 
 def uses_of(chart: Chart) -> Uses:
-    """Return how a chart uses inputs, payloads and results."""
+    """Return how a chart, or one that it invokes, uses inputs, payloads and results."""
     uses = Uses()
-    _walk((chart.states, chart.transitions, chart.script), uses)
+    for one in charts_within(chart):
+        _walk(_all_of(one), uses)
     return uses
+
+
+def _all_of(chart: Chart) -> tuple[object, ...]:
+    """Return the parts of a chart in which something is evaluated."""
+    finalized = tuple(event.finalize for event in chart.events)
+    return chart.states, chart.transitions, chart.script, finalized
 
 
 def _walk(node: object, uses: Uses) -> None:
@@ -208,13 +216,17 @@ def _floats(constants: set[int | float | str], *, exact: bool) -> Values:
 
 
 def delays_of(chart: Chart) -> Iterator[int | None]:
-    """Yield every delay of a chart in ticks, None for one that is known only when running."""
-    for transition in chart.transitions:
-        if not transition.is_open_ended:
-            yield transition.delay
-        if transition.least is not None:
-            yield transition.least
-    for node in nodes((chart.states, chart.transitions, chart.script)):
-        if isinstance(node, Send) and node.delay is not None:
-            is_known = isinstance(node.delay, Literal) and isinstance(node.delay.value, int)
-            yield int(node.delay.value) if is_known else None  # type: ignore[union-attr, arg-type]
+    """Yield every delay of a chart in ticks, None for one that is known only when running.
+
+    With those of the charts that it invokes.
+    """
+    for one in charts_within(chart):
+        for transition in one.transitions:
+            if not transition.is_open_ended:
+                yield transition.delay
+            if transition.least is not None:
+                yield transition.least
+        for node in nodes(_all_of(one)):
+            if isinstance(node, Send) and node.delay is not None:
+                is_known = isinstance(node.delay, Literal) and isinstance(node.delay.value, int)
+                yield int(node.delay.value) if is_known else None  # type: ignore[union-attr, arg-type]

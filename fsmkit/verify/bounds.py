@@ -83,6 +83,8 @@ def _needed(report: Report, number: int) -> Capacities:
     """Return the capacities that a machine needs; never more than it has."""
     own_chart = report.closed.system.machines[number].chart
     own = own_chart.capacities
+    if own_chart.invocations:
+        return own  # queues of invokers are fullest amid macrosteps; rounds within them are bounded
     figures = report.exploration.machines[number]
     outside = any(
         possible.machine == number and not possible.spontaneous

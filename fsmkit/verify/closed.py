@@ -1,7 +1,8 @@
 """What is explored: states and steps of a closed system, defined once for both engines.
 
 **State.** For each machine its local state: active states, data and outputs, histories, queue (and
-what is deferred), timers with the time they have left, and inputs. The inputs of an open chart are
+what is deferred), timers with the time they have left, the invoked machines with all of that, and
+inputs. The inputs of an open chart are
 arbitrary whenever it moves, so they count as state only if a property reads them. ``untimed``: of a
 timer only that it is armed counts. A machine stopped by a fault keeps configuration and data only.
 
@@ -62,6 +63,7 @@ from fsmkit.verify.alphabet import (
 )
 from fsmkit.verify.monitors import looking, with_monitors
 from fsmkit.verify.schedule import turns_of, with_scheduler
+from fsmkit.verify.sessions import charts_within, demand_alone, demand_explorable
 from fsmkit.verify.system import Machine, Possible, System
 from fsmkit.verify.walk import nodes
 
@@ -151,6 +153,8 @@ def close(
 
     Without delays ``zones`` makes no difference.
     """
+    for machine in system.machines:
+        demand_explorable(machine.chart)
     system = with_scheduler(with_monitors(system), untimed=untimed)
     charts = tuple(_explored(machine) for machine in system.machines)
     uses = tuple(uses_of(chart) for chart in charts)
@@ -170,6 +174,9 @@ def close(
         for event in chart.events[len(machine.chart.events) :]
     ]
     unit = 0 if untimed else unit_of(system)
+    for machine in system.machines if zones and unit else ():
+        way_out = "use `--time discrete`, or `--time untimed`"
+        demand_alone(machine.chart, "not explored in dense time", way_out)
     return Closed(
         system,
         charts,
@@ -203,7 +210,18 @@ def unit_of(system: System) -> int:
 def _explored(machine: Machine) -> Chart:
     """Return the chart of a machine as it is explored."""
     chart = without_spontaneous(machine.chart)
-    return looking(chart) if machine.is_monitor and index_of(chart).samples_inputs else chart
+    looks = machine.is_monitor and index_of(chart).samples_inputs
+    return _with_passages(looking(chart) if looks else chart)
+
+
+def _with_passages(chart: Chart) -> Chart:
+    """Return a chart whose last events, those of this exploration, no invoked machine knows."""
+    count = len(chart.events)
+    padded = tuple(
+        replace(i, passages=i.passages + (None,) * (count - len(i.passages)))
+        for i in chart.invocations
+    )
+    return replace(chart, invocations=padded) if padded else chart
 
 
 def without_spontaneous(chart: Chart) -> Chart:
@@ -259,9 +277,10 @@ def _free_inputs(chart: Chart, uses: Uses, samples: list[str]) -> tuple[FreeInpu
 
 
 def _results(machine: Machine, uses: Uses, samples: list[str]) -> Mapping[str, tuple[Value, ...]]:
-    found = {}
-    for operation in machine.chart.operations:
-        if operation.result is None:
+    found: dict[str, tuple[Value, ...]] = {}
+    operations = (o for chart in charts_within(machine.chart) for o in chart.operations)
+    for operation in operations:
+        if operation.result is None or operation.name in found:
             continue
         values = values_of(operation.result, ("operation", operation.name), uses)
         if not values.exact:

@@ -21,12 +21,14 @@ from fsmkit.runtime.interpreter.snapshot import (
     Snapshot,
     Taken,
     Timeout,
+    Within,
 )
 from fsmkit.runtime.interpreter.trace import dump_lines, trace_lines, value_text
 from fsmkit.runtime.values import show
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Trail
 from fsmkit.verify.moves import Action, Chooser, Message, Step, Who
+from fsmkit.verify.sessions import charts_within, effects_within, leaves_family
 from fsmkit.verify.shared import type_of_slot, written_value
 from fsmkit.verify.steps import LocalSteps
 
@@ -179,8 +181,8 @@ class Replay:
             declared = chart.inputs[free.input]
             value = show(done.before.inputs[free.input], declared.type, tick)
             found.append(f"{declared.name} = {value}")
-        types = {o.name: o.result for o in chart.operations}
-        for effect in done.effects:
+        types = {o.name: o.result for one in charts_within(chart) for o in one.operations}
+        for _, _, effect in effects_within(chart, done):
             match effect:
                 case Called(operation, _, result) if result is not None:
                     type_ = types[operation]
@@ -207,23 +209,23 @@ class Replay:
 
 def checked_lines(chart: Chart, done: Macrostep) -> Iterator[str]:
     """Yield what the explorer's hooks print for a macrostep: states and transitions by number."""
-    for effect in done.effects:
+    for path, own, effect in effects_within(chart, done):
         match effect:
             case Exited(state):
-                yield f"- {state}"
+                yield f"{path}- {state}"
             case Taken(transition):
-                yield f"t {transition}"
+                yield f"{path}t {transition}"
             case Entered(state):
-                yield f"+ {state}"
+                yield f"{path}+ {state}"
             case Called(operation, arguments, result):
                 answer = () if result is None else ("=", plain(result))
-                yield " ".join(("op", operation, *map(plain, arguments), *answer))
-            case Emitted(Occurrence(event, payload)):
-                yield " ".join(("out", chart.events[event].name, *map(plain, payload)))
+                yield path + " ".join(("op", operation, *map(plain, arguments), *answer))
+            case Emitted(Occurrence(event, payload)) if leaves_family(effect):
+                yield path + " ".join(("out", own.events[event].name, *map(plain, payload)))
             case Overflowed(queue):
-                yield f"full {queue}"
+                yield f"{path}full {queue}"
             case Faulted(reason):
-                yield f"fault {reason}"
+                yield f"{path}fault {reason}"
             case _:
                 pass
 
@@ -234,6 +236,10 @@ def checked_state(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
         yield f"d {variable.name} {plain(value)}"
     active = sorted(index_of(chart).leaves & snapshot.configuration)
     yield " ".join(("=", *map(str, active), *(("finished",) if snapshot.finished else ())))
+    for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
+        if child is not None:
+            for line in checked_state(invocation.chart, child):
+                yield f"{invocation.id}: {line}"
 
 
 def plain(value: Value) -> str:
@@ -256,6 +262,8 @@ def cause(chart: Chart, step: Step, done: Macrostep, closed: Closed) -> str:
             return occurrence_text(chart, occurrence)
         case None:
             return "inputs changed"
+        case Within():
+            return "an invoked machine goes on"
         case _:
             return "start" if step.action is Action.START else "delayed event"
 

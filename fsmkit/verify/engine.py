@@ -23,6 +23,7 @@ from typing import Any
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.plugins import Target, plugin
 from fsmkit.verify.adapter import MachineAdapter
+from fsmkit.verify.adapter_sessions import session_files
 from fsmkit.verify.adapter_values import Built, describe, prefix_of
 from fsmkit.verify.closed import Closed, with_greatest_delays
 from fsmkit.verify.counterexample import Counterexample
@@ -56,8 +57,8 @@ def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
         findings.stop_on_errors()
         if generated is None:
             raise fail("explorer-build", f"no C can be generated for `{chart.name}`")
-        files.update(generated.files)
         machine = describe(closed, number, generated.files[f"{prefix}.h"])
+        files.update(session_files(closed, machine, generated.files))
         built.append(machine)
         files[f"explore_{number}.c"] = MachineAdapter(closed, machine).text()
     files["explore_system.c"] = system_file(closed, built)

@@ -70,7 +70,6 @@ def check(
     """Explore a system and return the verdicts; ``names`` limits the properties that are judged."""
     manner = manner or Manner()
     _demand_known(system, names)
-    _demand_no_invocations(system)
     engine = manner.engine or ("c" if compiler() is not None else "python")
     zones = manner.zones and engine == "c"
     closed = close(
@@ -120,17 +119,6 @@ def _delays(
         greatest = None if pending is None else pending[0]
         late = greatest is None or greatest > property_.ticks
         yield Answer(number, known=True, violated=late, greatest=greatest)
-
-
-def _demand_no_invocations(system: System) -> None:
-    for machine in system.machines:
-        for invocation in machine.chart.invocations:
-            raise fail(
-                "not-explored-yet",
-                f"`{invocation.id}` is invoked by `{machine.chart.name}`: not explored yet",
-                invocation.span,
-                help="check the invoked chart by itself, or make the two machines of a system",
-            )
 
 
 def _shower(

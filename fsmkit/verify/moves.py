@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from fsmkit.expressions import Value
 from fsmkit.model.chart import Chart
-from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
+from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Snapshot
 
 FULL, FAULT, UNHANDLED = 0, 1, 2
 """Notes of a step of a machine; from the last on, one for each event that was not answered."""
@@ -27,6 +27,11 @@ def state_note(chart: Chart, state: int) -> int:
 
 MOST_RUNS = 1 << 16
 """Sequences of choices tried for one step; with more, the exploration is given up."""
+
+
+def took(done: Macrostep | None) -> bool:
+    """Whether a macrostep took a transition of the machine itself."""
+    return done is not None and any(small.transitions for small in done.microsteps)
 
 
 class TooManyChoices(Exception):  # noqa: N818  (a limit, not an error)

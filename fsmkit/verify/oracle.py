@@ -28,6 +28,8 @@ from fsmkit.verify.moves import (
     TooManyChoices,
     Who,
 )
+from fsmkit.verify.sessions import shown as shown_of
+from fsmkit.verify.sessions import timers_within
 from fsmkit.verify.system import Property, asked_events, judged, temporal_properties
 from fsmkit.verify.temporal import Arc, action_of, answers
 
@@ -197,10 +199,7 @@ class Oracle(GlobalSteps):
             [(self._states[edge.to], n) for n, edge in enumerate(self.successors(state))]
             for state in self._order
         ]
-        shown = [
-            tuple((s.configuration, s.running) for s in self.snapshots(state))
-            for state in self._order
-        ]
+        shown = [tuple(map(shown_of, self.snapshots(state))) for state in self._order]
         oldest: dict[object, int] = {}
         for trap in find_traps(graph, shown):
             views = [self._locals[m][n].view for m, n in enumerate(self._order[trap])]
@@ -225,19 +224,19 @@ class Oracle(GlobalSteps):
 
     def _arc(self, state: State, ordinal: int, edge: Edge) -> Arc:
         step = edge.steps[0]
-        timers = self._locals[step.machine][state[step.machine]].snapshot.timers
-        action = action_of(self.closed, step, edge.who, timers)
+        before = self._locals[step.machine][state[step.machine]].snapshot
+        action = action_of(self.closed, step, edge.who, before)
         ticks = self.closed.unit if step.action is Action.ELAPSE else 0
         return Arc(self._states[edge.to], ordinal, edge.who is Who.INTERNAL, action, ticks)
 
     def _figures(self, machine: int) -> Figures:
         found = self._locals[machine]
         snapshots = [local.snapshot for local in found]
-        coverage = self.local_steps.coverage[machine]
+        coverage, chart = self.local_steps.coverage[machine], self.closed.charts[machine]
         return Figures(
             locals=len(found),
             queue=max((len(s.queue) + len(s.deferred) for s in snapshots), default=0),
-            timers=max((len(s.timers) for s in snapshots), default=0),
+            timers=max((len(timers_within(chart, s)) for s in snapshots), default=0),
             microsteps=coverage.microsteps,
             states=frozenset(coverage.states),
             transitions=frozenset(coverage.transitions),

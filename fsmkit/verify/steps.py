@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import assert_never
 
 from fsmkit.expressions import Value
-from fsmkit.model.chart import OPEN_ENDED
+from fsmkit.model.chart import OPEN_ENDED, Chart
 from fsmkit.runtime.interpreter.macrostep import initial, start, step
 from fsmkit.runtime.interpreter.run import (
     has_room,
@@ -23,7 +23,6 @@ from fsmkit.runtime.interpreter.run import (
 )
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
-    Delayed,
     Emitted,
     Entered,
     Faulted,
@@ -52,11 +51,22 @@ from fsmkit.verify.moves import (
     View,
     Who,
     state_note,
+    took,
     transition_note,
 )
 from fsmkit.verify.readiness import resting, tries_eventless
+from fsmkit.verify.sessions import (
+    effects_within,
+    invoked_elapsed,
+    is_due,
+    leaves_family,
+    settled,
+    timers_within,
+    waiting,
+    with_first,
+)
 from fsmkit.verify.shared import driven, kept_at_start, written_value
-from fsmkit.verify.system import HEARD, asked_events
+from fsmkit.verify.system import HEARD, Machine, asked_events
 
 
 @dataclass(slots=True)
@@ -83,10 +93,7 @@ class LocalSteps:
         self.coverage = tuple(Coverage(set(), set()) for _ in self.charts)
         self._rests = tuple(map(resting, self.charts, self.machines))
         self._samples_inputs = tuple(map(tries_eventless, self.machines, self.charts))
-        self._ports = tuple(
-            {o.name: len(chart.events) + n for n, o in enumerate(machine.chart.operations)}
-            for machine, chart in zip(closed.system.machines, self.charts, strict=True)
-        )
+        self._ports = tuple(map(_ports, self.machines))
         asked = asked_events(closed.system.properties)
         self._asked = tuple({e for m, e in asked if m == n} for n in range(len(self.charts)))
         self._noted = tuple(
@@ -103,38 +110,30 @@ class LocalSteps:
         inputs = snapshot.inputs
         if self.closed.is_open and not self.closed.keeps_inputs:
             inputs = initial(self.charts[machine]).inputs
-        if not snapshot.running:
-            fault = snapshot.fault
-            if fault is not None and fault.startswith("error."):
-                fault = "error"
-            empty = replace(snapshot, history=(), queue=(), deferred=(), timers=(), now=0)
-            return replace(empty, inputs=inputs, fault=fault)
-        timers = snapshot.timers
-        if self.closed.untimed and timers:
-            timers = tuple(sorted((Timer(0, t.what) for t in timers), key=_untimed_order))
-        return replace(snapshot, inputs=inputs, timers=timers, now=0)
+        found = settled(self.charts[machine], snapshot, untimed=self.closed.untimed)
+        return replace(found, inputs=inputs)
 
     def view(self, machine: int, snapshot: Snapshot) -> View:
         """Return what the search asks of a local state."""
         chart = self.charts[machine]
         if not snapshot.running:
             return View(0, 0, False, False, snapshot.fault is not None, snapshot.finished)
-        recalled = sum(not is_deferred(chart, snapshot, o.event) for o in snapshot.deferred)
-        awaited = sum(not self._is_silent(machine, timer) for timer in snapshot.timers)
+        armed = timers_within(chart, snapshot)
+        awaited = sum(not self._is_silent(one, timer) for one, timer in armed)
         leaves = (s for s in snapshot.configuration if chart.states[s].is_leaf)
         return View(
-            len(snapshot.queue) + recalled,
+            waiting(chart, snapshot),
             awaited,
-            bool(snapshot.timers) and snapshot.timers[0].deadline <= 0,
+            is_due(snapshot),
             True,
             False,
             all(leaf in self._rests[machine] for leaf in leaves),
         )
 
-    def _is_silent(self, machine: int, timer: Timer) -> bool:
-        return isinstance(timer.what, Timeout) and self.closed.is_silent(
-            machine, timer.what.transition
-        )
+    def _is_silent(self, chart: Chart, timer: Timer) -> bool:
+        if self.closed.silent and isinstance(timer.what, Timeout):
+            return chart.transitions[timer.what.transition].watchdog
+        return False
 
     def _is_early(self, machine: int, timer: Timer) -> bool:
         """Whether a timer may fire before its deadline: its delay is an interval."""
@@ -150,7 +149,7 @@ class LocalSteps:
         timers = tuple(
             Timer(max(t.deadline - passed, self._end(machine, t)), t.what) for t in snapshot.timers
         )
-        return replace(snapshot, timers=timers)
+        return replace(snapshot, timers=timers, invoked=invoked_elapsed(snapshot, passed))
 
     def _end(self, machine: int, timer: Timer) -> int:
         """Return how close the deadline of a timer can come: one without an end stays away."""
@@ -208,7 +207,7 @@ class LocalSteps:
                 recalls = any(not is_deferred(chart, snapshot, o.event) for o in snapshot.deferred)
                 keeps = has_room(chart, snapshot) and not recalls
                 done = step(chart, snapshot, occurrence, chooser, may_defer=keeps)
-                return done if not possible.spontaneous or _took(done) else None
+                return done if not possible.spontaneous or took(done) else None
             case Action.ELAPSE:
                 return None
             case _:
@@ -217,19 +216,31 @@ class LocalSteps:
     def _fire(
         self, machine: int, snapshot: Snapshot, place: int, chooser: Chooser
     ) -> Macrostep | None:
-        timers = list(snapshot.timers)
+        chart, timers = self.charts[machine], list(snapshot.timers)
+        if chart.invocations:
+            return self._fire_within(chart, snapshot, place, chooser)
         if place >= len(timers):
             return None
         timer = timers.pop(place)
         if self.closed.untimed:
-            if self._is_silent(machine, timer):
+            if self._is_silent(chart, timer):
                 return None
         elif timer.deadline > 0 and not self._is_early(machine, timer):
             return None
         first = replace(timer, deadline=min(timer.deadline, 0))
         snapshot = replace(snapshot, timers=(first, *timers))
-        done = step_timer(self.charts[machine], snapshot, chooser)
-        return done if _took(done) or self._end(machine, timer) < 0 else None
+        done = step_timer(chart, snapshot, chooser)
+        return done if took(done) or self._end(machine, timer) < 0 else None
+
+    def _fire_within(
+        self, chart: Chart, snapshot: Snapshot, place: int, chooser: Chooser
+    ) -> Macrostep | None:
+        """Fire a timer where some may be those of invoked machines."""
+        if not self.closed.untimed:
+            return step_timer(chart, snapshot, chooser) if is_due(snapshot) else None
+        if self._is_silent(*timers_within(chart, snapshot)[place]):
+            return None
+        return step_timer(chart, with_first(snapshot, place), chooser)
 
     def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
         """Take a step with every sequence of choices; the same effect counts once."""
@@ -247,9 +258,7 @@ class LocalSteps:
             if outcome is not None:
                 idle = outcome.after == snapshot and not outcome.messages and not outcome.notes
                 if not (idle and who is Who.ENVIRONMENT) and not (
-                    what.action is Action.EVENTLESS
-                    and outcome.after == snapshot
-                    and not _took(done)
+                    what.action is Action.EVENTLESS and outcome.after == snapshot and not took(done)
                 ):
                     step_ = replace(what, choices=tuple(chooser.chosen[: chooser.at]))
                     key = (outcome.after, outcome.messages, outcome.notes)
@@ -286,7 +295,7 @@ class LocalSteps:
             found += self._messages(machine, HEARD + done.event.event, done.event.payload)
         for effect in done.effects:
             match effect:
-                case Emitted(Occurrence(event, payload)):
+                case Emitted(Occurrence(event, payload)) if leaves_family(effect):
                     port, values = event, payload
                 case Called(operation, arguments):
                     port, values = self._ports[machine][operation], arguments
@@ -306,12 +315,14 @@ class LocalSteps:
         own = self.closed.possible[what.argument].event if what.action is Action.OCCUR else None
         if isinstance(done.event, Occurrence) and done.event.event in self._asked[machine]:
             found[UNHANDLED + len(self.charts[machine].events) + done.event.event] = None
-        for effect in done.effects:
+        for path, _, effect in effects_within(self.charts[machine], done):
             match effect:
                 case Overflowed():
                     found[FULL] = None
                 case Faulted():
                     found[FAULT] = None
+                case _ if path:
+                    continue
                 case Unhandled(event) if event != own and event in self._noted[machine]:
                     found[UNHANDLED + event] = None
                 case Taken(transition) if self.closed.covers:
@@ -346,7 +357,7 @@ class LocalSteps:
             take = Step(Action.TAKE, machine)
             return found + self.explore(machine, snapshot, take, Who.INTERNAL)
         if self.closed.untimed:
-            for place in range(len(snapshot.timers)):
+            for place, _ in enumerate(timers_within(self.charts[machine], snapshot)):
                 fire = Step(Action.FIRE, machine, place)
                 found += self.explore(machine, snapshot, fire, Who.TIME)
         else:
@@ -383,16 +394,7 @@ def as_number(ticks: Fraction) -> int:
     return ticks.numerator if ticks.denominator == 1 else ticks  # type: ignore[return-value]
 
 
-def _untimed_order(timer: Timer) -> tuple[int, int, str]:
-    """Timeouts by transition, then delayed events: an order that does not depend on deadlines."""
-    match timer.what:
-        case Timeout(transition):
-            return 0, transition, ""
-        case Delayed(occurrence):
-            return 1, occurrence.event, repr(timer.what)
-        case _:
-            assert_never(timer.what)
-
-
-def _took(done: Macrostep | None) -> bool:
-    return done is not None and any(small.transitions for small in done.microsteps)
+def _ports(machine: Machine) -> dict[str, int]:
+    """Return the numbers of operations, as wires count: in the chart as it was written."""
+    chart = machine.chart
+    return {operation.name: n for n, operation in enumerate(chart.operations, len(chart.events))}

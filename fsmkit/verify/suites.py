@@ -16,6 +16,7 @@ from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.cover import Cover, named, table
 from fsmkit.verify.save import recorded
+from fsmkit.verify.sessions import demand_alone
 from fsmkit.verify.verdict import Report, Verdict
 
 SUFFIXES = (".py", ".c")
@@ -87,6 +88,9 @@ def suite(
     charts: Sequence[Chart],
 ) -> str:
     """Return the text of a file of tests, by its suffix; ``charts`` named as they are compiled."""
+    for machine in closed.system.machines:
+        way_out = "save the traces with `--save-trace`: the interpreter performs them"
+        demand_alone(machine.chart, "no tests of generated code are written", way_out)
     if path.suffix.lower() == ".py":
         return _pytest(path, closed, paths, source)
     about = [

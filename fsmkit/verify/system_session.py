@@ -12,7 +12,7 @@ from random import Random
 
 from fsmkit.expressions import Value, default_value
 from fsmkit.runtime.interpreter.macrostep import initial, start
-from fsmkit.runtime.interpreter.run import at_time, post, run, step_eventless
+from fsmkit.runtime.interpreter.run import at_time, next_deadline, post, run, step_eventless
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
     Emitted,
@@ -160,8 +160,8 @@ class SystemSession:
         return done
 
     def _next_deadline(self) -> int | None:
-        deadlines = [s.timers[0].deadline for s in self._snapshots if s.running and s.timers]
-        return min(deadlines, default=None)
+        deadlines = [next_deadline(s) for s in self._snapshots if s.running]
+        return min((due for due in deadlines if due is not None), default=None)
 
     def _settle(self) -> list[Happening]:
         """Run machine after machine until none has anything to do."""

@@ -7,10 +7,11 @@ from collections.abc import Callable, Container, Hashable, Iterable, Iterator, S
 from dataclasses import dataclass, field
 from math import inf
 
-from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
+from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Answer
 from fsmkit.verify.moves import Action, Step, Who
+from fsmkit.verify.sessions import timer_name
 from fsmkit.verify.system import (
     Property,
     PropertyKind,
@@ -284,8 +285,8 @@ def components(graph: Graph, inside: set[int]) -> list[frozenset[int]]:
 # --- of a system ----------------------------------------------------------------------------------
 
 
-def action_of(closed: Closed, step: Step, who: Who, timers: Sequence[Timer]) -> Hashable | None:
-    """Return what is owed by a step (``fsm_model.owed``); ``timers``: those of its machine."""
+def action_of(closed: Closed, step: Step, who: Who, before: Snapshot) -> Hashable | None:
+    """Return what is owed by a step of a machine (``fsm_model.owed``)."""
     if step.action is Action.ELAPSE:
         return "time"
     if step.action is Action.OCCUR:
@@ -298,8 +299,7 @@ def action_of(closed: Closed, step: Step, who: Who, timers: Sequence[Timer]) -> 
         return "machine", step.machine
     if step.action is not Action.FIRE or who is not Who.TIME:
         return None
-    timer = timers[step.argument].what
-    name = timer.transition if isinstance(timer, Timeout) else ("sent", timer.occurrence.event)
+    name = timer_name(closed.charts[step.machine], before, step.argument)
     return "timer", step.machine, name
 
 

@@ -236,3 +236,31 @@ properties: {late: {reachable: watch.In(late)}, over: {reachable: watch.In(over)
     found = verdicts(check(system, Findings(), manner=PYTHON))
     assert (found["late"], found["over"]) == (late, over)
     assert unit_of(system) == 10
+
+
+PUSHER = """
+chart: Pusher
+operations: [push(n 0..3)]
+states: {s: {sometimes: {do: push(2)}}}
+"""
+PUSHED = """
+chart: Pushed
+events: {in: [hit(n 0..3)]}
+initial: calm
+states:
+  calm: {rest: true, on: {hit: {if: event.n == 2, target: moved}}}
+  moved: {rest: true}
+"""
+PUSHES = """
+system: Pushes
+machines: {pusher: pusher.yaml, pushed: pushed.yaml}
+connect: [pusher.push -> pushed.hit]
+environment: {will: [pusher]}
+properties:
+  moves: {reachable: pushed.In(moved)}
+"""
+
+
+def test_operations_of_a_machine_that_moves_spontaneously_reach_others(load: Load) -> None:
+    system = load(pushes=PUSHES, pusher=PUSHER, pushed=PUSHED)
+    assert verdicts(check(system, Findings(), manner=PYTHON))["moves"] == "holds"

@@ -314,8 +314,8 @@ class _Run:
         found = []
         for edge in self.oracle.successors(state):
             step = edge.steps[0]
-            timers = self.oracle.snapshots(state)[step.machine].timers
-            found.append(action_of(self.closed, step, edge.who, timers))
+            before = self.oracle.snapshots(state)[step.machine]
+            found.append(action_of(self.closed, step, edge.who, before))
         return found
 
     def is_stable(self, state: State) -> bool:

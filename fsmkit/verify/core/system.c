@@ -278,7 +278,7 @@ static uint32_t first_timer(const fsm_system *system, uint32_t machine)
 {
     uint32_t first = system->machine_count + 1 + system->possible_count;
     for (uint32_t i = 0; i < machine; i++)
-        first += system->machines[i]->transition_count + system->machines[i]->event_count;
+        first += system->machines[i]->timer_names;
     return first;
 }
 

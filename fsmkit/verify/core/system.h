@@ -53,6 +53,7 @@ typedef struct {
     /* Whether a timer whose delay is an interval may fire before its deadline; NULL: there is none. */
     bool (*early)(const void *m, uint32_t timer);
     uint32_t (*timer_name)(const void *m, uint32_t timer); /* untimed: by transition, then by event; else NULL */
+    uint32_t timer_names; /* how many there are, with those of the machines in its slots */
     void (*eventless)(void *m);             /* NULL where no eventless guard reads an input */
     void (*occur)(void *m, uint32_t event, const fsm_value *values); /* at once, ahead of the queue */
     bool (*post)(void *m, uint32_t event, const fsm_value *values);  /* false: full */

@@ -18,6 +18,7 @@ from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import occurrence_text
 from fsmkit.verify.global_steps import Edge, GlobalSteps, State
 from fsmkit.verify.moves import Action, Step, TooManyChoices
+from fsmkit.verify.sessions import timer_of
 
 TICK = "tick"
 START = "start"
@@ -132,10 +133,11 @@ def _cause(closed: Closed, snapshot: Snapshot, step: Step) -> str:
             heads = (*waiting, *snapshot.queue)
             return occurrence_text(chart, heads[0]) if heads else "an invoked machine goes on"
         case Action.FIRE:
-            what = snapshot.timers[step.argument].what
-            if not isinstance(what, Timeout):
+            own, timer = timer_of(chart, snapshot, step.argument)
+            if not isinstance(timer.what, Timeout):
                 return "delayed event"
-            return f"timeout in {chart.states[chart.transitions[what.transition].source].id}"
+            source = own.transitions[timer.what.transition].source
+            return f"timeout in {own.states[source].id}"
         case Action.OCCUR:
             possible = closed.possible[step.argument]
             if possible.spontaneous:
