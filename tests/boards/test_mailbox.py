@@ -53,13 +53,21 @@ def test_threads_that_share_a_mailbox_under_the_thread_sanitizer(
     assert run(program, str(EVENTS)).endswith("wrong 0 failures 0\n")
 
 
+def shows_a_race(program: Path) -> bool:
+    """Tell whether one of some runs does: threads that happen not to meet show nothing."""
+    runs = (
+        subprocess.run([program, "1000"], capture_output=True, text=True, check=False)
+        for _ in range(20)
+    )
+    return any("data race" in done.stderr for done in runs)
+
+
 def test_the_thread_sanitizer_sees_a_shared_mailbox_without_a_guard(
     tmp_path: Path, build: Build
 ) -> None:
     unguarded = ["-DSHARED", "-DUNGUARDED", "-Wno-unused-variable"]
     program = build(tmp_path, "clang", *unguarded, *SANITIZER, *POSIX, STRESS)
-    done = subprocess.run([program, "1000"], capture_output=True, text=True, check=False)
-    assert "data race" in done.stderr
+    assert shows_a_race(program)
 
 
 def test_a_guard_has_two_ends(tmp_path: Path, build: Build) -> None:
@@ -102,8 +110,7 @@ def test_a_guard_costs_nothing_where_there_is_none(tmp_path: Path, build: Build)
 def test_the_thread_sanitizer_sees_a_mailbox_without_order(tmp_path: Path, build: Build) -> None:
     arguments = ["-DFSM_BARRIER()=(void)0", *SANITIZER, *POSIX, STRESS]
     program = build(tmp_path, "clang", *arguments)
-    done = subprocess.run([program, "1000"], capture_output=True, text=True, check=False)
-    assert "data race" in done.stderr
+    assert shows_a_race(program)
 
 
 LAWS = """
