@@ -77,6 +77,13 @@ def test_check_a_chart_and_a_path(lamp: Path) -> None:
     assert again.exploration.states == report.exploration.states > 1
 
 
+@pytest.mark.parametrize("zones", [False, True], ids=["discrete", "zones"])
+def test_check_lets_time_pass_as_it_is_told(*, zones: bool) -> None:
+    fischer = CELL.parent / "fischer" / "fischer.yaml"
+    report = fsmkit.check(fsmkit.load_system(fischer), engine="c", zones=zones)
+    assert report.exploration.states == (18 if zones else 68)
+
+
 def test_check_a_system_with_a_machine_replaced() -> None:
     defect = CELL / "defects" / "m5_feeder.yaml"
     system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": defect})

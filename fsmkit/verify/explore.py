@@ -53,10 +53,10 @@ class Manner:
     silent: bool = False
     """Transitions marked ``watchdog`` never fire; needs ``untimed``."""
     limits: Limits = Limits()
-    covers: bool = False
-    """A way to each transition and each state is kept, for `verify.cover`."""
     zones: bool = False
     """Time is dense; the engine in Python, which has no zones, lets it pass by units instead."""
+    covers: bool = False
+    """A way to each transition and each state is kept, for `verify.cover`."""
 
 
 def check(
