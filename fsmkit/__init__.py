@@ -136,7 +136,7 @@ def check(
     engine: str = "",
     memory: int = 4 << 30,
     seconds: float = 0,
-    cores: int = 0,
+    cores: int = 1,
     findings: Findings | None = None,
 ) -> Report:
     """Explore a chart alone, or a system, and return what holds.

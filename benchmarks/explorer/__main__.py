@@ -132,7 +132,7 @@ def measure_spin(model: Model, count: int, folder: Path) -> Measured | None:
     if "error: max search depth" in said or "aborted" in said:
         raise click.ClickException("SPIN ended early")
     states, transitions = (
-        int(re.search(rf"(\d+) {what}", said)[1])  # type: ignore[index]
+        round(float(re.search(rf"(\S+) {what}", said)[1]))  # type: ignore[index]
         for what in ("states, stored", "transitions")
     )
     return Measured(f"SPIN, {model.mode}", states, transitions, seconds, most)

@@ -97,8 +97,9 @@ def read_replacements(
     "--workers",
     "cores",
     type=click.IntRange(1, 64),
-    help="The most cores to use; only spaces that are large need more than one.  "
-    "[default: all that this process may use]",
+    default=1,
+    show_default=True,
+    help="The most cores to use; only spaces that are large need more than one.",
 )
 @click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
 @click.option(
@@ -148,7 +149,7 @@ def command(
     silent: bool,
     engine: str | None,
     memory: int,
-    cores: int | None,
+    cores: int,
     timeout: float,
     replacing: Mapping[str, Path],
     save_trace: Path | None,
@@ -180,7 +181,7 @@ def command(
         engine or "",
         time_mode == "untimed",
         silent,
-        Limits(memory, timeout, cores or 0),
+        Limits(memory, timeout, cores),
         zones=time_mode == "zones",
         covers=cover_folder is not None,
     )

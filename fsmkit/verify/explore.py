@@ -32,7 +32,7 @@ class Limits:
 
     memory: int = 4 << 30
     seconds: float = 0
-    cores: int = 0
+    cores: int = 1
 
     @property
     def threads(self) -> int:
