@@ -164,7 +164,13 @@ def check(
     elif isinstance(subject, Chart):
         subject = system_of(subject)
     limits = Limits(memory, seconds, cores)
-    manner = Manner(engine, untimed, assume_watchdogs_silent, limits, zones=zones and not untimed)
+    manner = Manner(
+        engine,
+        untimed=untimed,
+        silent=assume_watchdogs_silent,
+        limits=limits,
+        zones=zones and not untimed,
+    )
     return explore(subject, found, manner=manner, names=frozenset(properties))
 
 

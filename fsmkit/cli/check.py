@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import click
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
+from fsmkit.cli._quantities import read_size, read_span
 from fsmkit.cli._refines import compare
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
@@ -36,26 +36,6 @@ Examples:
   fsmkit check cell.yaml --replace feeder=defects/m5_feeder.yaml
   fsmkit check feeder.yaml --refines module.scxml
 """
-SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([KMGT]?)B?", re.IGNORECASE)
-SPAN = re.compile(r"(\d+(?:\.\d+)?)\s*(ms|s|m|min|h)?")
-UNITS = {"": 0, "K": 10, "M": 20, "G": 30, "T": 40}
-SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, None: 1.0}
-
-
-def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
-    """Read ``4G``, ``512M`` as bytes."""
-    match = SIZE.fullmatch(value)
-    if match is None:
-        raise click.BadParameter(f"`{value}` is no size such as 4G or 512M", ctx, param)
-    return int(float(match[1]) * (1 << UNITS[match[2].upper()]))
-
-
-def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
-    """Read ``10m``, ``30s`` as seconds."""
-    match = SPAN.fullmatch(value)
-    if match is None:
-        raise click.BadParameter(f"`{value}` is no duration such as 30s or 10m", ctx, param)
-    return float(match[1]) * SECONDS[match[2]]
 
 
 def read_replacements(
@@ -179,9 +159,9 @@ def command(
     system = load_any(file, findings, replacing)
     manner = Manner(
         engine or "",
-        time_mode == "untimed",
-        silent,
-        Limits(memory, timeout, cores),
+        untimed=time_mode == "untimed",
+        silent=silent,
+        limits=Limits(memory, timeout, cores),
         zones=time_mode == "zones",
         covers=cover_folder is not None,
     )

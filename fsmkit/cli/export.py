@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
-from fsmkit.cli.check import read_span
+from fsmkit.cli._quantities import read_span
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings

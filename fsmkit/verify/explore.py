@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.verify.closed import Closed, close
@@ -49,6 +49,7 @@ class Manner:
     """How to explore. ``engine``: ``c``, ``python``, or empty for C where there is a compiler."""
 
     engine: str = ""
+    _: KW_ONLY
     untimed: bool = False
     silent: bool = False
     """Transitions marked ``watchdog`` never fire; needs ``untimed``."""

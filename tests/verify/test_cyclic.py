@@ -64,7 +64,7 @@ def verdicts(
     load: Load, engine: str, files: dict[str, str], *, untimed: bool = False
 ) -> dict[str, bool]:
     """Return what holds; each path shown was taken again by all that can."""
-    report = check(load(**files), Findings(), manner=Manner(engine, untimed))
+    report = check(load(**files), Findings(), manner=Manner(engine, untimed=untimed))
     for result in report.results:
         assert result.verdict is not Verdict.UNDECIDED, result.reason
         if result.trace is not None:

@@ -56,8 +56,10 @@ def facts(found: Exploration) -> dict[str, object]:
 
 def both(system: System, *, untimed: bool = False, silent: bool = False) -> None:
     limits = Limits(1 << 30, 60)
-    in_c = explored(system, Findings(), Manner("c", untimed, silent, limits))
-    in_python = explored(system, Findings(), Manner("python", untimed, silent, limits))
+    in_c = explored(system, Findings(), Manner("c", untimed=untimed, silent=silent, limits=limits))
+    in_python = explored(
+        system, Findings(), Manner("python", untimed=untimed, silent=silent, limits=limits)
+    )
     assert facts(in_c) == facts(in_python)
     assert in_c.end is End.COMPLETE
 
@@ -159,12 +161,12 @@ def test_engines_agree_on_random_charts(seed: int) -> None:
     for untimed in (False, True):
         limits = Limits(1 << 30, 1)
         try:
-            in_c = explored(system, Findings(), Manner("c", untimed, False, limits))
+            in_c = explored(system, Findings(), Manner("c", untimed=untimed, limits=limits))
         except FsmkitError:
             return  # the target says what it cannot express; other tests see to that
         if in_c.end is not End.COMPLETE or in_c.transitions > 600:
             continue
-        manner = Manner("python", untimed, False, Limits(seconds=2))
+        manner = Manner("python", untimed=untimed, limits=Limits(seconds=2))
         in_python = explored(system, Findings(), manner)
         if in_python.end is End.COMPLETE:
             assert facts(in_c) == facts(in_python)

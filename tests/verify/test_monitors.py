@@ -233,8 +233,10 @@ def test_the_others_do_what_they_do_without_monitors(load: Load, seed: int) -> N
     if compiler() is not None:
         limits = Limits(1 << 30, 60)
         for untimed in (False, True):
-            in_c = explored(watched, Findings(), Manner("c", untimed, limits=limits))
-            in_python = explored(watched, Findings(), Manner("python", untimed, limits=limits))
+            in_c = explored(watched, Findings(), Manner("c", untimed=untimed, limits=limits))
+            in_python = explored(
+                watched, Findings(), Manner("python", untimed=untimed, limits=limits)
+            )
             assert (in_c.states, in_c.transitions) == (in_python.states, in_python.transitions)
             ours, theirs = ({m.number: m.count for m in e.marks} for e in (in_c, in_python))
             assert ours == theirs

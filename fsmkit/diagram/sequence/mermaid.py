@@ -57,12 +57,8 @@ class _Writer:
         if block.lifeline is not None:
             if block.cause is Cause.OUTSIDE:
                 yield f"  outside->>m{block.lifeline}: {_text(block.text)}"
-            told = [", ".join(block.entered)] if block.entered else []
-            told += block.notes
-            if not block.told and block.cause not in (Cause.START, Cause.OUTSIDE):
-                told.insert(0, block.text)
-            if told:
-                yield f"  Note over m{block.lifeline}: {'<br/>'.join(map(_text, told))}"
+            if block.remarks:
+                yield f"  Note over m{block.lifeline}: {'<br/>'.join(map(_text, block.remarks))}"
         for arrow in block.arrows:
             yield f"  {_arrow(arrow)}"
 
@@ -70,10 +66,7 @@ class _Writer:
 def _arrow(arrow: Arrow) -> str:
     shape = {Part.LOST: "--x", Part.SENT: "--)"}.get(arrow.part, ARROWS[arrow.way])
     source, target = ("outside" if n is None else f"m{n}" for n in (arrow.source, arrow.target))
-    text = _text(arrow.text)
-    told = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
-    how = f" ({arrow.way.value})" if arrow.way not in (Way.DIRECT, Way.VALUE) else ""
-    return f"{source}{shape}{target}: {text}{told.get(arrow.part, how)}"
+    return f"{source}{shape}{target}: {_text(arrow.label)}"
 
 
 def _text(text: str) -> str:

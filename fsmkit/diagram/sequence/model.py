@@ -57,6 +57,13 @@ class Arrow:
     way: Way = Way.DIRECT
     part: Part = Part.WHOLE
 
+    @property
+    def label(self) -> str:
+        """The text, with how the message travels where it is not at once."""
+        told = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
+        how = f" ({self.way.value})" if self.way not in (Way.DIRECT, Way.VALUE) else ""
+        return f"{self.text}{told.get(self.part, how)}"
+
 
 @dataclass(frozen=True, slots=True)
 class Block:
@@ -78,6 +85,14 @@ class Block:
     active: tuple[str, ...]
     notes: tuple[str, ...] = ()
     arrows: tuple[Arrow, ...] = ()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What stands at the lifeline: the cause unless an arrow tells it, states, notes."""
+        is_shown = self.told or self.cause in (Cause.START, Cause.OUTSIDE)
+        cause = () if is_shown else (self.text,)
+        entered = (", ".join(self.entered),) if self.entered else ()
+        return (*cause, *entered, *self.notes)
 
     @property
     def look(self) -> tuple[object, ...]:

@@ -67,22 +67,16 @@ class _Writer:
         if block.lifeline is not None:
             if block.cause is Cause.OUTSIDE:
                 yield f"[-[{WATCHDOG}]> m{block.lifeline} : {_text(block.text)}"
-            told = [_text(", ".join(block.entered))] if block.entered else []
-            told += map(_text, block.notes)
-            if not block.told and block.cause not in (Cause.START, Cause.OUTSIDE):
-                told.insert(0, _text(block.text))
-            if told:
+            if block.remarks:
                 yield f"rnote over m{block.lifeline} #fff8e1"
-                yield from told
+                yield from map(_text, block.remarks)
                 yield "end rnote"
         for arrow in block.arrows:
             yield _arrow(arrow)
 
 
 def _arrow(arrow: Arrow) -> str:
-    told = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
-    how = f" ({arrow.way.value})" if arrow.way not in (Way.DIRECT, Way.VALUE) else ""
-    text = f"{_text(arrow.text)}{told.get(arrow.part, how)}"
+    text = _text(arrow.label)
     shape = {Part.LOST: "->x", Part.SENT: "->o"}.get(arrow.part, ARROWS[arrow.way])
     if arrow.target is None:
         return f"m{arrow.source} ->] : {text}"
