@@ -1,0 +1,316 @@
+/* fsm_link.h: messages between nodes: what a real-time loop does with a link, and never blocks.
+ *
+ * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
+ * changed and passed on with it under any terms.
+ *
+ * A node is a program with some of the machines of a system. `fsmkit compile` of a deployment writes
+ * for the node `a` of the system Ring the files ring_a.h and ring_a.c, which do with a link what is
+ * to be done; a host calls
+ *
+ *   static fsm_link link;                         large; no allocation, ever
+ *   static fsm_link_zmq zmq;                      what carries the frames (fsm_link_zmq.h), or
+ *                                                 fsm_link_local.h within one program
+ *   static ring_a node;                           all machines of the node, as members by name
+ *
+ *   fsm_link_init(&link, &ring_a_map, session);   session: greater than that of the run before
+ *   fsm_link_zmq_open(&zmq, &link, &options);
+ *   ring_a_init(&node);
+ *   node.link = &link;
+ *   ring_a_start(&node, 0);
+ *   once a cycle:
+ *     feeder_post_arrived(&node.feeder);          what the controllers say
+ *     node.feeder.pocket_occupied = ...;          what the sensors say
+ *     ring_a_cycle(&node, now);                   what came in is posted, all machines run, what
+ *                                                 they send to other nodes goes out
+ *     if (fsm_link_silence(&link, RING_A_NODE_B) > 100) ...        cycles without a word of b
+ *     if (fsm_link_count(&link, RING_A_NODE_B, FSM_LINK_LOST_EVENTS) > before) ...
+ *
+ * An event crosses once, in order, or is counted as lost by the receiver. A level (an output that
+ * is wired to an input) is published every cycle, and only the last value is kept.
+ *
+ * The bytes of a frame are described in docs/reference/links.md. */
+#ifndef FSM_LINK_H
+#define FSM_LINK_H
+
+#include "fsm_mailbox.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- configuration: the same for all files of a program -------------------------------------- */
+
+#ifndef FSM_LINK_BYTES /* of the largest frame; generated code says if it is not enough */
+#define FSM_LINK_BYTES 128
+#endif
+#ifndef FSM_LINK_SLOTS /* frames of events that wait in each direction; a power of two */
+#define FSM_LINK_SLOTS 256
+#endif
+#ifndef FSM_LINK_NODES /* nodes of a deployment at most */
+#define FSM_LINK_NODES 8
+#endif
+
+/* ---- frames ----------------------------------------------------------------------------------- */
+
+#define FSM_LINK_VERSION 1u
+#define FSM_LINK_HEADER 22u /* bytes before the payload */
+#define FSM_LINK_LEVELS 0u  /* the number of the message with all levels of its sender */
+
+typedef struct {
+    uint32_t number; /* of an event: which one since the start, from 0, with those refused */
+    uint16_t length;
+    uint8_t bytes[FSM_LINK_BYTES];
+} fsm_link_frame;
+
+/* A message of the event map: who sends it, to whom, and how many bytes its payload has. */
+typedef struct {
+    uint8_t sender;
+    uint8_t receiver;
+    uint16_t size;
+} fsm_link_message;
+
+/* The event map as a node knows it; generated. */
+typedef struct {
+    uint32_t hash; /* of the whole map: the same on all nodes that understand each other */
+    uint8_t node;  /* this one, by its place in the deployment */
+    uint8_t nodes;
+    uint16_t messages;               /* events are numbered 1..messages */
+    const fsm_link_message *message; /* [number - 1] */
+    const uint16_t *levels;          /* [node]: bytes of its levels */
+    const char *const *names;        /* [node] */
+    /* Whether all values are of their types; payload has the right size. */
+    bool (*is_valid)(uint8_t sender, uint16_t message, const uint8_t *payload);
+} fsm_link_map;
+
+/* ---- what is counted -------------------------------------------------------------------------- */
+
+/* Of a peer, since the link was made. */
+typedef enum {
+    FSM_LINK_FRAMES,      /* came in, in the present session of the peer; faults count as well */
+    FSM_LINK_LOST_FRAMES, /* never came, or came when a later one had come */
+    FSM_LINK_LOST_EVENTS, /* the events among them, and those that found a ring full at the peer */
+    FSM_LINK_LATE,        /* came when a later one had come: dropped, for order */
+    FSM_LINK_DOUBLED,     /* came again: dropped */
+    FSM_LINK_OVERFLOW,    /* found the ring full here: dropped */
+    FSM_LINK_RESTARTS,    /* sessions after the first */
+    FSM_LINK_COUNTS
+} fsm_link_counter;
+
+/* Of the link as a whole. */
+typedef enum {
+    FSM_LINK_SENT,      /* frames that were handed to what carries them */
+    FSM_LINK_REFUSED,   /* events that found the ring to the worker full: the peers count them */
+    FSM_LINK_MALFORMED, /* frames that are none, are cut off, or carry what their type forbids */
+    FSM_LINK_FOREIGN,   /* frames of another version, another map, or a node that is none */
+    FSM_LINK_TOTALS
+} fsm_link_total;
+
+typedef struct fsm_link fsm_link;
+
+uint32_t fsm_link_count(const fsm_link *link, uint8_t peer, fsm_link_counter what);
+uint32_t fsm_link_counted(const fsm_link *link, fsm_link_total what);
+
+/* The present session of a peer; 0 if it was never heard. */
+uint32_t fsm_link_session(const fsm_link *link, uint8_t peer);
+
+/* How many cycles (calls of fsm_link_begin, which X_cycle makes) ago the last frame of a peer was
+ * seen. A peer publishes every cycle, so that silence means that it, or the link, is dead. Of one
+ * that was never heard: the cycles since the link was made. */
+uint32_t fsm_link_silence(const fsm_link *link, uint8_t peer);
+
+/* ---- making a link ---------------------------------------------------------------------------- */
+
+/* Make a link that nothing carries yet. `session` tells this run of the node from those before: it
+ * must be greater (modulo 2^32), for instance the time in milliseconds, or a counter of starts that
+ * is kept. 0 is none. */
+void fsm_link_init(fsm_link *link, const fsm_link_map *map, uint32_t session);
+
+/* Publish levels in every n-th cycle only; 1 unless you say otherwise. Before the first cycle. */
+void fsm_link_publish_every(fsm_link *link, uint32_t cycles);
+
+/* ---- deterministic co-simulation --------------------------------------------------------------
+ * Whoever steps the nodes tells each, before a step, how many frames every other has sent so far:
+ * what fsm_link_counted(.., FSM_LINK_SENT) was there after its last step. A transport opened as
+ * deterministic has no thread and sends and receives within these calls only, so that a step sees
+ * the same messages in every run. Frames dropped by seeded faults count as received. */
+
+typedef enum {
+    FSM_LINK_READY,
+    FSM_LINK_TIMEOUT, /* fsm_link_explain says who is missing */
+    FSM_LINK_BEYOND,  /* more came than was told: who tells is wrong, or the link is not its own */
+    FSM_LINK_DEAF     /* the transport is not deterministic */
+} fsm_link_waited;
+
+/* Block until `frames` frames of the peer's session have come in; 0 for whichever session it has. */
+fsm_link_waited fsm_link_await(fsm_link *link, uint8_t peer, uint32_t session, uint32_t frames,
+                               uint32_t timeout_ms);
+
+/* Block until every other node listens to this one: before the first step. */
+fsm_link_waited fsm_link_connect(fsm_link *link, uint32_t timeout_ms);
+
+/* Write one line on what the last of these waited for, cut to `room` bytes with the zero. */
+void fsm_link_explain(const fsm_link *link, char *text, size_t room);
+
+/* ---- seeded faults, for tests ------------------------------------------------------------------
+ * Between what arrives and what is taken in. Chances are in 1/65536; the same seed does the same to
+ * the same frames. */
+
+#define FSM_LINK_HELD 32 /* frames that can be delayed at a time; others are not */
+
+typedef struct {
+    /* Set these before the first frame. */
+    uint64_t seed;
+    uint32_t loss;
+    uint32_t duplication;
+    uint32_t delay;        /* the chance */
+    uint32_t delay_cycles; /* for how many cycles of the receiver */
+    bool is_dead;          /* everything is lost; may be changed between cycles */
+    /* Counted. */
+    uint32_t lost;
+    uint32_t duplicated;
+    uint32_t delayed;
+    /* Its own. */
+    uint64_t state[FSM_LINK_NODES];
+    uint32_t due[FSM_LINK_HELD];
+    fsm_link_frame held[FSM_LINK_HELD];
+    uint32_t count;
+} fsm_link_faults;
+
+/* Let what arrives pass these faults; NULL: none. Before the transport is opened. */
+void fsm_link_set_faults(fsm_link *link, fsm_link_faults *faults);
+
+/* ---- what generated code calls, in the loop: no call blocks ----------------------------------- */
+
+/* A cycle begins: see what has come in. */
+void fsm_link_begin(fsm_link *link);
+
+/* The oldest event that came in, NULL if there is none; then take it away. */
+const fsm_link_frame *fsm_link_front(fsm_link *link);
+void fsm_link_release(fsm_link *link);
+
+/* The payload of the levels of a peer, if new ones came since the last call; else NULL. */
+const uint8_t *fsm_link_levels(fsm_link *link, uint8_t peer);
+
+/* Make room for an event; write its payload to the address returned; put it. NULL: there is none,
+ * the event is counted and lost. */
+uint8_t *fsm_link_claim(fsm_link *link, uint16_t message);
+void fsm_link_put(fsm_link *link);
+
+/* Where to write the payload of the levels; NULL if it is not the cycle for it. */
+uint8_t *fsm_link_levels_out(fsm_link *link);
+
+/* A cycle ends: what was put, and the levels, go out. */
+void fsm_link_end(fsm_link *link);
+
+/* ---- what a transport calls ------------------------------------------------------------------- */
+
+typedef struct {
+    /* Frames wait in the ring. In a threaded transport: wake it. Never blocks there. */
+    void (*wake)(void *carrier, fsm_link *link);
+    /* Deterministic transports, else NULL: block until one frame of the peer has gone through
+     * fsm_link_arrive; false when the time is over. */
+    bool (*receive)(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeout_ms);
+    /* Block until the peer listens; false when the time is over. */
+    bool (*heard_by)(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeout_ms);
+} fsm_link_transport;
+
+void fsm_link_attach(fsm_link *link, const fsm_link_transport *transport, void *carrier);
+
+/* The next frame to send, complete; false if there is none. One thread only. */
+bool fsm_link_next(fsm_link *link, fsm_link_frame *frame);
+
+/* Bytes came in, perhaps frames of this system, perhaps not. One thread only; it may be another
+ * than that of fsm_link_next. */
+void fsm_link_arrive(fsm_link *link, const uint8_t *bytes, size_t length);
+
+/* Let delayed frames go on whose time has come: now and then, by the thread of fsm_link_arrive. */
+void fsm_link_pass_time(fsm_link *link);
+
+/* ---- little-endian integers ------------------------------------------------------------------- */
+
+static inline void fsm_link_put_bytes(uint8_t *to, uint64_t value, unsigned size)
+{
+    for (unsigned i = 0u; i < size; i++)
+        to[i] = (uint8_t)(value >> (8u * i));
+}
+
+static inline uint64_t fsm_link_get_bytes(const uint8_t *from, unsigned size)
+{
+    uint64_t value = 0u;
+    for (unsigned i = 0u; i < size; i++)
+        value |= (uint64_t)from[i] << (8u * i);
+    return value;
+}
+
+/* The same with the sign of the highest of `size` bytes. */
+static inline int64_t fsm_link_get_signed(const uint8_t *from, unsigned size)
+{
+    uint64_t value = fsm_link_get_bytes(from, size);
+    uint64_t sign = (uint64_t)1 << (8u * size - 1u);
+    if ((value & sign) == 0u)
+        return (int64_t)value;
+    return -(int64_t)(~value & (sign - 1u)) - 1;
+}
+
+void fsm_link_put_double(uint8_t *to, double value);
+double fsm_link_get_double(const uint8_t *from);
+
+/* ---- the link itself: nothing here is for hosts ------------------------------------------------ */
+
+typedef struct {
+    fsm_ring ring;
+    fsm_link_frame slots[FSM_LINK_SLOTS];
+} fsm_link_ring;
+
+/* The last of what one side writes: three places, one of each side's own, one between them. */
+typedef struct {
+    fsm_shared middle; /* the place between, with FSM_LINK_NEW if it was written since */
+    uint8_t writes;    /* the writer's place */
+    uint8_t reads;     /* the reader's place */
+    fsm_link_frame places[3];
+} fsm_link_latest;
+
+typedef struct {
+    fsm_shared counts[FSM_LINK_COUNTS];
+    fsm_shared session;  /* arriving; 0: never heard */
+    fsm_shared heard;    /* frames of all sessions, faults left out */
+    fsm_shared taken;    /* the session of the last frame that was taken in */
+    uint32_t sequence;   /* of the next frame */
+    uint32_t events;     /* of the next event */
+    uint64_t window;     /* bit k: frame `sequence - 1 - k` came in */
+    uint32_t seen;       /* `heard` when the loop last looked */
+    uint32_t seen_cycle; /* and when that was other than before */
+    fsm_link_latest levels;
+} fsm_link_peer;
+
+struct fsm_link {
+    const fsm_link_map *map;
+    const fsm_link_transport *transport;
+    void *carrier;
+    fsm_link_faults *faults;
+    uint32_t session;
+    uint32_t every;
+    fsm_shared cycle;
+    fsm_shared totals[FSM_LINK_TOTALS];
+    uint32_t put;       /* events put or refused: the loop's own */
+    bool wants_levels;  /* the loop's own */
+    uint32_t sequence;  /* of the next frame to send: the sender's own */
+    uint32_t events;    /* of the next event to send */
+    const char *waited; /* for fsm_link_explain */
+    uint8_t waited_peer;
+    uint32_t waited_frames;
+    fsm_link_ring out;
+    fsm_link_ring in;
+    fsm_link_latest levels;
+    fsm_link_peer peers[FSM_LINK_NODES];
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
