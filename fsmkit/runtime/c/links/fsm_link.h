@@ -93,6 +93,7 @@ typedef enum {
     FSM_LINK_FRAMES,      /* came in, in the present session of the peer; faults count as well */
     FSM_LINK_LOST_FRAMES, /* never came, or came when a later one had come */
     FSM_LINK_LOST_EVENTS, /* the events among them, and those that found a ring full at the peer */
+    FSM_LINK_MISSED,      /* events before the first frame that came, of a peer that was first */
     FSM_LINK_LATE,        /* came when a later one had come: dropped, for order */
     FSM_LINK_DOUBLED,     /* came again: dropped */
     FSM_LINK_OVERFLOW,    /* found the ring full here: dropped */
@@ -159,26 +160,32 @@ void fsm_link_explain(const fsm_link *link, char *text, size_t room);
  * Between what arrives and what is taken in. Chances are in 1/65536; the same seed does the same to
  * the same frames. */
 
-#define FSM_LINK_HELD 32 /* frames that can be delayed at a time; others are not */
+#ifndef FSM_LINK_HELD
+#define FSM_LINK_HELD 64 /* frames that are delayed at a time; one more, and the oldest goes on */
+#endif
 
 typedef struct {
-    /* Set these before the first frame. */
+    /* Set these before the first frame; the rest is zero. */
     uint64_t seed;
     uint32_t loss;
     uint32_t duplication;
-    uint32_t delay;        /* the chance */
+    uint32_t delay;        /* the chance; frames of the same peer wait behind a delayed one */
     uint32_t delay_cycles; /* for how many cycles of the receiver */
-    bool is_dead;          /* everything is lost; may be changed between cycles */
-    /* Counted. */
+    /* Counted, by the thread that receives. */
     uint32_t lost;
     uint32_t duplicated;
     uint32_t delayed;
     /* Its own. */
+    fsm_shared is_cut;
+    bool is_seeded;
     uint64_t state[FSM_LINK_NODES];
     uint32_t due[FSM_LINK_HELD];
     fsm_link_frame held[FSM_LINK_HELD];
     uint32_t count;
 } fsm_link_faults;
+
+/* Lose everything, or no more, from now on: a dead link. */
+void fsm_link_cut(fsm_link_faults *faults, bool is_cut);
 
 /* Let what arrives pass these faults; NULL: none. Before the transport is opened. */
 void fsm_link_set_faults(fsm_link *link, fsm_link_faults *faults);
@@ -188,8 +195,9 @@ void fsm_link_set_faults(fsm_link *link, fsm_link_faults *faults);
 /* A cycle begins: see what has come in. */
 void fsm_link_begin(fsm_link *link);
 
-/* The oldest event that came in, NULL if there is none; then take it away. */
+/* The oldest event that came in before this cycle, NULL if there is none; then take it away. */
 const fsm_link_frame *fsm_link_front(fsm_link *link);
+uint16_t fsm_link_message_of(const fsm_link_frame *frame);
 void fsm_link_release(fsm_link *link);
 
 /* The payload of the levels of a peer, if new ones came since the last call; else NULL. */
@@ -256,6 +264,9 @@ static inline int64_t fsm_link_get_signed(const uint8_t *from, unsigned size)
     return -(int64_t)(~value & (sign - 1u)) - 1;
 }
 
+/* IEEE 754, as its bits. */
+void fsm_link_put_float(uint8_t *to, float value);
+float fsm_link_get_float(const uint8_t *from);
 void fsm_link_put_double(uint8_t *to, double value);
 double fsm_link_get_double(const uint8_t *from);
 
@@ -296,13 +307,17 @@ struct fsm_link {
     uint32_t every;
     fsm_shared cycle;
     fsm_shared totals[FSM_LINK_TOTALS];
-    uint32_t put;       /* events put or refused: the loop's own */
-    bool wants_levels;  /* the loop's own */
+    uint32_t put;       /* events put or refused; these three are the loop's own */
+    uint32_t put_before; /* when the last cycle ended */
+    uint32_t pending;   /* put in this cycle: not to be seen before it ends */
+    bool has_levels;
+    uint32_t arrived;   /* events of this cycle that are still to be taken out of `in` */
     uint32_t sequence;  /* of the next frame to send: the sender's own */
     uint32_t events;    /* of the next event to send */
-    const char *waited; /* for fsm_link_explain */
-    uint8_t waited_peer;
+    uint8_t waited_peer; /* for fsm_link_explain */
+    uint32_t waited_session;
     uint32_t waited_frames;
+    bool waited_for_listener;
     fsm_link_ring out;
     fsm_link_ring in;
     fsm_link_latest levels;
