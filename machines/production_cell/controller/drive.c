@@ -8,27 +8,28 @@ enum {
     OFF_COUNTS = 400    /* further than any switch reaches */
 };
 
-drive_parameters drive_defaults(int32_t pitch)
+drive_parameters drive_defaults(bool has_marks)
 {
     drive blank;
     memset(&blank, 0, sizeof blank);
-    (void)drive_set(&blank, "kp", 14.0);
-    (void)drive_set(&blank, "ki", 60.0);
-    (void)drive_set(&blank, "kd", 0.1);
+    (void)drive_set(&blank, "kp", 60.0);
+    (void)drive_set(&blank, "ki", 200.0);
+    (void)drive_set(&blank, "kd", 1.0);
     (void)drive_set(&blank, "kv", 4096.0 / 3000.0);
     (void)drive_set(&blank, "ka", 0.04 * 4096.0 / 3000.0);
-    (void)drive_set(&blank, "kf", 0.0);
+    (void)drive_set(&blank, "kf", 250.0);
     (void)drive_set(&blank, "limit", DRIVE_FULL);
-    (void)drive_set(&blank, "lag_ms", 8.0);
-    (void)drive_set(&blank, "full_speed", 4000.0);
-    (void)drive_set(&blank, "top_speed", 2500.0);
-    (void)drive_set(&blank, "top_acceleration", 12000.0);
+    (void)drive_set(&blank, "lag_ms", 6.0);
+    (void)drive_set(&blank, "full_speed", 3500.0);
+    (void)drive_set(&blank, "top_speed", 2400.0);
+    (void)drive_set(&blank, "top_acceleration", 14000.0);
     (void)drive_set(&blank, "tolerance", 4.0);
     (void)drive_set(&blank, "place_tolerance", 12.0);
     (void)drive_set(&blank, "stall_error", 150.0);
     (void)drive_set(&blank, "settle_ms", 10.0);
     (void)drive_set(&blank, "stall_ms", 60.0);
-    blank.parameters.pitch = pitch * PROFILE_ONE;
+    (void)drive_set(&blank, "mark", 5.0);
+    blank.parameters.has_marks = has_marks;
     return blank.parameters;
 }
 
@@ -70,6 +71,7 @@ static const setting settings[] = {
     WIDE("tolerance", tolerance, ONE, 0, 1000),
     WIDE("place_tolerance", place_tolerance, ONE, 0, 1000),
     WIDE("stall_error", stall_error, ONE, 1, 10000),
+    WIDE("mark", mark, ONE, 0, 100),
     NARROW("settle_ms", settle_ms, 1, 1, 10000),
     NARROW("stall_ms", stall_ms, 1, 1, 10000),
 };
@@ -136,23 +138,14 @@ static void head_for(drive *self, int64_t target, int32_t percent, drive_mode mo
     begin(self, mode);
 }
 
-static int64_t next_mark(const drive *self)
-{
-    const int64_t pitch = self->parameters.pitch;
-    const int64_t at = self->raw - self->parameters.place_tolerance;
-    int64_t marks = at / pitch;
-    if (marks * pitch < at)
-        marks++;
-    return marks * pitch - self->raw + self->measured;
-}
-
 void drive_seek(drive *self, int32_t percent)
 {
     if (self->mode == DRIVE_OFF)
         return;
-    if (self->parameters.pitch != 0)
-        head_for(self, next_mark(self), percent, DRIVE_SEEKING_MARK);
-    else /* if it stands on the switch, drive_sense will say so next */
+    if (self->parameters.has_marks)
+        head_for(self, self->profile.position + FAR_COUNTS * PROFILE_ONE, percent,
+                 DRIVE_LOOKING);
+    else
         head_for(self, self->profile.position + OFF_COUNTS * PROFILE_ONE, percent,
                  DRIVE_LEAVING_SWITCH);
 }
@@ -184,12 +177,9 @@ static void measure(drive *self, int32_t encoder)
     const uint32_t moved = self->has_encoder ? read - self->encoder : 0u;
     const int64_t counts = moved < UINT32_C(0x80000000) ? (int64_t)moved
                                                         : (int64_t)moved - INT64_C(0x100000000);
-    if (!self->has_encoder)
-        self->raw = encoder * PROFILE_ONE;
     self->encoder = read;
     self->has_encoder = true;
     self->measured += counts * PROFILE_ONE;
-    self->raw += counts * PROFILE_ONE;
 }
 
 static bool is_near(int64_t a, int64_t b, int64_t tolerance)
@@ -226,6 +216,26 @@ static bool has_settled(drive *self)
     return true;
 }
 
+static void settle_on_mark(drive *self, int64_t middle)
+{
+    shift(self, middle);
+    self->profile.target = 0;
+    self->mode = DRIVE_SETTLING;
+}
+
+/* Whoever stands on a mark stays, no further off than the mark is wide. The others come from before
+ * it: there it begins. */
+static void seek_mark(drive *self, bool limit)
+{
+    const int64_t mark = self->parameters.mark;
+    if (self->mode == DRIVE_LOOKING && limit)
+        settle_on_mark(self, self->has_origin && is_near(self->measured, 0, mark) ? 0 : self->measured);
+    else if (limit)
+        settle_on_mark(self, self->measured + mark);
+    else
+        self->mode = DRIVE_SEEKING_MARK;
+}
+
 static unsigned seek_switch(drive *self, bool limit)
 {
     if (self->mode == DRIVE_LEAVING_SWITCH && !limit) {
@@ -255,9 +265,12 @@ unsigned drive_sense(drive *self, int32_t encoder, bool limit)
     case DRIVE_SEEKING:
         events |= seek_switch(self, limit);
         break;
+    case DRIVE_LOOKING:
     case DRIVE_SEEKING_MARK:
+        seek_mark(self, limit);
+        break;
+    case DRIVE_SETTLING:
         if (has_settled(self)) {
-            shift(self, self->profile.target);
             drive_hold(self);
             events |= DRIVE_LIMIT;
         }

@@ -23,9 +23,10 @@ typedef struct {
     int64_t tolerance;        /* about a target, within which it has arrived */
     int64_t place_tolerance;  /* about a place, within which it still is there */
     int64_t stall_error;      /* between setpoint and measurement */
-    int64_t pitch;            /* between marks, of an axis that has these in place of a limit switch; or 0 */
+    int64_t mark;             /* half the width of a mark */
     int32_t settle_ms;        /* this long within the tolerance: arrived */
     int32_t stall_ms;         /* this long beyond stall_error: stalled */
+    bool has_marks;           /* all along its way, of which any is as good, not one switch at its end */
 } drive_parameters;
 
 typedef enum {
@@ -34,7 +35,9 @@ typedef enum {
     DRIVE_MOVING,
     DRIVE_LEAVING_SWITCH, /* it stood on the switch when it was to seek it */
     DRIVE_SEEKING,
-    DRIVE_SEEKING_MARK
+    DRIVE_LOOKING,        /* whether it stands on a mark */
+    DRIVE_SEEKING_MARK,
+    DRIVE_SETTLING        /* on the mark it found */
 } drive_mode;
 
 enum { DRIVE_ARRIVED = 1, DRIVE_LIMIT = 2, DRIVE_STALL = 4 };
@@ -45,7 +48,6 @@ typedef struct {
     pid pid;
     drive_mode mode;
     int64_t measured; /* 1/65536 count from the origin */
-    int64_t raw;      /* the same from where the encoder is zero */
     int64_t speed;    /* asked for by the last command */
     uint32_t encoder; /* as read last */
     int32_t settled_ms, stalled_ms;
@@ -58,14 +60,13 @@ typedef struct {
 /* An axis without power, with these parameters. */
 void drive_init(drive *self, const drive_parameters *parameters);
 
-/* Reasonable parameters for an axis of about 3000 counts a second at full torque; pitch 0: with a
- * limit switch. */
-drive_parameters drive_defaults(int32_t pitch);
+/* Reasonable parameters for an axis of about 3000 counts a second at full torque. */
+drive_parameters drive_defaults(bool has_marks);
 
 /* Change a parameter by its name, in counts, seconds and steps of the pulse width; false, and
  * nothing changed, if there is none of this name or the value is out of its range. Names: kp ki kd kv ka
- * kf limit lag_ms full_speed top_speed top_acceleration tolerance place_tolerance stall_error settle_ms
- * stall_ms. */
+ * kf limit lag_ms full_speed top_speed top_acceleration tolerance place_tolerance stall_error mark
+ * settle_ms stall_ms. */
 bool drive_set(drive *self, const char *name, double value);
 
 /* ---- commands ---------------------------------------------------------------------------------- */
@@ -74,8 +75,8 @@ void drive_enable(drive *self);
 void drive_disable(drive *self);
 void drive_hold(drive *self);
 
-/* Towards the limit switch, which is at position 0, until DRIVE_LIMIT; from on it, off it first. With
- * marks: to the next mark ahead. */
+/* Find the origin, until DRIVE_LIMIT: towards the limit switch, which is at position 0; from on it, off
+ * it first. With marks: to the middle of the next one ahead, or of that on which it stands. */
 void drive_seek(drive *self, int32_t percent);
 
 /* To a position in counts, until DRIVE_ARRIVED. */
