@@ -1,0 +1,119 @@
+"""What looks at the extraction belt: pictures, verdicts, and where the blocks are that it saw.
+
+A block is judged each time it passes, since it was moulded anew. The verdict depends on the seed,
+the block and how often it passed, on nothing else, so a run can be compared with the next.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+FRAME = 33
+"""From picture to picture, in ms."""
+GOOD, BAD, UNKNOWN = 1, 2, 3
+SORTER = 1000
+"""From the first slot to the sorter, in counts of the belt."""
+WINDOW = 200
+"""How near the sorter a block is to be there, in counts."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """How blocks are judged: shares of bad and of unreadable ones; latency in ms."""
+
+    seed: int = 1
+    bad: float = 0.05
+    unreadable: float = 0.01
+    latency: int = 120
+
+    def verdict(self, block: int, passed: int) -> int:
+        """Return the verdict on a block that passes for the ``passed``-th time."""
+        chance = random.Random(f"{self.seed}/{block}/{passed}").random()  # noqa: S311
+        if chance < self.bad:
+            return BAD
+        return UNKNOWN if chance < self.bad + self.unreadable else GOOD
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A block that was seen: where, and what the encoder of the belt said then; in counts."""
+
+    block: int
+    at: int
+    encoder: int
+    verdict: int
+
+
+@dataclass(frozen=True)
+class CameraState:
+    """What the camera saw last."""
+
+    frames: int = 0
+    block: int = 0
+    verdict: int = 0
+    since: int = 0
+    """When the block came into view, in ms."""
+    passed: tuple[tuple[int, int], ...] = ()
+    """How often each block was seen."""
+    sightings: tuple[Sighting, ...] = ()
+    """Of the blocks that may still be on the belt, the last of each."""
+
+
+Detector = Callable[[int, int], int]
+"""Finds the number of a block in its picture, made from number and position; 0: it is not found."""
+
+
+def itself(block: int, position: int) -> int:
+    """See every block for what it is."""
+    del position
+    return block
+
+
+def picture(
+    rule: Judgement,
+    state: CameraState,
+    now: int,
+    view: tuple[int, int],
+    encoder: int,
+    detect: Detector = itself,
+) -> CameraState:
+    """Take a picture. ``view``: the block before the camera, or 0, and where, in 0.1 mm."""
+    block, at = view
+    state = replace(state, frames=state.frames + 1)
+    if not block:
+        return replace(state, block=0, verdict=0) if state.block else state
+    found = detect(block, at)
+    if not found:
+        return state  # a picture in which nothing can be read says nothing
+    if found != state.block:
+        passed = dict(state.passed)
+        passed[found] = passed.get(found, 0) + 1
+        state = replace(
+            state, block=found, verdict=0, since=now, passed=tuple(sorted(passed.items()))
+        )
+    verdict = state.verdict
+    if now - state.since >= rule.latency:
+        verdict = rule.verdict(found, dict(state.passed)[found])
+    seen = Sighting(found, at, encoder, verdict)
+    others = (
+        s for s in state.sightings if s.block != found and where(s, encoder) < SORTER + WINDOW
+    )
+    return replace(state, verdict=verdict, sightings=(*others, seen))
+
+
+def where(sighting: Sighting, encoder: int) -> int:
+    """Return where a block is by now, in counts from the first slot, if it was not taken away."""
+    return sighting.at + encoder - sighting.encoder
+
+
+def at_sorter(state: CameraState, encoder: int) -> tuple[int, bool]:
+    """Return which block is before the sorter, 0 if none, and whether it is to be pushed out.
+
+    The camera does not see it there: this is estimated from its last sighting and the encoder.
+    """
+    for sighting in state.sightings:
+        if abs(where(sighting, encoder) - SORTER) <= WINDOW:
+            return sighting.block, sighting.verdict in {BAD, UNKNOWN}
+    return 0, False

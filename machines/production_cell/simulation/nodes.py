@@ -1,0 +1,179 @@
+"""The processes that are stepped: begun, connected, asked, killed, and never left behind."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import zmq
+
+from .protocol import Client, Node, ProtocolError, read_hello
+from .signals import PROTOCOL
+
+START = 10.0
+"""How long a process may take until it answers at all, in s."""
+PACKAGE = __package__ or ""
+ROOT = Path(__file__).resolve().parents[3]
+
+
+class CellError(Exception):
+    """A run cannot begin, or cannot go on; the text says why."""
+
+
+@dataclass(frozen=True)
+class Program:
+    """How a process is begun: ``{endpoint}`` in the command is where it is to listen."""
+
+    name: str
+    command: tuple[str, ...]
+
+
+def plant_program(seed: int) -> Program:
+    """Return the plant."""
+    module = f"{PACKAGE}.plant_process"
+    return Program("plant", (sys.executable, "-m", module, "{endpoint}", "--seed", str(seed)))
+
+
+def double_program() -> Program:
+    """Return the double of all boards."""
+    return Program("double", (sys.executable, "-m", f"{PACKAGE}.double", "--cosim", "{endpoint}"))
+
+
+class Process:
+    """A process and the connection to it."""
+
+    def __init__(
+        self, program: Program, endpoint: str, log: Path, timeout: float,
+        context: zmq.Context[zmq.Socket[bytes]],
+    ) -> None:  # fmt: skip
+        self.program = program
+        self.endpoint = endpoint
+        self.node = Node(program.name, None, None, {})  # type: ignore[arg-type]
+        self.frames = 0
+        """How many it has sent to its peers."""
+        self._log = log
+        self._timeout = timeout
+        self._context = context
+        self._process: subprocess.Popen[bytes] | None = None
+        self._client: Client | None = None
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it was begun and not killed."""
+        return self._client is not None
+
+    def begin(self) -> None:
+        """Begin the process, and let it tell what it reads and writes."""
+        command = [part.format(endpoint=self.endpoint) for part in self.program.command]
+        with self._log.open("ab") as log:
+            self._process = self._popen(command, log)
+        self._client = Client(
+            self._context, self.endpoint, max(START, self._timeout), self._is_dead
+        )
+        try:
+            told = self._client.ask_json(b"C", {"protocol": PROTOCOL})
+            self.node = read_hello(told)
+        except ProtocolError as error:
+            raise CellError(self._why(error)) from error
+        self._client.timeout = self._timeout
+        self.frames = 0
+
+    def _popen(self, command: Sequence[str], log: IO[bytes]) -> subprocess.Popen[bytes]:
+        try:
+            # a session of its own: Ctrl-C is for the orchestrator, which then ends the others
+            return subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=ROOT,
+                start_new_session=True,
+            )  # fmt: skip
+        except OSError as error:
+            raise CellError(f"{self.program.name} cannot be begun: {error}") from error
+
+    def _is_dead(self) -> bool:
+        return self._process is None or self._process.poll() is not None
+
+    def _why(self, error: Exception) -> str:
+        """Return what happened to the process, with the last that it said."""
+        text = f"{self.program.name} {error}"
+        if self._process is not None and (code := self._process.poll()) is not None:
+            how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
+            text = f"{self.program.name} {how}"
+        try:
+            said = self._log.read_text(errors="replace").strip().splitlines()[-5:]
+        except OSError:
+            said = []
+        return "\n".join([text, *(f"  {line}" for line in said)])
+
+    @property
+    def client(self) -> Client:
+        """The connection. Raises `CellError` if there is none."""
+        if self._client is None:
+            raise CellError(f"{self.program.name} is not connected")
+        return self._client
+
+    def send(self, kind: bytes, body: bytes = b"") -> None:
+        """Ask; `receive` takes the answer."""
+        try:
+            self.client.send(kind, body)
+        except ProtocolError as error:
+            raise CellError(self._why(error)) from error
+
+    def receive(self, kind: bytes) -> bytes:
+        """Return the answer."""
+        try:
+            return self.client.receive(kind)
+        except ProtocolError as error:
+            raise CellError(self._why(error)) from error
+
+    def ask(self, kind: bytes, body: bytes = b"") -> bytes:
+        """Ask, and return the answer."""
+        self.send(kind, body)
+        return self.receive(kind)
+
+    def ask_json(self, kind: bytes, question: dict[str, object] | None = None) -> dict[str, object]:
+        """Ask, and return the answer, both in JSON."""
+        try:
+            return self.client.ask_json(kind, question)
+        except ProtocolError as error:
+            raise CellError(self._why(error)) from error
+
+    def kill(self) -> None:
+        """Kill the process, as a power failure would."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+        self._hang_up()
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self._client.close()
+            self._client = None
+
+    def end(self) -> None:
+        """Let the process end; kill it if it does not."""
+        if self._client is not None and not self._is_dead():
+            try:
+                self._client.timeout = 2.0
+                self._client.ask(b"Q")
+            except ProtocolError:
+                pass
+        self._hang_up()
+        if self._process is None:
+            return
+        try:
+            self._process.wait(timeout=2.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def ping(process: Process, times: int = 2000) -> float:
+    """Return how many empty questions a second a process answers."""
+    begin = time.perf_counter()
+    for _ in range(times):
+        process.ask(b"K")
+    return times / (time.perf_counter() - begin)

@@ -1,0 +1,259 @@
+"""Steps boards, plant and world together, a millisecond at a time, over ZeroMQ REQ/REP.
+
+The phases: connect (each process tells its signals, which meet by name), initial values, check;
+then in each step controllers, plant, world. The same seed gives the same run: nobody looks at a
+clock.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import zmq
+
+from . import world
+from .faults import Action
+from .nodes import CellError, Process, Program, ping
+from .protocol import ProtocolError, read_step_reply, step_request
+from .recording import Recorder
+from .signals import SLOTS, WORLD_OUTPUTS
+from .world import World, WorldState
+
+KEPT = ("extractor.magnet", "rotator.magnet")
+"""What a board without power does not let go: the magnets hold by themselves."""
+Places = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is run. ``timeout``: how long a process may take for an answer, in s."""
+
+    steps: int
+    boards: tuple[Program, ...]
+    plant: Program
+    out: Path
+    endpoints: Path
+    """A folder for the sockets."""
+    faults: tuple[Action, ...] = ()
+    about: Mapping[str, Any] = field(default_factory=dict)
+    timeout: float = 10.0
+    pings: int = 2000
+
+
+@dataclass
+class Outcome:
+    """What came of a run. Rates are per second of real time."""
+
+    steps: int = 0
+    seconds: float = 0.0
+    ping_rate: float = 0.0
+    reports: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    lives: dict[str, list[Mapping[str, Any]]] = field(default_factory=dict)
+    states: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    told: list[str] = field(default_factory=list)
+    """What the schedule of faults did."""
+
+    @property
+    def step_rate(self) -> float:
+        """Steps a second."""
+        return self.steps / self.seconds if self.seconds else 0.0
+
+
+class Orchestrator:
+    """A run: all processes, and the values of all signals."""
+
+    def __init__(self, setup: Setup, make_world: Callable[[tuple[str, ...]], World]) -> None:
+        self._setup = setup
+        self._make_world = make_world
+        self.outcome = Outcome()
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._boards = [self._process(p) for p in setup.boards]
+        self._plant = self._process(setup.plant)
+        self._names: list[str] = []
+        self._values = np.zeros(0, np.int32)
+        self._inputs: dict[str, Places] = {}
+        self._outputs: dict[str, Places] = {}
+        self._pending = sorted(setup.faults)
+        self._state = WorldState()
+
+    def _process(self, program: Program) -> Process:
+        endpoint = f"ipc://{self._setup.endpoints / program.name}"
+        log = self._setup.out / f"{program.name}.log"
+        log.unlink(missing_ok=True)
+        return Process(program, endpoint, log, self._setup.timeout, self._context)
+
+    def run(self, progress: Callable[[int], None] = lambda _: None) -> Outcome:
+        """Run to the end, or until interrupted; no process is left behind. Raises `CellError`."""
+        try:
+            self._connect()
+            self._exchange_initial_values()
+            self._check()
+            self.outcome.ping_rate = ping(self._plant, self._setup.pings)
+            self._go(progress)
+            for process in (*self._boards, self._plant):
+                if process.is_alive:
+                    self.outcome.reports[process.program.name] = process.ask_json(b"R")
+        finally:
+            for process in (*self._boards, self._plant):
+                process.end()
+            self._context.destroy(linger=0)
+        return self.outcome
+
+    # --- the phases before the first step -----------------------------------------------------
+
+    def _connect(self) -> None:
+        """Let all tell their signals, and give each signal its place."""
+        writers: dict[str, str] = dict.fromkeys(WORLD_OUTPUTS, "world")
+        for process in (*self._boards, self._plant):
+            process.begin()
+            for name in process.node.ports.outputs:
+                if name in writers:
+                    raise CellError(
+                        f"`{name}` is written by {writers[name]} and {process.program.name}"
+                    )
+                writers[name] = process.program.name
+        self._names = sorted(writers)
+        place = {name: index for index, name in enumerate(self._names)}
+        readers = [(p.program.name, p.node.ports.inputs) for p in (*self._boards, self._plant)]
+        for reader, inputs in (*readers, ("world", world.SEEN)):
+            for name in inputs:
+                if name not in place:
+                    raise CellError(f"{reader} reads `{name}`, which nobody writes")
+            self._inputs[reader] = np.array([place[name] for name in inputs], np.intp)
+        for process in (*self._boards, self._plant):
+            outputs = [place[name] for name in process.node.ports.outputs]
+            self._outputs[process.program.name] = np.array(outputs, np.intp)
+            self.outcome.states |= process.node.states
+        self._outputs["world"] = np.array([place[name] for name in WORLD_OUTPUTS], np.intp)
+        self._values = np.zeros(len(place), np.int32)
+        self._slots = {slot: place[f"slot.{slot}"] for slot in SLOTS}
+        self._world = self._make_world(self.outcome.states.get("supervisor", ()))
+
+    def _exchange_initial_values(self) -> None:
+        """Ask the plant first, as the boards need to know where everything stands."""
+        for process in (self._plant, *self._boards):
+            self._initial(process)
+
+    def _initial(self, process: Process) -> None:
+        name = process.program.name
+        body = process.ask(b"I", self._values[self._inputs[name]].astype("<i4").tobytes())
+        if len(body) != 4 * len(self._outputs[name]):
+            raise CellError(
+                f"{name} has {len(self._outputs[name])} outputs, but sent {len(body) / 4:g}"
+            )
+        self._values[self._outputs[name]] = np.frombuffer(body, "<i4")
+
+    def _check(self) -> None:
+        for process in (*self._boards, self._plant):
+            self._check_one(process)
+
+    def _check_one(self, process: Process) -> None:
+        told = process.ask_json(b"K")
+        if not told.get("ok"):
+            raise CellError(
+                f"{process.program.name} is not ready: {told.get('why', 'no reason given')}"
+            )
+
+    # --- stepping -------------------------------------------------------------------------------
+
+    def _go(self, progress: Callable[[int], None]) -> None:
+        about = {**self._setup.about, "states": self.outcome.states}
+        begin = time.perf_counter()
+        with Recorder(self._setup.out / "run.rec", self._names, about) as recorder:
+            try:
+                for number in range(1, self._setup.steps + 1):
+                    self._step(number)
+                    recorder.add(self._values)
+                    self.outcome.steps = number
+                    if number % 1000 == 0:
+                        progress(number)
+            finally:
+                self.outcome.seconds = time.perf_counter() - begin
+
+    def _step(self, number: int) -> None:
+        """Step controllers, plant, world."""
+        if self._pending and self._pending[0].step <= number:
+            self._break_and_mend(number)
+        frames = {board.program.name: board.frames for board in self._boards}
+        alive = [board for board in self._boards if board.is_alive]
+        for board in alive:
+            self._ask(board, number, frames)
+        for board in alive:
+            board.frames = self._answer(board, number)
+        self._ask(self._plant, number, frames)
+        self._answer(self._plant, number)
+        seen = self._values[self._inputs["world"]].tolist()
+        self._state, told = world.step(self._world, self._state, number, seen)
+        self._values[self._outputs["world"]] = told
+
+    def _ask(self, process: Process, number: int, frames: Mapping[str, int]) -> None:
+        name, peers = process.program.name, process.node.peers
+        if peers is None:
+            peers = tuple(board for board in frames if board != name)
+        expected = [frames.get(peer, 0) for peer in peers]
+        process.send(b"S", step_request(number, expected, self._values[self._inputs[name]]))
+
+    def _answer(self, process: Process, number: int) -> int:
+        places = self._outputs[process.program.name]
+        try:
+            frames, values = read_step_reply(process.receive(b"S"), number, len(places))
+        except ProtocolError as error:
+            raise CellError(f"{process.program.name} {error}") from error
+        self._values[places] = values
+        return frames
+
+    # --- faults ---------------------------------------------------------------------------------
+
+    def _break_and_mend(self, number: int) -> None:
+        """Do what the schedule says of this step; what waits for a block waits."""
+        due = [a for a in self._pending if a.step <= number]
+        waiting = [a for a in due if a.slot and not self._values[self._slots[a.slot]]]
+        self._pending = sorted({*waiting, *(a for a in self._pending if a.step > number)})
+        for action in due:
+            if action not in waiting:
+                self._act(action)
+                text = " ".join(t for t in (action.target, action.name) if t)
+                self.outcome.told.append(f"{number / 1000:.3f} s {text} {action.value:g}")
+
+    def _act(self, action: Action) -> None:
+        match action.target:
+            case "plant":
+                self._plant.ask_json(b"P", {"name": action.name, "value": action.value})
+            case "boards":
+                for board in self._boards:
+                    if board.is_alive:
+                        board.ask_json(b"P", {"name": action.name, "value": action.value})
+            case "estop":
+                self._state = replace(self._state, estop=int(action.value))
+            case "kill":
+                self._kill(self._board(action.name))
+            case _:
+                self._restart(self._board(action.name))
+
+    def _board(self, name: str) -> Process:
+        found = [board for board in self._boards if board.program.name == name]
+        if not found:
+            known = ", ".join(board.program.name for board in self._boards)
+            raise CellError(f"there is no board `{name}`; there are {known}")
+        return found[0]
+
+    def _kill(self, board: Process) -> None:
+        """Kill a board: its motors are without power, its magnets stay as they are."""
+        name = board.program.name
+        self.outcome.lives.setdefault(name, []).append(board.ask_json(b"R"))
+        board.kill()
+        for place in self._outputs[name]:
+            if self._names[place] not in KEPT:
+                self._values[place] = 0
+
+    def _restart(self, board: Process) -> None:
+        """Begin a killed board anew; it starts as from power-up."""
+        board.begin()
+        self._initial(board)
+        self._check_one(board)

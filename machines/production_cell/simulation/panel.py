@@ -1,0 +1,99 @@
+"""The operator: lays blocks into the ring while the lamp is on, and presses buttons.
+
+What he does follows rules (start when the cell stands by, reset some time after a fault), or a
+script of times and buttons.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from .signals import BUTTONS
+
+PRESS = 100
+"""How long a button is held, in ms."""
+
+
+@dataclass(frozen=True)
+class Operator:
+    """How the operator works. Times in ms."""
+
+    blocks: int = 3
+    """As many he keeps in the ring."""
+    power_at: int = 100
+    reaction: int = 700
+    """From the lamp to the block."""
+    pause: int = 500
+    """From block to block at least."""
+    start_after: int = 500
+    reset_after: int = 3000
+    resume_after: int = 2000
+    script: tuple[tuple[int, str], ...] = ()
+    """Times and buttons, in order."""
+
+
+@dataclass(frozen=True)
+class OperatorState:
+    """What the operator is about."""
+
+    number: int = 0
+    """Of the block that was laid down last."""
+    lamp_since: int = -1
+    """-1: it is dark."""
+    inserted_at: int = -10_000
+    state: str = ""
+    """Of the supervisor, and since when."""
+    since: int = 0
+    pressed: tuple[tuple[str, int], ...] = ()
+    """Buttons that are held, and since when."""
+    scripted: int = 0
+    """So many lines of the script are done."""
+
+
+def step(
+    rule: Operator, state: OperatorState, now: int, seen: Mapping[str, int], supervisor: str
+) -> tuple[OperatorState, int]:
+    """Advance by a millisecond; return also the block that is laid down, or 0.
+
+    ``seen``: ``lamp``, and ``blocks``: how many are in the ring. ``supervisor``: its state.
+    """
+    if supervisor != state.state:
+        state = replace(state, state=supervisor, since=now)
+    if state.pressed and now - state.pressed[0][1] >= PRESS:
+        state = replace(state, pressed=state.pressed[1:])
+    button = _due(rule, state, now)
+    while state.scripted < len(rule.script) and rule.script[state.scripted][0] <= now:
+        button = rule.script[state.scripted][1]
+        state = replace(state, scripted=state.scripted + 1)
+    if button and all(button != held for held, _ in state.pressed):
+        state = replace(state, pressed=(*state.pressed, (button, now)), since=now)
+    if not seen["lamp"]:
+        return (state if state.lamp_since < 0 else replace(state, lamp_since=-1)), 0
+    if state.lamp_since < 0:
+        state = replace(state, lamp_since=now)
+    rested = now - state.inserted_at >= rule.pause
+    if rested and now - state.lamp_since >= rule.reaction and seen["blocks"] < rule.blocks:
+        number = state.number + 1
+        return replace(state, number=number, inserted_at=now), number
+    return state, 0
+
+
+def _due(rule: Operator, state: OperatorState, now: int) -> str:
+    """Return the button that the rules demand now; empty if none."""
+    waited = now - state.since
+    match state.state:
+        case "standing_by" if waited >= rule.start_after:
+            return "start"
+        case "faulted" if waited >= rule.reset_after:
+            return "reset"
+        case "interrupted" if waited >= rule.resume_after:
+            return "resume"
+        case _:
+            return ""
+
+
+def buttons(state: OperatorState) -> tuple[int, ...]:
+    """Return the levels of the buttons, as `BUTTONS`."""
+    held = {button for button, _ in state.pressed}
+    return tuple(int(button in held) for button in BUTTONS)

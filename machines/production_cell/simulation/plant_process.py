@@ -1,0 +1,69 @@
+"""The plant as a process."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from . import plant
+from .protocol import Json, Values, serve
+from .signals import PLANT, STEP
+
+MOST_EVENTS = 10_000
+"""Events kept for the report."""
+TOLD = frozenset({"inserted", "moulded"})
+"""What is counted only: it belongs to the work."""
+
+
+class PlantServer:
+    """The plant behind the protocol."""
+
+    name = "plant"
+    ports = PLANT
+
+    def __init__(self, seed: int) -> None:
+        self._plant, self._state = plant.make(seed)
+        self._events: list[Json] = []
+
+    def about(self) -> Json:
+        """Tell that nobody sends frames."""
+        return {"peers": []}
+
+    def initial(self, inputs: Values) -> Sequence[int]:
+        """Return what the sensors say before anything moves."""
+        del inputs
+        return plant.outputs(self._plant, self._state)
+
+    def step(self, number: int, inputs: Values) -> Sequence[int]:
+        """Advance by a millisecond."""
+        self._state, events = plant.step(self._plant, self._state, inputs.tolist())
+        for event in events:
+            if event.kind not in TOLD and len(self._events) < MOST_EVENTS:
+                self._events.append({"time": round(number * STEP, 3), **asdict(event)})
+        return plant.outputs(self._plant, self._state)
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Break or mend something."""
+        self._state = plant.with_fault(self._state, name, value)
+
+    def report(self) -> Json:
+        """Return what happened, with times in s."""
+        return {"events": self._events}
+
+
+def main() -> None:
+    """Serve until told to quit, or until the process that began this one is gone."""
+    parser = argparse.ArgumentParser(description="The plant of the Production Cell.")
+    parser.add_argument("endpoint", help="where it is asked: tcp://127.0.0.1:PORT or ipc://PATH")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the orchestrator says when it ends
+    parent = os.getppid()
+    serve(PlantServer(options.seed), options.endpoint, lambda: os.getppid() == parent)
+
+
+if __name__ == "__main__":
+    main()

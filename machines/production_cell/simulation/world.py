@@ -1,0 +1,67 @@
+"""What surrounds boards and plant: power, emergency stop, operator and camera, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from . import camera, panel
+from .camera import CameraState, Detector, Judgement
+from .panel import Operator, OperatorState
+from .signals import SLOTS
+
+SEEN = (
+    "lamp", "supervisor.state", "view.block", "view.position", "extraction_belt.encoder",
+    *(f"slot.{slot}" for slot in SLOTS),
+)  # fmt: skip
+"""The signals that the world looks at."""
+
+
+@dataclass(frozen=True)
+class World:
+    """What does not change. ``states``: the names of the supervisor's states."""
+
+    operator: Operator
+    judgement: Judgement
+    states: tuple[str, ...]
+    detect: Detector = camera.itself
+
+
+@dataclass(frozen=True)
+class WorldState:
+    """What the world is about."""
+
+    operator: OperatorState = field(default_factory=OperatorState)
+    camera: CameraState = field(default_factory=CameraState)
+    estop: int = 0
+
+
+def step(
+    world: World, state: WorldState, now: int, seen: list[int]
+) -> tuple[WorldState, list[int]]:
+    """Advance by a millisecond; return also the signals, as `WORLD_OUTPUTS`.
+
+    ``seen``: the values of `SEEN`.
+    """
+    lamp, supervisor, block, position, encoder, *slots = seen
+    looked = state.camera
+    if now % camera.FRAME == 0:
+        view = (block, position)
+        looked = camera.picture(world.judgement, looked, now, view, encoder, world.detect)
+    present: Mapping[str, int] = {"lamp": lamp, "blocks": len(slots) - slots.count(0)}
+    name = world.states[supervisor] if world.states else ""
+    operator, insert = panel.step(world.operator, state.operator, now, present, name)
+    estimated = camera.at_sorter(looked, encoder) if looked.sightings else (0, False)
+    if operator is not state.operator or looked is not state.camera:
+        state = replace(state, operator=operator, camera=looked)
+    return state, [
+        int(now >= world.operator.power_at),
+        state.estop,
+        *panel.buttons(operator),
+        looked.frames,
+        looked.block,
+        looked.verdict,
+        estimated[0],
+        int(estimated[1]),
+        insert,
+    ]
