@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -12,7 +12,10 @@ from rich.markup import escape
 
 from fsmkit.cli.console import out, print_json, report
 from fsmkit.cli.writing import write_files
+from fsmkit.composition.deployment import is_deployment_file, load_deployment
 from fsmkit.composition.glue import compose
+from fsmkit.composition.node import Node
+from fsmkit.composition.nodes import compose_node, nodes_of
 from fsmkit.composition.parts import named_charts
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
@@ -31,6 +34,7 @@ Examples:
   fsmkit compile feeder.yaml
   fsmkit compile feeder.scxml --target python --out generated
   fsmkit compile cell.yaml --out generated
+  fsmkit compile deployment.yaml --out generated
   fsmkit compile feeder.yaml --bounds from-check --system cell.yaml
 """
 
@@ -95,12 +99,18 @@ def command(
 ) -> int:
     """Write the machine of a chart; or all machines of a system, in C with what connects them.
 
+    Of a deployment: a folder for each node, in C with its links to the others, and `links.json`.
+
     Prints the files, what the machine takes, and its capacities. Either all files are written or
     none.
     """
     target = plugin(Target, name)
     findings = Findings()
-    whole = load_system(file, findings) if is_system_file(file) else None
+    deployment = load_deployment(file, findings) if is_deployment_file(file) else None
+    if deployment is not None:
+        whole: System | None = deployment.system
+    else:
+        whole = load_system(file, findings) if is_system_file(file) else None
     proof = None
     if bounds == "from-check":
         if name != "c":
@@ -144,20 +154,18 @@ def command(
         options["optimize"] = optimize
     if without is not None:
         options["without"] = without
-    generated = []
-    for chart in different(charts):
-        made = target.generate(chart, findings, options)
-        if made is not None and proof is not None:
-            made = with_note(made, proof)
-        if made is not None:
-            generated.append((chart, made))
-    if len(generated) < len(different(charts)) or findings.has_errors:
-        raise FsmkitError(findings)
-    parts = [made for _, made in generated]
-    if system is not None and is_joined:
-        texts = {path: text for made in parts for path, text in made.files.items()}
-        parts.append(Generated(compose(system, charts, texts, findings), {}))
-    united_files = united(parts)
+    if system is None or deployment is None:
+        generated, united_files = _program(
+            charts, system if is_joined else None, target, options, proof, findings
+        )
+    else:
+        generated, united_files = [], {"links.json": deployment.map.as_json()}
+        for node in nodes_of(replace(deployment, system=system)):
+            machines, texts = _program(
+                node.charts, node if is_joined else None, target, options, proof, findings
+            )
+            generated += machines
+            united_files |= {f"{node.name}/{path}": text for path, text in texts.items()}
     files = {folder / path: content for path, content in united_files.items()}
     write_files(files)
     report(findings)
@@ -169,6 +177,31 @@ def command(
         for chart, made in generated:
             out.print(escape(told(chart, made)))
     return 0
+
+
+def _program(
+    charts: tuple[Chart, ...],
+    joined: System | Node | None,
+    target: Target,
+    options: Mapping[str, str],
+    proof: Proved | None,
+    findings: Findings,
+) -> tuple[list[tuple[Chart, Generated]], dict[str, str | bytes]]:
+    """Return the machines of a program, and its files; ``joined``: what joins them in C."""
+    generated = []
+    for chart in different(charts):
+        made = target.generate(chart, findings, options)
+        if made is not None:
+            generated.append((chart, made if proof is None else with_note(made, proof)))
+    if len(generated) < len(different(charts)) or findings.has_errors:
+        raise FsmkitError(findings)
+    parts = [made for _, made in generated]
+    texts = {path: text for made in parts for path, text in made.files.items()}
+    if isinstance(joined, System):
+        parts.append(Generated(compose(joined, charts, texts, findings), {}))
+    elif joined is not None:
+        parts.append(Generated(compose_node(joined, texts), {}))
+    return generated, united(parts)
 
 
 def manner_of(time_mode: str) -> Manner:

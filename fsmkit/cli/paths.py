@@ -13,6 +13,7 @@ PATHS = {
     "cmake": RUNTIME / "cmake",
     "hosts": RUNTIME / "hosts",
     "include": RUNTIME,
+    "links": RUNTIME / "links",
     "pkgconfig": RUNTIME / "pkgconfig",
 }
 EPILOG = """\b
@@ -27,7 +28,7 @@ Examples:
 @click.argument("what", type=click.Choice(sorted(PATHS)), required=False)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(what: str | None, as_json: bool) -> int:
-    """Print the folder of the CMake package, of pkg-config's file, of headers or of hosts.
+    """Print the folder of the CMake package, of pkg-config's file, of headers, hosts or links.
 
     Without a name all of them.
     """

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.names import comment
@@ -38,17 +39,27 @@ def glue(system: System, parts: tuple[Part, ...]) -> dict[str, str]:
     """Return header and source."""
     prefix = snake(system.name)
     return {
-        f"{prefix}.h": _header(system, prefix, parts),
+        f"{prefix}.h": header(system, prefix, parts),
         f"{prefix}.c": GluePrinter(system, prefix, parts).text(),
     }
 
 
-def _header(system: System, prefix: str, parts: tuple[Part, ...]) -> str:
+def header(
+    system: System,
+    prefix: str,
+    parts: tuple[Part, ...],
+    *,
+    includes: Iterable[str] = (),
+    members: Iterable[str] = (),
+    calls: str = "",
+) -> str:
+    """Return the header, with further includes, members of the struct, and calls."""
     out = Emitter()
     upper = prefix.upper()
     out.line(f"/* {prefix}.h: the system {comment(system.name)}. {NOTICE} */")
     out.lines([f"#ifndef {upper}_H", f"#define {upper}_H", ""])
     out.lines(f'#include "{name}.h"' for name in dict.fromkeys(part.prefix for part in parts))
+    out.lines(includes)
     out.lines(["", "#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
     out.line(f"#ifndef {upper}_STEPS /* runs of machines in one call of {prefix}_run */")
     out.lines([f"#define {upper}_STEPS {STEPS}u", "#endif", ""])
@@ -58,6 +69,7 @@ def _header(system: System, prefix: str, parts: tuple[Part, ...]) -> str:
     out.line(" * that are not connected, and reads outputs and data. */")
     with out.block(f"typedef struct {prefix} {{", f"}} {prefix};"):
         out.lines(f"struct {part.prefix} {part.member};" for part in parts)
+        out.lines(members)
         out.line("uint32_t now;")
         out.line("uint32_t steps; /* left in this call */")
         out.line(
@@ -86,12 +98,18 @@ def _header(system: System, prefix: str, parts: tuple[Part, ...]) -> str:
     /* When the first timer of any machine is due; false if none is armed. */
     bool {prefix}_next_deadline(const {prefix} *s, uint32_t *deadline);
     """)
+    if calls:
+        out.line()
+        out.text(calls)
     out.lines(["", "#ifdef __cplusplus", "}", "#endif", "", "#endif"])
     return out.finish()
 
 
 class GluePrinter:
     """Prints the source."""
+
+    beyond: Mapping[tuple[int, int], Sequence[tuple[int, ...]]] = MappingProxyType({})
+    """By machine and port: the arguments of each connection to where no machine is."""
 
     def __init__(self, system: System, prefix: str, parts: tuple[Part, ...]) -> None:
         """Print for these machines, in the order in which they run."""
@@ -105,6 +123,7 @@ class GluePrinter:
         out = Emitter()
         out.line(f"/* {self.prefix}.c: the system {comment(self.system.name)}. {NOTICE} */")
         out.lines([f'#include "{self.prefix}.h"', ""])
+        self._first(out)
         for part in self.parts:
             if part.is_fed:
                 self._to(out, part)
@@ -114,7 +133,23 @@ class GluePrinter:
         self._delivers(out)
         self._steps(out)
         self._calls(out)
+        self._more(out)
         return out.finish()
+
+    # --- what a node has beyond its own machines (see `nodes`) -----------------------------------
+
+    def _first(self, out: Emitter) -> None:
+        """Print what comes before all functions."""
+
+    def _send(self, out: Emitter, part: Part, port: int, fields: tuple[Field, ...]) -> None:
+        """Print what those connections do."""
+
+    def _more_first_inputs(self) -> list[str]:
+        """Return inputs that no machine here writes, as they are to begin with."""
+        return []
+
+    def _more(self, out: Emitter) -> None:
+        """Print further calls."""
 
     # --- connections -----------------------------------------------------------------------------
 
@@ -140,7 +175,10 @@ class GluePrinter:
         for link in self.system.event_links:
             if link.source == part.index:
                 links.setdefault(link.port, []).append(link)
-        for port, found in sorted(links.items()):
+        for port in range(len(part.chart.events) + len(part.chart.operations)):
+            found, beyond = links.get(port, []), self.beyond.get((part.index, port), ())
+            if not found and not beyond:
+                continue
             name, fields = self._port(part, port)
             machine = f"{part.prefix} *m{parameters(fields, part.names)}"
             out.line(f"void {part.prefix}_{name}({machine})")
@@ -149,11 +187,13 @@ class GluePrinter:
                 offset = f"offsetof({s}, {part.member})"
                 out.line(f"{s} *s = ({s} *)(void *)((unsigned char *)m - {offset});")
                 used = {place for link in found for place in link.arguments}
+                used |= {place for arguments in beyond for place in arguments}
                 for place, field in enumerate(fields):
                     if place not in used:
                         out.line(f"(void){part.names.field(field.name)};")
                 for link in found:
                     self._pass_on(out, part, fields, link)
+                self._send(out, part, port, fields)
             out.line()
 
     def _port(self, part: Part, port: int) -> tuple[str, tuple[Field, ...]]:
@@ -295,7 +335,7 @@ class GluePrinter:
                 ]
             )
             out.lines(f"s->count_to_{part.member} = 0u;" for part in self.parts if part.is_fed)
-            out.lines(self._first_inputs())
+            out.lines([*self._first_inputs(), *self._more_first_inputs()])
             for part in self.parts:
                 out.line(f"{part.prefix}_start(&s->{part.member}, now);")
                 out.lines(self._tell(part))
@@ -323,7 +363,7 @@ class GluePrinter:
         for link in self.system.input_links:
             target, source = self.by_index[link.target], self.by_index[link.source]
             variable = target.chart.inputs[link.input]
-            value = _literal(source.chart.outputs[link.output].init.value)
+            value = literal(source.chart.outputs[link.output].init.value)
             name = target.names.variables[variable.name]
             lines.append(f"s->{target.member}.{name} = {value};")
         return lines
@@ -344,7 +384,8 @@ class GluePrinter:
             out.line("return found;")
 
 
-def _literal(value: Value) -> str:
+def literal(value: Value) -> str:
+    """Return a scalar as C writes it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):

@@ -75,7 +75,7 @@ void fsm_link_init(fsm_link *link, const fsm_link_map *map, uint32_t session)
     memset(link, 0, sizeof *link);
     link->map = map;
     link->session = session;
-    link->every = 1u;
+    link->every = map->every > 0u ? map->every : 1u;
     latest_init(&link->levels);
     for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++)
         latest_init(&link->peers[peer].levels);

@@ -84,6 +84,7 @@ typedef struct {
     const char *const *names;        /* [node] */
     /* Whether all values are of their types; payload has the right size. */
     bool (*is_valid)(uint8_t sender, uint16_t message, const uint8_t *payload);
+    uint32_t every; /* cycles from levels to levels */
 } fsm_link_map;
 
 /* ---- what is counted -------------------------------------------------------------------------- */
@@ -119,7 +120,7 @@ uint32_t fsm_link_counted(const fsm_link *link, fsm_link_total what);
 uint32_t fsm_link_session(const fsm_link *link, uint8_t peer);
 
 /* How many cycles (calls of fsm_link_begin, which X_cycle makes) ago the last frame of a peer was
- * seen. A peer publishes every cycle, so that silence means that it, or the link, is dead. Of one
+ * seen. A peer publishes every cycle, or as the deployment says, so that silence means that it, or the link, is dead. Of one
  * that was never heard: the cycles since the link was made. */
 uint32_t fsm_link_silence(const fsm_link *link, uint8_t peer);
 
@@ -130,7 +131,7 @@ uint32_t fsm_link_silence(const fsm_link *link, uint8_t peer);
  * is kept. 0 is none. */
 void fsm_link_init(fsm_link *link, const fsm_link_map *map, uint32_t session);
 
-/* Publish levels in every n-th cycle only; 1 unless you say otherwise. Before the first cycle. */
+/* Publish levels in every n-th cycle, not as the deployment says. Before the first cycle. */
 void fsm_link_publish_every(fsm_link *link, uint32_t cycles);
 
 /* ---- deterministic co-simulation --------------------------------------------------------------

@@ -1,0 +1,44 @@
+"""A node of a deployment, as the generator of its C sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fsmkit.composition.deployment import Deployment
+from fsmkit.emit import snake
+from fsmkit.model.chart import Chart
+from fsmkit.runtime.channels import EventMap
+from fsmkit.verify.system import System
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of a deployment: its machines as a system of their own, and how they are named.
+
+    ``numbers``: of its machines in the whole system, by their place here.
+    """
+
+    deployment: Deployment
+    place: int
+    system: System
+    numbers: tuple[int, ...]
+    charts: tuple[Chart, ...]
+
+    @property
+    def map(self) -> EventMap:
+        """What crosses the nodes."""
+        return self.deployment.map
+
+    @property
+    def name(self) -> str:
+        """The name of the node."""
+        return self.deployment.nodes[self.place]
+
+    @property
+    def prefix(self) -> str:
+        """What its functions begin with."""
+        return snake(self.system.name)
+
+    def here(self, machine: int) -> int:
+        """Return the place of a machine of the whole system."""
+        return self.numbers.index(machine)
