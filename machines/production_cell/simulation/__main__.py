@@ -1,0 +1,194 @@
+"""Runs the cell: ``python -m machines.production_cell.simulation --hours 1 --blocks 3``."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from fsmkit.diagnostics import FsmkitError
+
+from . import boards, faults, monitor, nodes, picture, recording
+from .camera import Judgement
+from .monitor import Judged
+from .orchestrator import Orchestrator, Outcome, Setup
+from .panel import Operator
+from .tally import Tally, tally
+from .world import World
+
+ROOT = Path(__file__).resolve().parents[3]
+OUT = ROOT / "build" / "cell"
+SHOWN = 60.0
+"""How much of a run is drawn, in s."""
+
+console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
+
+
+@click.command()
+@click.option("--hours", type=float, default=1.0, show_default=True, help="Simulated time.")
+@click.option("--seconds", type=float, help="Simulated time, instead of hours.")
+@click.option(
+    "--blocks", type=click.IntRange(1, 8), default=3, show_default=True, help="In the ring."
+)
+@click.option("--seed", type=int, default=1, show_default=True)
+@click.option(
+    "--fault", default="", help=f"One of {', '.join(faults.DEFAULTS)}, or a file of them."
+)
+@click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks.")
+@click.option("--double", is_flag=True, help="The boards in Python, in one process, instead of C.")
+@click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
+@click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
+def main(
+    hours: float, seconds: float | None, blocks: int, seed: int, fault: str, bad: float,
+    double: bool, out: Path, timeout: float,
+) -> None:  # fmt: skip
+    """Run boards and plant of the Production Cell together, and tell what came of it."""
+    out = out.resolve()
+    steps = round(1000 * (hours * 3600 if seconds is None else seconds))
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        actions = faults.read(fault)
+        programs = (nodes.double_program(),) if double else boards.build(out / "boards")
+        with tempfile.TemporaryDirectory(prefix="cell") as folder:
+            setup = Setup(
+                steps, programs, nodes.plant_program(seed), out, Path(folder), actions,
+                {"seed": seed, "blocks": blocks, "fault": fault}, timeout,
+            )  # fmt: skip
+            outcome = _run(setup, World(Operator(blocks), Judgement(seed, bad), ()))
+        code = tell(out, outcome, bool(actions))
+    except (
+        nodes.CellError,
+        faults.FaultError,
+        recording.RecordingError,
+        FsmkitError,
+        OSError,
+    ) as error:
+        console.print(Text(f"error: {error}", style="red"))
+        code = 2
+    sys.exit(code)
+
+
+def _run(setup: Setup, world: World) -> Outcome:
+    """Run to the end; Ctrl-C ends the run, and what was recorded is told of."""
+    from dataclasses import replace
+
+    run = Orchestrator(setup, lambda states: replace(world, states=states))
+    began = time.monotonic()
+    with console.status("connecting") as status:
+
+        def progress(step: int) -> None:
+            rate = step / max(time.monotonic() - began, 1e-6)
+            status.update(
+                f"{step / 1000:,.0f} of {setup.steps / 1000:,.0f} s, {rate:,.0f} steps a second"
+            )
+
+        try:
+            return run.run(progress)
+        except KeyboardInterrupt:
+            if not run.outcome.steps:
+                raise nodes.CellError("interrupted") from None
+            console.print(f"interrupted after {run.outcome.steps / 1000:g} s")
+            return run.outcome
+
+
+def tell(out: Path, outcome: Outcome, has_faults: bool) -> int:
+    """Print and write the results; return 0 if everything is as it should be, else 1."""
+    record = recording.read(out / "run.rec")
+    events = outcome.reports.get("plant", {}).get("events", [])
+    figures = tally(record, outcome)
+    judged = monitor.judge(record, events)
+    result = {
+        "figures": figures.as_json(),
+        "properties": [asdict(j) for j in judged],
+        "events": events,
+        "reports": outcome.reports,
+        "earlier_lives": outcome.lives,
+    }
+    (out / "result.json").write_text(json.dumps(result, indent=1))
+    console.print(_figures(figures))
+    console.print(_properties(judged, has_faults))
+    if has_faults:
+        for at, what in figures.timeline:
+            console.print(f"{at:10.3f} s  {what}", markup=False)
+    for event in [e for e in events if e["kind"] != "ejected"][:20]:
+        console.print(
+            f"{event['time']:10.3f} s  {event['kind']} {event['block'] or ''} {event['detail']}"
+        )
+    _draw(out, record, figures)
+    console.print(f"Everything is in {out}.")
+    broken = [
+        j for j in judged
+        if j.holds is False and j.name != "produces"
+        and not (has_faults and j.name in monitor.OF_FAULTS)
+    ]  # fmt: skip
+    bad = figures.collisions or broken or not figures.is_accounted_for
+    return int(bool(bad) or (bool(figures.lost) and not has_faults))
+
+
+def _figures(figures: Tally) -> Table:
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column()
+    table.add_column(justify="right")
+    rows = (
+        ("simulated", f"{figures.simulated:,.0f} s, {figures.producing:,.0f} s of them producing"),
+        ("blocks processed", f"{figures.processed:,}"),
+        ("moulded", f"{figures.moulded:,}, {figures.throughput:.2f} a minute"),
+        ("laid down by the operator", f"{figures.inserted:,}"),
+        ("rejected", f"{figures.rejected:,}"),
+        ("left in the ring", f"{figures.left}"),
+        ("lost, doubled", f"{figures.lost}, {figures.doubled}"),
+        ("collisions", f"{figures.collisions}"),
+        ("estimates before the sorter", f"{figures.estimates:,}, {figures.wrong_estimates} wrong"),
+        ("loop overruns", f"{figures.overruns}"),
+        ("frames lost between boards", f"{figures.link_losses}"),
+        ("events refused", f"{figures.refused}"),
+        ("the supervisor ends in", figures.ends_in),
+        ("steps a second", f"{figures.step_rate:,.0f}"),
+        ("bare questions a second", f"{figures.ping_rate:,.0f}"),
+    )
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _properties(judged: tuple[Judged, ...], has_faults: bool) -> Table:
+    table = Table(
+        "property", "of ring.yaml", "in this run", box=None, pad_edge=False, padding=(0, 2, 0, 0)
+    )
+    for each in judged:
+        if each.holds is None:
+            verdict = "not judged"
+        elif each.name == "produces":
+            verdict = f"seen at {each.time:.3f} s" if each.holds else "not seen"
+        elif each.holds:
+            verdict = "holds"
+        else:
+            verdict = f"[red]broken[/] at {each.time:.3f} s"
+            if has_faults and each.name in monitor.OF_FAULTS:
+                verdict = f"broken at {each.time:.3f} s, as faults may"
+        text = each.text if len(each.text) < 60 else each.text[:57] + "..."
+        table.add_row(each.name, Text(text), verdict)
+    return table
+
+
+def _draw(out: Path, record: recording.Recording, figures: Tally) -> None:
+    """Draw what is most interesting: the first fault, or the first minute of work."""
+    first = next((at for at, what in figures.timeline if what.startswith("fault")), None)
+    begin = max(0.0, first - 10) if first is not None else 0.0
+    end = min(begin + SHOWN, len(record) / 1000)
+    try:
+        picture.draw(record, out / "run.svg", begin, end)
+    except ImportError:
+        console.print("Matplotlib is not installed: nothing is drawn")
+
+
+if __name__ == "__main__":
+    main()

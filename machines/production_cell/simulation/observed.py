@@ -1,0 +1,173 @@
+"""What the machines of ring.yaml's plant would say, taken from a recording.
+
+The plant that is explored knows slots, places and motions; the one that is simulated knows counts.
+Each function returns a column: a value for each step. An axis is at a place within `NEAR` counts; a
+belt moves if it is at no slot and went further than `MOVES` in `LAG` steps; while it does, its
+blocks count for the slots that they came from, as in the explored plant a motion is one step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from fsmkit.verify.system import Machine, System
+
+from .axes import PITCH
+from .recording import Recording
+from .signals import SLOTS
+
+Column = npt.NDArray[np.int32]
+Truth = npt.NDArray[np.bool_]
+
+NEAR = 40
+MOVES, LAG = 5, 20
+AXIS_OF = {
+    "feeder_belt_motor": "feeder_belt",
+    "feeder_axis": "feeder",
+    "door": "molder",
+    "extractor_arm": "extractor",
+    "extraction_belt_motor": "extraction_belt",
+    "rotator_arm": "rotator",
+}
+"""The axes that the explored plant's machines stand for."""
+HOME, OFFSET, FAR = 1, 2, 3
+"""Members of the type Place."""
+HOME_AT = {"extractor": 1000, "rotator": 1000}
+FAR_AT = {"feeder": 2800, "molder": 1500, "extractor": 2600, "rotator": 3100}
+OFFSET_AT = 100
+BELT_OF = {"f0": "feeder_belt", "p": "feeder_belt"} | dict.fromkeys(
+    ("e0", "e1", "e2"), "extraction_belt"
+)
+EVENTS_OF = {
+    "jammed": {"two_blocks", "drop_on_occupied", "feeder_beside_block"},
+    "lost": {"off_the_end", "taken_away"},
+    "dropped": {"dropped"},
+}
+"""What the plant tells, and the flag of the explored plant that it stands for."""
+BAD = 2
+
+
+class Observed:
+    """Columns by the names of machines and of what they have; None where nothing was recorded."""
+
+    def __init__(
+        self, system: System, recording: Recording, events: Sequence[Mapping[str, object]]
+    ) -> None:
+        self._system = system
+        self._recording = recording
+        self._events = events
+        self._known: dict[tuple[int, int | None, str], Column | None] = {}
+
+    def column(self, machine: int, state: int | None, variable: str) -> Column | None:
+        """Return whether a state is active, or the value of a variable."""
+        key = (machine, state, variable)
+        if key not in self._known:
+            found = self._system.machines[machine]
+            self._known[key] = (
+                self._variable(found, variable) if state is None else self._state(found, state)
+            )
+        return self._known[key]
+
+    def _state(self, machine: Machine, state: int) -> Column | None:
+        if machine.name in AXIS_OF:
+            is_moving = machine.chart.states[state].id == "moving"
+            return self.moving(AXIS_OF[machine.name]).astype(np.int32) if is_moving else None
+        signal, states = f"{machine.name}.state", self._recording.about["states"]
+        if signal not in self._recording:
+            return None
+        chart = machine.chart
+        within = {s.id for s in chart.states if state in (s.index, *chart.ancestors(s.index))}
+        leaves = [number for number, name in enumerate(states[machine.name]) if name in within]
+        return np.isin(self._recording[signal], leaves).astype(np.int32)
+
+    def _variable(self, machine: Machine, variable: str) -> Column | None:
+        axis = AXIS_OF.get(machine.name)
+        if axis is not None:
+            away = self._recording[f"{axis}.position"] - HOME_AT.get(axis, 0)
+            rules: dict[str, Callable[[], Column | Truth]] = {
+                "beyond": lambda: away > NEAR,
+                "before": lambda: away < -NEAR,
+                "at": lambda: self._place(axis),
+            }
+            return rules[variable]().astype(np.int32) if variable in rules else None
+        if (machine.name, variable) == ("pusher", "retracted"):
+            retracted: Column = self._recording["sorter.retracted"]
+            return retracted
+        if machine.name != "blocks":
+            return None
+        if variable in SLOTS:
+            return np.not_equal(self.slot(variable), 0).astype(np.int32)
+        if variable in EVENTS_OF:
+            return self._happened(EVENTS_OF[variable])
+        counts = {
+            name: self._recording[f"count.{name}"] for name in ("inserted", "ejected", "lost")
+        }
+        if variable == "total":
+            total: Column = counts["inserted"] - counts["ejected"] - counts["lost"]
+            return total
+        return self._bad_at_the_end() if variable == "bad_e2" else None
+
+    def moving(self, axis: str) -> Truth:
+        """Return when a belt moves."""
+        position = self._recording[f"{axis}.position"]
+        found = np.zeros(len(position), bool)
+        found[LAG:] = np.abs(position[LAG:] - position[:-LAG]) > MOVES
+        from_slot = np.abs((position + PITCH // 2) % PITCH - PITCH // 2)
+        moving: Truth = found & (from_slot > NEAR)
+        return moving
+
+    def _place(self, axis: str) -> Column:
+        position = self._recording[f"{axis}.position"]
+        place = np.zeros(len(position), np.int32)
+        places = ((OFFSET, OFFSET_AT), (FAR, FAR_AT[axis]), (HOME, HOME_AT.get(axis, 0)))
+        for number, at in places:
+            place[np.abs(position - at) <= NEAR] = number
+        return place
+
+    def slot(self, name: str) -> Column:
+        """Return the block in a slot, or 0; while its belt moves, that which was there before."""
+        blocks = self._recording[f"slot.{name}"]
+        if name not in BELT_OF:
+            return blocks
+        rows = np.arange(len(blocks))
+        still = np.where(self.moving(BELT_OF[name]), 0, rows)
+        last: Column = blocks[np.maximum.accumulate(still)]
+        return last
+
+    def _happened(self, kinds: set[str]) -> Column:
+        found = np.zeros(len(self._recording), np.int32)
+        for event in self._events:
+            if event["kind"] in kinds:
+                found[max(0, round(1000 * float(str(event["time"]))) - 1) :] = 1
+        return found
+
+    def _bad_at_the_end(self) -> Column:
+        """Return when a block is at the end of the belt whose last verdict was bad."""
+        at_end = self.slot("e2")
+        bad = np.zeros(len(at_end), np.int32)
+        verdicts: dict[int, int] = {}
+        rows = np.union1d(self._recording.changes(["camera.id", "camera.verdict"]), starts(at_end))
+        for row in rows.tolist():
+            block, verdict = (int(self._recording[f"camera.{w}"][row]) for w in ("id", "verdict"))
+            if block:
+                verdicts[block] = verdict
+            there = int(at_end[row])
+            if there and verdicts.get(there) == BAD:
+                bad[row:][: _run(at_end, row)] = 1
+        return bad
+
+
+def starts(column: Column) -> npt.NDArray[np.intp]:
+    """Return the rows at which a column has a new value."""
+    if not len(column):
+        return np.zeros(0, np.intp)
+    return np.concatenate(([0], np.flatnonzero(column[1:] != column[:-1]) + 1)).astype(np.intp)
+
+
+def _run(column: Column, row: int) -> int:
+    """Return for how many rows a column keeps its value."""
+    other = np.flatnonzero(column[row:] != column[row])
+    return int(other[0]) if len(other) else len(column) - row
