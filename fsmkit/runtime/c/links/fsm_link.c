@@ -513,7 +513,7 @@ fsm_link_waited fsm_link_await(fsm_link *link, uint8_t peer, uint32_t session, u
         if (session == 0u || present == session) {
             if (come == frames)
                 return FSM_LINK_READY;
-            if (come > frames)
+            if (come > frames && session != 0u)
                 return FSM_LINK_BEYOND;
         } else if (present == 0u ? frames == 0u : reached(session, present) && frames == 0u) {
             return FSM_LINK_READY; /* nothing of that session is to come yet */
@@ -521,20 +521,31 @@ fsm_link_waited fsm_link_await(fsm_link *link, uint8_t peer, uint32_t session, u
             return FSM_LINK_BEYOND;
         }
         if (!link->transport->receive(link->carrier, link, peer, timeout_ms))
-            return FSM_LINK_TIMEOUT;
+            return session == 0u && come > frames ? FSM_LINK_BEYOND : FSM_LINK_TIMEOUT;
     }
+}
+
+fsm_link_waited fsm_link_connect_to(fsm_link *link, uint8_t peer, uint32_t session,
+                                    uint32_t timeout_ms)
+{
+    link->waited_peer = peer;
+    link->waited_session = session;
+    link->waited_for_listener = true;
+    if (link->transport == NULL || link->transport->heard_by == NULL || peer >= FSM_LINK_NODES)
+        return FSM_LINK_DEAF;
+    return link->transport->heard_by(link->carrier, link, peer, session, timeout_ms)
+               ? FSM_LINK_READY
+               : FSM_LINK_TIMEOUT;
 }
 
 fsm_link_waited fsm_link_connect(fsm_link *link, uint32_t timeout_ms)
 {
-    link->waited_for_listener = true;
-    if (link->transport == NULL || link->transport->heard_by == NULL)
-        return FSM_LINK_DEAF;
     for (uint8_t peer = 0u; peer < link->map->nodes; peer++) {
-        link->waited_peer = peer;
-        if (peer != link->map->node &&
-            !link->transport->heard_by(link->carrier, link, peer, timeout_ms))
-            return FSM_LINK_TIMEOUT;
+        fsm_link_waited found = FSM_LINK_READY;
+        if (peer != link->map->node)
+            found = fsm_link_connect_to(link, peer, 0u, timeout_ms);
+        if (found != FSM_LINK_READY)
+            return found;
     }
     return FSM_LINK_READY;
 }

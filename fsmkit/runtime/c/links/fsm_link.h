@@ -120,8 +120,8 @@ uint32_t fsm_link_counted(const fsm_link *link, fsm_link_total what);
 uint32_t fsm_link_session(const fsm_link *link, uint8_t peer);
 
 /* How many cycles (calls of fsm_link_begin, which X_cycle makes) ago the last frame of a peer was
- * seen. A peer publishes every cycle, or as the deployment says, so that silence means that it, or the link, is dead. Of one
- * that was never heard: the cycles since the link was made. */
+ * seen. A peer publishes every cycle, or as often as the deployment says, so that silence means that
+ * it, or the link, is dead. Of one that was never heard: the cycles since the link was made. */
 uint32_t fsm_link_silence(const fsm_link *link, uint8_t peer);
 
 /* ---- making a link ---------------------------------------------------------------------------- */
@@ -147,11 +147,16 @@ typedef enum {
     FSM_LINK_DEAF     /* the transport is not deterministic */
 } fsm_link_waited;
 
-/* Block until `frames` frames of the peer's session have come in; 0 for whichever session it has. */
+/* Block until `frames` frames of the peer's session have come in; 0 for whichever session it has: if
+ * more have come already, then perhaps of an old one, and a new one is waited for. The time is that
+ * without any frame of the peer. */
 fsm_link_waited fsm_link_await(fsm_link *link, uint8_t peer, uint32_t session, uint32_t frames,
                                uint32_t timeout_ms);
 
-/* Block until every other node listens to this one: before the first step. */
+/* Block until a peer listens to this node in this session, 0 for whichever it has; or until every
+ * other node does, before the first step. For threaded transports as well. */
+fsm_link_waited fsm_link_connect_to(fsm_link *link, uint8_t peer, uint32_t session,
+                                    uint32_t timeout_ms);
 fsm_link_waited fsm_link_connect(fsm_link *link, uint32_t timeout_ms);
 
 /* Write one line on what the last of these waited for, cut to `room` bytes with the zero. */
@@ -223,8 +228,9 @@ typedef struct {
     /* Deterministic transports, else NULL: block until one frame of the peer has gone through
      * fsm_link_arrive; false when the time is over. */
     bool (*receive)(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeout_ms);
-    /* Block until the peer listens; false when the time is over. */
-    bool (*heard_by)(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeout_ms);
+    /* Block until the peer listens, in this session if it is not 0; false when the time is over. */
+    bool (*heard_by)(void *carrier, fsm_link *link, uint8_t peer, uint32_t session,
+                     uint32_t timeout_ms);
 } fsm_link_transport;
 
 void fsm_link_attach(fsm_link *link, const fsm_link_transport *transport, void *carrier);

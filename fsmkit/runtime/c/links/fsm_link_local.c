@@ -23,12 +23,14 @@ static bool receive(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeou
     return false;
 }
 
-static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeout_ms)
+static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t session,
+                     uint32_t timeout_ms)
 {
     const fsm_link_local *wire = carrier;
     (void)link;
     (void)timeout_ms;
-    return peer < FSM_LINK_NODES && wire->links[peer] != NULL;
+    return peer < FSM_LINK_NODES && wire->links[peer] != NULL &&
+           (session == 0u || wire->links[peer]->session == session);
 }
 
 void fsm_link_local_join(fsm_link_local *wire, fsm_link *link)

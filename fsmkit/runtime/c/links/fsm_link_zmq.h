@@ -31,38 +31,38 @@ extern "C" {
 
 typedef struct {
     const char *const *endpoints; /* [node], e.g. "tcp://127.0.0.1:5571" */
+    const char *bind;             /* where to publish, e.g. "tcp://eth0:5571"; NULL: as above */
     bool is_deterministic;
     /* CURVE: all public keys by node, and this node's secret one; NULL: no authentication. Only
      * nodes with these keys are heard and can listen. */
     const char *const *public_keys;
     const char *secret_key;
-    int send_priority;    /* SCHED_FIFO of the threads; 0: leave it */
+    int send_priority; /* SCHED_FIFO of the threads; 0: leave it */
     int receive_priority;
 } fsm_link_zmq_options;
 
 typedef struct {
     fsm_link *link;
     const char *failed; /* what could not be done */
+    int priority_error; /* why a priority was not granted, an errno; 0 if it was, or not asked for */
     void *context;
     void *publisher;
     void *subscribers[FSM_LINK_NODES];
+    void *door; /* where connections are let in or refused, by key */
     bool is_deterministic;
-    bool is_open;
-    bool listens[FSM_LINK_NODES]; /* the peer is subscribed */
     sem_t work;
     fsm_shared stop;
-    fsm_shared listeners; /* a bit for each peer */
+    fsm_shared listeners[FSM_LINK_NODES]; /* the session in which the peer listens, 0 for none */
     pthread_t sender, receiver, doorman;
-    bool has_sender, has_receiver, has_doorman;
-    char keys[FSM_LINK_NODES][FSM_LINK_KEY];
-    void *door;
+    bool has_work, has_sender, has_receiver, has_doorman;
+    uint8_t keys[FSM_LINK_NODES][32];
 } fsm_link_zmq;
 
 /* Open; 0, or an errno of ZeroMQ or the system, with `failed` saying of what. Allocates (libzmq). */
 int fsm_link_zmq_open(fsm_link_zmq *zmq, fsm_link *link, const fsm_link_zmq_options *options);
 
-/* Whether a peer is subscribed to this node. */
-bool fsm_link_zmq_listens(const fsm_link_zmq *zmq, uint8_t peer);
+/* The session of a peer that is subscribed to this node; 0: it is not. */
+uint32_t fsm_link_zmq_listener(const fsm_link_zmq *zmq, uint8_t peer);
 
 /* Read a key out of a file as ZeroMQ's tools write them (name.key, name.key_secret): `kind` is
  * "public-key" or "secret-key". False if there is none. */
