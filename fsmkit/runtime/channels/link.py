@@ -273,13 +273,15 @@ class Endpoint:
             if session in (0, counters.session):
                 if counters.frames == frames:
                     return
-                if counters.frames > frames:
+                if counters.frames > frames and session != 0:
                     raise ValueError(f"{self._waited(node, frames, session)}: too many")
             elif counters.session and (session - counters.session) % WORD >= WORD // 2:
                 raise ValueError(f"{self._waited(node, frames, session)}: a later session")
             elif frames == 0:
                 return
             if not self._take_in(place, timeout):
+                if counters.frames > frames and session == 0:
+                    raise ValueError(f"{self._waited(node, frames, session)}: too many")
                 raise LinkTimeout(self._waited(node, frames, session))
 
     def _waited(self, node: str, frames: int, session: int) -> str:

@@ -1,0 +1,1 @@
+"""Links between nodes over ZeroMQ (pyzmq), publish and subscribe."""
