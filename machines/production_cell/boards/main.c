@@ -1,0 +1,240 @@
+#define _POSIX_C_SOURCE 200809L
+/* main.c: the program of a board.
+ *
+ *   board_a --cosim ENDPOINT     a step for each request, time is what the request says: reproducible
+ *   board_a --realtime ENDPOINT  a step each millisecond; inputs are taken and outputs told as requests
+ *                                come, and the last ones hold in between
+ *
+ *   --log FILE                   record what comes to the machines
+ *   --links A,B                  endpoints of the links, one for each board, in place of the
+ *                                deployment's
+ *   --alone                      no links: the other boards are not there
+ *   --seconds N                  of a real-time run; else until it is told to quit
+ *   --priority N                 of SCHED_FIFO, and locked memory
+ *
+ * Status 0; 2 for a command line or a set-up that does not do, with a line on stderr. */
+#include "recorder.h"
+#include "server.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+#include <zmq.h>
+
+enum { REQUEST_ROOM = 4096, REQUESTS_PER_CYCLE = 4, INPUTS_MS = 100, ENDPOINT_ROOM = 512 };
+
+typedef struct {
+    const char *endpoint, *log;
+    bool is_real_time, is_alone;
+    long seconds;
+    int priority;
+    char links[ENDPOINT_ROOM]; /* cut into pieces */
+    const char *endpoints[FSM_LINK_NODES];
+} arguments;
+
+static server it;
+static fsm_posix host;
+static void *context, *replier;
+static uint8_t request[REQUEST_ROOM];
+
+/* ---- command line ------------------------------------------------------------------------------ */
+
+static bool read_links(arguments *a, const char *value)
+{
+    uint8_t nodes = 0;
+    if (strlen(value) >= sizeof a->links)
+        return false;
+    strcpy(a->links, value);
+    for (char *at = strtok(a->links, ","); at != NULL; at = strtok(NULL, ",")) {
+        if (nodes >= board_this.map->nodes)
+            return false;
+        a->endpoints[nodes++] = at;
+    }
+    return nodes == board_this.map->nodes;
+}
+
+static bool read_number(const char *value, long *number)
+{
+    char *end;
+    *number = strtol(value, &end, 10);
+    return end != value && *end == '\0' && *number >= 0 && *number < 1000000;
+}
+
+static bool read_option(arguments *a, const char *name, const char *value)
+{
+    long number;
+    if (strcmp(name, "--cosim") == 0 || strcmp(name, "--realtime") == 0) {
+        a->is_real_time = strcmp(name, "--realtime") == 0;
+        a->endpoint = value;
+    } else if (strcmp(name, "--log") == 0) {
+        a->log = value;
+    } else if (strcmp(name, "--links") == 0) {
+        return read_links(a, value);
+    } else if (strcmp(name, "--seconds") == 0) {
+        return read_number(value, &a->seconds);
+    } else if (strcmp(name, "--priority") == 0) {
+        if (!read_number(value, &number) || number > 99)
+            return false;
+        a->priority = (int)number;
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static bool read_arguments(arguments *a, int argc, char **argv)
+{
+    memset(a, 0, sizeof *a);
+    for (uint8_t node = 0; node < board_this.map->nodes; node++)
+        a->endpoints[node] = board_this.endpoints[node];
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--alone") == 0)
+            a->is_alone = true;
+        else if (i + 1 >= argc || !read_option(a, argv[i], argv[i + 1]))
+            return false;
+        else
+            i++;
+    }
+    return a->endpoint != NULL;
+}
+
+/* ---- set-up ------------------------------------------------------------------------------------- */
+
+/* Greater than that of the run before, as long as the clock is not set back. */
+static uint32_t new_session(void)
+{
+    struct timespec now = {0, 0};
+    uint32_t session;
+    (void)clock_gettime(CLOCK_REALTIME, &now);
+    session = (uint32_t)now.tv_sec * 1000u + (uint32_t)(now.tv_nsec / 1000000);
+    return session != 0u ? session : 1u;
+}
+
+static bool open_links(const arguments *a)
+{
+    fsm_link_zmq_options options = {0};
+    int error;
+    fsm_link_init(&it.link, board_this.map, new_session());
+    fsm_link_set_faults(&it.link, &it.faults);
+    if (a->is_alone)
+        return true;
+    options.endpoints = a->endpoints;
+    options.is_deterministic = !a->is_real_time;
+    error = fsm_link_zmq_open(&it.zmq, &it.link, &options);
+    if (error != 0) {
+        fprintf(stderr, "links: %s: %s\n", it.zmq.failed, zmq_strerror(error));
+        return false;
+    }
+    it.is_linked = true;
+    return true;
+}
+
+static bool open_server(const char *endpoint)
+{
+    const int none = 0;
+    context = zmq_ctx_new();
+    replier = context != NULL ? zmq_socket(context, ZMQ_REP) : NULL;
+    if (replier != NULL && zmq_bind(replier, endpoint) == 0)
+        return true;
+    fprintf(stderr, "%s: %s\n", endpoint, zmq_strerror(zmq_errno()));
+    if (replier != NULL)
+        (void)zmq_setsockopt(replier, ZMQ_LINGER, &none, sizeof none);
+    return false;
+}
+
+static void close_all(void)
+{
+    if (it.is_linked)
+        fsm_link_zmq_close(&it.zmq);
+    if (replier != NULL)
+        (void)zmq_close(replier);
+    if (context != NULL)
+        (void)zmq_ctx_term(context);
+}
+
+/* ---- loops --------------------------------------------------------------------------------------- */
+
+/* Answer a request; false if there is none, or the socket failed. */
+static bool serve(int flags)
+{
+    const int length = zmq_recv(replier, request, sizeof request, flags);
+    if (length < 0)
+        return false;
+    server_answer(&it, request, (size_t)length <= sizeof request ? (size_t)length : 0u);
+    return zmq_send(replier, it.reply, it.length, 0) >= 0;
+}
+
+static int co_simulate(void)
+{
+    while (!it.is_over) {
+        if (!serve(0) && zmq_errno() != EINTR) {
+            fprintf(stderr, "requests: %s\n", zmq_strerror(zmq_errno()));
+            return 2;
+        }
+    }
+    return 0;
+}
+
+static void cycle(void *unused, uint32_t now)
+{
+    (void)unused;
+    for (int i = 0; i < REQUESTS_PER_CYCLE && serve(ZMQ_DONTWAIT); i++) {
+    }
+    if (now - it.heard > INPUTS_MS)
+        board_off(&it.board, "no inputs for 100 ms");
+    board_step(&it.board, now);
+    if (it.is_over)
+        fsm_posix_stop(&host);
+}
+
+static int run_in_real_time(const arguments *a)
+{
+    int error = fsm_posix_init(&host, 1000u);
+    if (error == 0)
+        error = fsm_posix_stop_on(&host, SIGINT);
+    if (error == 0)
+        error = fsm_posix_stop_on(&host, SIGTERM);
+    if (error == 0)
+        error = fsm_posix_stop_on(&host, SIGALRM);
+    if (error == 0) {
+        it.host = &host;
+        host.priority = a->priority;
+        host.lock_memory = a->priority > 0;
+        (void)alarm((unsigned)a->seconds); /* 0: never */
+        error = fsm_posix_periodic(&host, cycle, NULL);
+        fsm_posix_print(&host, stdout);
+        fsm_posix_close(&host);
+    }
+    if (error != 0)
+        fprintf(stderr, "the loop: %s\n", strerror(error));
+    return error == 0 ? 0 : 2;
+}
+
+int main(int argc, char **argv)
+{
+    arguments a;
+    int status = 2;
+    if (!read_arguments(&a, argc, argv)) {
+        fprintf(stderr, "usage: %s --cosim|--realtime ENDPOINT [--log FILE] [--links A,B] [--alone] "
+                        "[--seconds N] [--priority N]\n", argv[0]);
+        return 2;
+    }
+    if (a.log != NULL && !recorder_open(a.log)) {
+        fprintf(stderr, "%s: %s\n", a.log, strerror(errno));
+        return 2;
+    }
+    if (open_links(&a) && open_server(a.endpoint)) {
+        board_make(&it.board, &it.link, it.is_linked);
+        status = a.is_real_time ? run_in_real_time(&a) : co_simulate();
+    }
+    close_all();
+    if (!recorder_close()) {
+        fprintf(stderr, "%s: not all could be written\n", a.log);
+        status = 2;
+    }
+    return status;
+}
