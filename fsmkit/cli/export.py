@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import click
@@ -13,15 +12,10 @@ from fsmkit.cli._quantities import read_span
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.closed import close
-from fsmkit.verify.export import aldebaran, dot
-from fsmkit.verify.export.transition_system import TransitionSystem, explored
+from fsmkit.plugins import plugin, plugins
+from fsmkit.verify.export.exporter import Exporter, Wanted
 from fsmkit.verify.replay import load_any
 
-NOTATIONS: Mapping[str, Callable[[TransitionSystem], Iterator[str]]] = {
-    "aut": aldebaran.written,
-    "dot": dot.written,
-}
 EPILOG = """\b
 Examples:
   fsmkit export fischer.yaml --to aut --time discrete --out fischer.aut
@@ -31,7 +25,12 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--to", "notation", required=True, type=click.Choice(list(NOTATIONS)))
+@click.option(
+    "--to",
+    "notation",
+    required=True,
+    type=click.Choice([found.name for found in plugins(Exporter)]),
+)
 @click.option("--out", "path", type=click.Path(path_type=Path), help="The file.  [default: print]")
 @click.option(
     "--time",
@@ -43,6 +42,12 @@ Examples:
     "timer may fire at any time.",
 )
 @click.option(
+    "--assume-watchdogs-silent",
+    "silent",
+    is_flag=True,
+    help="Transitions marked as watchdogs never fire.",
+)
+@click.option(
     "--most", type=click.IntRange(1), default=1_000_000, show_default=True, help="States to write."
 )
 @click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
@@ -52,17 +57,17 @@ def command(
     notation: str,
     path: Path | None,
     time_mode: str,
+    silent: bool,
     most: int,
     timeout: float,
     as_json: bool,
 ) -> int:
-    """Write the transition system of a chart or a system.
+    """Write a chart or a system, closed as it is explored, for another tool.
 
-    aut: Aldebaran, for mCRL2 and CADP. dot: Graphviz. It is explored by the interpreter, whole, or
-    nothing is written.
+    What is explored is explored whole, or nothing is written.
     """
     findings = Findings()
-    closed = close(load_any(file, findings), untimed=time_mode == "untimed")
+    loaded = load_any(file, findings)
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -70,22 +75,22 @@ def command(
         transient=True,
         disable=not err.is_terminal or as_json,
     ) as bar:
-        task = bar.add_task(f"exploring {closed.system.name}")
+        task = bar.add_task(f"exploring {loaded.name}")
 
         def progress(states: int, transitions: int) -> None:
             told = f"{states:,} states, {transitions:,} transitions"
-            bar.update(task, description=f"exploring {closed.system.name}: {told}")
+            bar.update(task, description=f"exploring {loaded.name}: {told}")
 
-        system = explored(closed, most=most, seconds=timeout, progress=progress)
-    text = "".join(NOTATIONS[notation](system))
+        wanted = Wanted(time_mode == "untimed", silent, most, timeout, progress)
+        found = plugin(Exporter, notation).export(loaded, wanted)
     report(findings)
-    figures = {"states": system.states, "transitions": len(system.arrows)}
     if path is not None:
-        write_files({path: text})
+        write_files({path: found.text})
     if as_json:
-        print_json({**figures, **({"file": str(path)} if path else {notation: text})})
+        print_json({**found.figures, **({"file": str(path)} if path else {notation: found.text})})
     elif path is None:
-        sys.stdout.write(text)
+        sys.stdout.write(found.text)
     else:
-        out.print(f"wrote {path}: {system.states:,} states, {len(system.arrows):,} transitions")
+        figures = ", ".join(f"{number:,} {what}" for what, number in found.figures.items())
+        out.print(f"wrote {path}: {figures}")
     return 0

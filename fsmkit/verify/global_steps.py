@@ -21,7 +21,7 @@ State = tuple[int, ...]
 
 
 @dataclass(slots=True)
-class _Local:
+class LocalState:
     """What is known of a local state."""
 
     snapshot: Snapshot
@@ -52,7 +52,7 @@ class GlobalSteps:
         self.closed = closed
         self.local_steps = LocalSteps(closed)
         self._count = len(closed.charts)
-        self._locals: list[list[_Local]] = [[] for _ in closed.charts]
+        self.local_states: list[list[LocalState]] = [[] for _ in closed.charts]
         self._numbers: list[dict[Snapshot, int]] = [{} for _ in closed.charts]
         self._first_marks = [first_mark(closed, m) for m in range(self._count)]
         self._environment = [m.environment for m in closed.system.machines]
@@ -66,12 +66,12 @@ class GlobalSteps:
         if number is None:
             number = numbers[snapshot] = len(numbers)
             view = self.local_steps.view(machine, snapshot)
-            self._locals[machine].append(_Local(snapshot, view))
+            self.local_states[machine].append(LocalState(snapshot, view))
         return number
 
-    def _own(self, machine: int, number: int) -> list[Outcome]:
+    def own_steps(self, machine: int, number: int) -> list[Outcome]:
         """Return the own steps of a local state; asked for only where they can be taken."""
-        local = self._locals[machine][number]
+        local = self.local_states[machine][number]
         if local.own is None:
             local.own = []
             if local.view.running:
@@ -80,9 +80,9 @@ class GlobalSteps:
             local.owed |= any(o.step.action is Action.OCCUR for o in local.own)
         return local.own
 
-    def _open(self, machine: int, number: int) -> list[Outcome]:
+    def open_steps(self, machine: int, number: int) -> list[Outcome]:
         """Return what may happen to a local state; asked for only where it can."""
-        local = self._locals[machine][number]
+        local = self.local_states[machine][number]
         if local.open is None:
             local.open = []
             if local.view.running:
@@ -91,7 +91,7 @@ class GlobalSteps:
         return local.open
 
     def _elapsed(self, machine: int, number: int) -> int:
-        local = self._locals[machine][number]
+        local = self.local_states[machine][number]
         if local.elapsed < 0:
             after = self.local_steps.elapsed(machine, local.snapshot)
             local.elapsed = self._intern(machine, after)
@@ -99,7 +99,7 @@ class GlobalSteps:
 
     def _deliver(self, state: list[int], message: Message, marks: dict[int, None]) -> None:
         target = message.target
-        local = self._locals[target][state[target]]
+        local = self.local_states[target][state[target]]
         known = local.delivered.get(message)
         if known is None:
             after, full = self.local_steps.delivered(local.snapshot, message)
@@ -111,7 +111,7 @@ class GlobalSteps:
 
     def snapshots(self, state: State) -> tuple[Snapshot, ...]:
         """Return the machines in a global state."""
-        return tuple(self._locals[machine][n].snapshot for machine, n in enumerate(state))
+        return tuple(self.local_states[machine][n].snapshot for machine, n in enumerate(state))
 
     # --- global steps --------------------------------------------------------------------------
 
@@ -123,7 +123,7 @@ class GlobalSteps:
         ]
         marks: dict[int, None] = {}
         for link in self.closed.system.input_links:
-            data = self._locals[link.source][state[link.source]].snapshot.data
+            data = self.local_states[link.source][state[link.source]].snapshot.data
             writer, chart = (
                 self.closed.system.machines[link.source],
                 self.closed.charts[link.source],
@@ -148,7 +148,7 @@ class GlobalSteps:
             yield Edge(steps, Who.ENVIRONMENT, tuple(reached), tuple(marks))
             return
         machine = order[len(steps)]
-        snapshot = self._locals[machine][state[machine]].snapshot
+        snapshot = self.local_states[machine][state[machine]].snapshot
         start = Step(Action.START, machine)
         for outcome in self.local_steps.explore(machine, snapshot, start, Who.INTERNAL):
             next_ = list(state)
@@ -166,7 +166,7 @@ class GlobalSteps:
 
     def successors(self, state: State) -> Iterator[Edge]:
         """Yield the steps of a state."""
-        found = [self._locals[machine][number] for machine, number in enumerate(state)]
+        found = [self.local_states[machine][number] for machine, number in enumerate(state)]
         waiting = [local.view.waiting > 0 for local in found]
         watching = [m and w for m, w in zip(self._monitors, waiting, strict=True)]
         answering = [e and w for e, w in zip(self._environment, waiting, strict=True)]
@@ -177,10 +177,10 @@ class GlobalSteps:
         for machine, number in enumerate(state):
             if not moving[machine]:
                 continue
-            for outcome in self._own(machine, number):
+            for outcome in self.own_steps(machine, number):
                 yield self._edge(state, machine, outcome)
             if is_open:
-                for outcome in self._open(machine, number):
+                for outcome in self.open_steps(machine, number):
                     yield self._edge(state, machine, outcome)
         awaited = sum(local.view.awaited for local in found)
         busy = any(local.busy for moves, local in zip(moving, found, strict=True) if moves)
@@ -193,12 +193,12 @@ class GlobalSteps:
         schedule = self.closed.system.schedule
         if schedule is None:
             return [True] * self._count
-        phase = self._locals[-1][state[-1]].snapshot.configuration
+        phase = self.local_states[-1][state[-1]].snapshot.configuration
         turn = next((m for at, m in self.closed.turns.items() if at in phase), None)
         moving = [m == turn or m not in schedule.order for m in range(self._count)]
         if turn is not None:
-            self._own(turn, state[turn])
-            moving[-1] = not self._locals[turn][state[turn]].busy
+            self.own_steps(turn, state[turn])
+            moving[-1] = not self.local_states[turn][state[turn]].busy
         return moving
 
     def _edge(self, state: State, machine: int, outcome: Outcome) -> Edge:

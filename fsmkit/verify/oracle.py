@@ -143,15 +143,15 @@ class Oracle(GlobalSteps):
         self._marks[mark] = (count + 1, first)
 
     def _is_deadlock(self, state: State) -> bool:
-        found = [self._locals[machine][number] for machine, number in enumerate(state)]
+        found = [self.local_states[machine][number] for machine, number in enumerate(state)]
         if any(local.view.waiting for local in found):
             return False
         watched = [local for m, local in zip(self._monitors, found, strict=True) if not m]
         if any(local.view.awaited for local in watched):
             return False
         for machine, number in enumerate(state):
-            self._own(machine, number)
-            self._open(machine, number)
+            self.own_steps(machine, number)
+            self.open_steps(machine, number)
         if any(local.view.faulted or local.busy or local.owed for local in found):
             return False
         return not all(local.view.at_rest for local in found)
@@ -202,7 +202,7 @@ class Oracle(GlobalSteps):
         shown = [tuple(map(shown_of, self.snapshots(state))) for state in self._order]
         oldest: dict[object, int] = {}
         for trap in find_traps(graph, shown):
-            views = [self._locals[m][n].view for m, n in enumerate(self._order[trap])]
+            views = [self.local_states[m][n].view for m, n in enumerate(self._order[trap])]
             if not all(view.at_rest or view.faulted for view in views):
                 oldest[shown[trap]] = min(trap, oldest.get(shown[trap], trap))
         return tuple(self._path_to(trap, -1) for trap in sorted(oldest.values()))
@@ -224,13 +224,13 @@ class Oracle(GlobalSteps):
 
     def _arc(self, state: State, ordinal: int, edge: Edge) -> Arc:
         step = edge.steps[0]
-        before = self._locals[step.machine][state[step.machine]].snapshot
+        before = self.local_states[step.machine][state[step.machine]].snapshot
         action = action_of(self.closed, step, edge.who, before)
         ticks = self.closed.unit if step.action is Action.ELAPSE else 0
         return Arc(self._states[edge.to], ordinal, edge.who is Who.INTERNAL, action, ticks)
 
     def _figures(self, machine: int) -> Figures:
-        found = self._locals[machine]
+        found = self.local_states[machine]
         snapshots = [local.snapshot for local in found]
         coverage, chart = self.local_steps.coverage[machine], self.closed.charts[machine]
         return Figures(

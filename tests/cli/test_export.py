@@ -15,7 +15,7 @@ import pytest
 from fsmkit.cli import run
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.explore import Manner, check
-from fsmkit.verify.export.aldebaran import read
+from fsmkit.verify.export.aldebaran.text import read
 from fsmkit.verify.replay import load_any
 
 ROOT = Path(__file__).parents[2]

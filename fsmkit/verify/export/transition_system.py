@@ -8,17 +8,18 @@ passes.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.runtime.interpreter.run import is_deferred
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot, Timeout
-from fsmkit.verify.closed import Closed
+from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import occurrence_text
+from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.global_steps import Edge, GlobalSteps, State
 from fsmkit.verify.moves import Action, Step, TooManyChoices
 from fsmkit.verify.sessions import timer_of
+from fsmkit.verify.system import System
 
 TICK = "tick"
 START = "start"
@@ -47,23 +48,18 @@ class TransitionSystem:
         return len(self.configurations)
 
 
-def explored(
-    closed: Closed,
-    *,
-    most: int,
-    seconds: float = 0,
-    progress: Callable[[int, int], None] | None = None,
-) -> TransitionSystem:
+def system_of(system: System, wanted: Wanted) -> TransitionSystem:
     """Explore a system by the interpreter, breadth first.
 
-    Raises `FsmkitError` (``export-too-large``) beyond ``most`` states, or after so many seconds: a
-    part of a transition system would pass for the whole of it.
+    Raises `FsmkitError` (``export-too-large``) beyond the limits: a part of a transition system
+    would pass for the whole of it.
     """
+    closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
     steps = GlobalSteps(closed)
     numbers: dict[State, int] = {}
     order: list[State] = []
     arrows: list[Arrow] = []
-    until = time.monotonic() + seconds if seconds else None
+    until = time.monotonic() + wanted.seconds if wanted.seconds else None
 
     def number_of(state: State) -> int:
         known = numbers.get(state)
@@ -76,10 +72,10 @@ def explored(
         arrows += [Arrow(0, START, number_of(edge.to)) for edge in steps.initial()]
         at = 0
         while at < len(order):
-            if len(order) > most or (until is not None and time.monotonic() > until):
-                raise _too_large(closed, len(order), most)
-            if at % 256 == 0 and progress is not None:
-                progress(len(order), len(arrows))
+            if len(order) > wanted.most or (until is not None and time.monotonic() > until):
+                raise too_large(closed, len(order), wanted.most)
+            if at % 256 == 0 and wanted.progress is not None:
+                wanted.progress(len(order), len(arrows))
             before = order[at]
             snapshots = steps.snapshots(before)
             at += 1
@@ -87,20 +83,26 @@ def explored(
                 label = _label(closed, snapshots, edge)
                 arrows.append(Arrow(at, label, number_of(edge.to)))
     except TooManyChoices as error:
-        raise fail(
-            "export-too-large",
-            f"a step of `{closed.system.name}` has too many combinations of choices",
-            help="declare narrower ranges for inputs, payloads and results",
-        ) from error
+        raise too_many_choices(closed) from error
     shown = tuple(_configuration(closed, steps.snapshots(state)) for state in order)
     return TransitionSystem(closed.system.name, ("", *shown), tuple(arrows))
 
 
-def _too_large(closed: Closed, states: int, most: int) -> Exception:
+def too_large(closed: Closed, states: int, most: int) -> FsmkitError:
+    """Return the error for a system beyond the limits."""
     return fail(
         "export-too-large",
         f"`{closed.system.name}` has more than {min(states, most):,} states",
         help="raise `--most` or `--timeout`, or export a smaller system",
+    )
+
+
+def too_many_choices(closed: Closed) -> FsmkitError:
+    """Return the error for a step that cannot be tried with all that is open in it."""
+    return fail(
+        "export-too-large",
+        f"a step of `{closed.system.name}` has too many combinations of choices",
+        help="declare narrower ranges for inputs, payloads and results",
     )
 
 
@@ -121,10 +123,10 @@ def _label(closed: Closed, snapshots: tuple[Snapshot, ...], edge: Edge) -> str:
     if step.action is Action.ELAPSE:
         return TICK
     machine = closed.system.machines[step.machine].name
-    return f"{machine}: {_cause(closed, snapshots[step.machine], step)}"
+    return f"{machine}: {cause(closed, snapshots[step.machine], step)}"
 
 
-def _cause(closed: Closed, snapshot: Snapshot, step: Step) -> str:
+def cause(closed: Closed, snapshot: Snapshot, step: Step) -> str:
     """Return what happens to a machine in a step that it can take."""
     chart = closed.charts[step.machine]
     match step.action:

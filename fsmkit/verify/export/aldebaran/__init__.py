@@ -1,0 +1,1 @@
+"""Aldebaran files: transition systems for mCRL2 and CADP."""

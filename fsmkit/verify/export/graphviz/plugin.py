@@ -1,0 +1,25 @@
+"""The exporter ``dot``."""
+
+from __future__ import annotations
+
+from fsmkit.verify.export.exporter import Exported, Wanted
+from fsmkit.verify.system import System
+
+
+class Graphviz:
+    """Writes the transition system of a closed system."""
+
+    name = "dot"
+    summary = "Graphviz: the same, to be looked at"
+
+    def export(self, system: System, wanted: Wanted) -> Exported:
+        """Explore by the interpreter, then write."""
+        from fsmkit.verify.export.graphviz.text import written
+        from fsmkit.verify.export.transition_system import system_of
+
+        found = system_of(system, wanted)
+        figures = {"states": found.states, "transitions": len(found.arrows)}
+        return Exported("".join(written(found)), figures)
+
+
+PLUGIN = Graphviz()
