@@ -128,7 +128,7 @@ void fsm_link_begin(fsm_link *link)
 {
     uint32_t cycle = (uint32_t)fsm_shared_own(&link->cycle) + 1u;
     fsm_shared_write(&link->cycle, (FSM_INDEX)cycle);
-    if (link->transport != NULL && link->transport->receive != NULL)
+    if (link->transport == NULL || link->transport->receive != NULL)
         fsm_link_pass_time(link); /* no other thread does */
     for (unsigned peer = 0u; peer < link->map->nodes && peer < FSM_LINK_NODES; peer++) {
         fsm_link_peer *p = &link->peers[peer];
