@@ -148,6 +148,10 @@ def test_faults_do_the_same_in_both(deployment: Deployment, play: Play, seed: in
             pass
         if n % 50 == 0:
             assert player.counters() == b.counters("a")
+    for _ in range(5):  # what is delayed comes
+        player.tell("c")
+        b.begin_cycle()
+    assert player.counters() == b.counters("a")
     told = player.ask_all("p")
     assert told[-2].split()[-3:] == [str(faults.lost), str(faults.duplicated), str(faults.delayed)]
     assert min(faults.lost, faults.duplicated, faults.delayed) > 50
