@@ -42,7 +42,7 @@ class BuildError(Exception):
 
 
 def build(out: Path = OUT, compiler: str | None = None, options: tuple[str, ...] = ()) -> None:
-    """Build both boards as ``out/board_a`` and ``out/board_b``; raise `BuildError` if one cannot be."""
+    """Build both boards as ``out/board_a`` and ``out/board_b``, or raise `BuildError`."""
     cc = shlex.split(compiler or os.environ.get("CC", "cc"))
     if shutil.which(cc[0]) is None:
         raise BuildError(f"no C compiler: install `{cc[0]}`, or name one in CC")
