@@ -145,7 +145,7 @@ class CEngine:
         if progress is not None:
             command.append("--progress")
         command += self._temporal()
-        return self._read(self._result(command, progress))
+        return self._read(self.result(command, progress))
 
     def _temporal(self) -> list[str]:
         """Return the options that ask for temporal properties, in their order."""
@@ -176,7 +176,7 @@ class CEngine:
         command = [str(self.program), "--memory", str(memory), "--watch", f"{begin},{end},{most}"]
         if seconds:
             command += ["--timeout", str(seconds)]
-        told = self._result(command, None)
+        told = self.result(command, None)
         return self._read(told), told["watch"]
 
     def shown(self) -> frozenset[tuple[str, ...]]:
@@ -194,7 +194,8 @@ class CEngine:
                 found[-1].append(line)
         return frozenset(map(tuple, found[:-1]))
 
-    def _result(self, command: list[str], progress: Progress | None) -> Mapping[str, Any]:
+    def result(self, command: list[str], progress: Progress | None) -> Mapping[str, Any]:
+        """Return what the program says in the end (``core/main.c``)."""
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None  # noqa: S101  (it is a pipe)
             while True:

@@ -60,7 +60,8 @@ class GlobalSteps:
 
     # --- local states --------------------------------------------------------------------------
 
-    def _intern(self, machine: int, snapshot: Snapshot) -> int:
+    def intern(self, machine: int, snapshot: Snapshot) -> int:
+        """Return the number of a local state."""
         numbers = self._numbers[machine]
         number = numbers.get(snapshot)
         if number is None:
@@ -90,22 +91,31 @@ class GlobalSteps:
             local.owed |= any(self.closed.possible[o.step.argument].owed for o in local.open)
         return local.open
 
-    def _elapsed(self, machine: int, number: int) -> int:
+    def elapsed(self, machine: int, number: int) -> int:
+        """Return a local state after a unit of time."""
         local = self.local_states[machine][number]
         if local.elapsed < 0:
             after = self.local_steps.elapsed(machine, local.snapshot)
-            local.elapsed = self._intern(machine, after)
+            local.elapsed = self.intern(machine, after)
         return local.elapsed
 
-    def _deliver(self, state: list[int], message: Message, marks: dict[int, None]) -> None:
-        target = message.target
-        local = self.local_states[target][state[target]]
+    def after(self, machine: int, number: int, message: Message) -> int:
+        """Return a local state after a message has come to it."""
+        return self._delivered(machine, number, message)[0]
+
+    def _delivered(self, machine: int, number: int, message: Message) -> tuple[int, bool]:
+        """Return a local state after a message, and whether its queue was full."""
+        local = self.local_states[machine][number]
         known = local.delivered.get(message)
         if known is None:
             after, full = self.local_steps.delivered(local.snapshot, message)
-            after = self.local_steps.settled(target, after)
-            known = local.delivered[message] = self._intern(target, after), full
-        state[target], full = known
+            after = self.local_steps.settled(machine, after)
+            known = local.delivered[message] = self.intern(machine, after), full
+        return known
+
+    def _deliver(self, state: list[int], message: Message, marks: dict[int, None]) -> None:
+        target = message.target
+        state[target], full = self._delivered(target, state[target], message)
         if full:
             marks[self._first_marks[target] + FULL] = None
 
@@ -119,7 +129,7 @@ class GlobalSteps:
         """Yield the initial states."""
         settled = self.local_steps.settled
         state = [
-            self._intern(m, settled(m, self.local_steps.initial(m))) for m in range(self._count)
+            self.intern(m, settled(m, self.local_steps.initial(m))) for m in range(self._count)
         ]
         marks: dict[int, None] = {}
         for link in self.closed.system.input_links:
@@ -152,7 +162,7 @@ class GlobalSteps:
         start = Step(Action.START, machine)
         for outcome in self.local_steps.explore(machine, snapshot, start, Who.INTERNAL):
             next_ = list(state)
-            next_[machine] = self._intern(machine, outcome.after)
+            next_[machine] = self.intern(machine, outcome.after)
             noted = dict(marks)
             noted.update(dict.fromkeys(self._noted(machine, outcome)))
             for message in outcome.messages:
@@ -185,7 +195,7 @@ class GlobalSteps:
         awaited = sum(local.view.awaited for local in found)
         busy = any(local.busy for moves, local in zip(moving, found, strict=True) if moves)
         if awaited and self.closed.unit and not busy:
-            to = tuple(self._elapsed(machine, number) for machine, number in enumerate(state))
+            to = tuple(self.elapsed(machine, number) for machine, number in enumerate(state))
             yield Edge((Step(Action.ELAPSE),), Who.TIME, to, ())
 
     def _moving(self, state: State) -> list[bool]:
@@ -203,7 +213,7 @@ class GlobalSteps:
 
     def _edge(self, state: State, machine: int, outcome: Outcome) -> Edge:
         to = list(state)
-        to[machine] = self._intern(machine, outcome.after)
+        to[machine] = self.intern(machine, outcome.after)
         marks = dict.fromkeys(self._noted(machine, outcome))
         for message in outcome.messages:
             self._deliver(to, message, marks)

@@ -1,13 +1,14 @@
 /* main.c: the explorer as a program. It prints one JSON document a line: progress, then a result;
  * or, with --replay, the steps of one path as the machines perform them.
  *
- *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list]
+ *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
  *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST]
  *           [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #define _POSIX_C_SOURCE 200809L
 #include "cycles.h"
 #include "delays.h"
+#include "graph.h"
 #include "path.h"
 #include "report.h"
 #include "system.h"
@@ -44,7 +45,7 @@ typedef struct {
     uint32_t cores;
     const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
     double timeout; /* seconds; 0: none */
-    bool progress, livelock, traps, list;
+    bool progress, livelock, traps, list, graph;
     bool timeless;     /* nothing ever takes time */
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
@@ -308,6 +309,8 @@ static int explore(fsm_composition *composition, options *o)
     print_traps(&search, groups, found.traps, traps_known);
     print_temporal(answers, o->temporal_count);
     fsm_print_machines(composition);
+    if (o->graph)
+        fsm_print_graph(composition);
     printf(", \"seconds\": %.3f}}\n", now() - begin);
     free(cycle.steps);
     free(found.items);
@@ -403,6 +406,8 @@ int main(int argc, char **argv)
             i++;
         } else if (strcmp(argv[i], "--list") == 0)
             o.list = true;
+        else if (strcmp(argv[i], "--graph") == 0)
+            o.graph = true;
         else if (strcmp(argv[i], "--traps") == 0)
             o.traps = true;
         else if (more && strcmp(argv[i], "--memory") == 0)

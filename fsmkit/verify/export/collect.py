@@ -1,8 +1,7 @@
-"""From a closed system to its network of automata, by exploring it with the interpreter."""
+"""From what is known of the local steps of a closed system to its network of automata."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -12,18 +11,19 @@ from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
 from fsmkit.runtime.values import show
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import occurrence_text
+from fsmkit.verify.export.explored import Explored, local_steps_of
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.local_states import in_order, names_and_texts, word
 from fsmkit.verify.export.network import Arrival, Automaton, Local, Move, Network, Place, Sent
-from fsmkit.verify.export.transition_system import cause, too_large, too_many_choices
-from fsmkit.verify.global_steps import GlobalSteps, LocalState, State
-from fsmkit.verify.moves import FAULT, Action, Message, Outcome, TooManyChoices
+from fsmkit.verify.export.transition_system import cause
+from fsmkit.verify.global_steps import LocalState
+from fsmkit.verify.moves import FAULT, Action, Message, Outcome
 from fsmkit.verify.shared import type_of_slot
 from fsmkit.verify.system import System
 
 
 def network_of(system: System, wanted: Wanted) -> Network:
-    """Explore a system by the interpreter, and keep the local steps.
+    """Explore a system, and keep the local steps.
 
     Raises `FsmkitError`: ``export-too-large`` beyond the limits, ``not-exported`` where a schedule
     orders what moves.
@@ -36,11 +36,7 @@ def network_of(system: System, wanted: Wanted) -> Network:
             closed.system.schedule.span,
             help="export the system without `schedule`: that does all that the schedule allows",
         )
-    explored = _Explored(closed)
-    try:
-        explored.run(wanted)
-    except TooManyChoices as error:
-        raise too_many_choices(closed) from error
+    explored = local_steps_of(closed, wanted)
     parts = [_Part(closed, m, explored) for m in range(len(closed.charts))]
     for part in parts:
         part.collect(parts)
@@ -52,45 +48,10 @@ def network_of(system: System, wanted: Wanted) -> Network:
     return Network(closed, automata, initial, explored.states, explored.transitions)
 
 
-class _Explored(GlobalSteps):
-    """All global states, and the local states that are in one."""
-
-    def __init__(self, closed: Closed) -> None:
-        """Begin with nothing explored."""
-        super().__init__(closed)
-        self.starts: list[State] = []
-        self.states = 0
-        self.transitions = 0
-        self.reached: tuple[set[int], ...] = tuple(set() for _ in closed.charts)
-
-    def run(self, wanted: Wanted) -> None:
-        """Reach all global states."""
-        until = time.monotonic() + wanted.seconds if wanted.seconds else None
-        self.starts = list(dict.fromkeys(edge.to for edge in self.initial()))
-        seen = set(self.starts)
-        ahead = list(self.starts)
-        expanded = 0
-        while ahead:
-            if len(seen) > wanted.most or (until is not None and time.monotonic() > until):
-                raise too_large(self.closed, len(seen), wanted.most)
-            if expanded % 256 == 0 and wanted.progress is not None:
-                wanted.progress(len(seen), self.transitions)
-            expanded += 1
-            for edge in self.successors(ahead.pop()):
-                self.transitions += 1
-                if edge.to not in seen:
-                    seen.add(edge.to)
-                    ahead.append(edge.to)
-        self.states = len(seen)
-        for state in seen:
-            for locals_, number in zip(self.reached, state, strict=True):
-                locals_.add(number)
-
-
 class _Part:
     """One machine, on its way to be an automaton. Local states here have no queue."""
 
-    def __init__(self, closed: Closed, machine: int, explored: _Explored) -> None:
+    def __init__(self, closed: Closed, machine: int, explored: Explored) -> None:
         """Collect the local states: those of global states, and those between messages."""
         self._closed = closed
         self._machine = machine
