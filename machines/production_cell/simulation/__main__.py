@@ -56,8 +56,10 @@ def main(
     try:
         out.mkdir(parents=True, exist_ok=True)
         actions = faults.read(fault)
-        programs = (nodes.double_program(),) if double else boards.build(out / "boards")
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
+            programs = (
+                (nodes.double_program(),) if double else boards.build(out / "boards", Path(folder))
+            )
             setup = Setup(
                 steps, programs, nodes.plant_program(seed), out, Path(folder), actions,
                 {"seed": seed, "blocks": blocks, "fault": fault}, timeout,
@@ -118,7 +120,7 @@ def tell(out: Path, outcome: Outcome, has_faults: bool) -> int:
     if has_faults:
         for at, what in figures.timeline:
             console.print(f"{at:10.3f} s  {what}", markup=False)
-    for event in [e for e in events if e["kind"] != "ejected"][:20]:
+    for event in [e for e in events if e["kind"] not in {"ejected", "removed"}][:20]:
         console.print(
             f"{event['time']:10.3f} s  {event['kind']} {event['block'] or ''} {event['detail']}"
         )
@@ -144,6 +146,7 @@ def _figures(figures: Tally) -> Table:
         ("laid down by the operator", f"{figures.inserted:,}"),
         ("rejected", f"{figures.rejected:,}"),
         ("left in the ring", f"{figures.left}"),
+        ("taken away by the operator", f"{figures.removed}"),
         ("lost, doubled", f"{figures.lost}, {figures.doubled}"),
         ("collisions", f"{figures.collisions}"),
         ("estimates before the sorter", f"{figures.estimates:,}, {figures.wrong_estimates} wrong"),

@@ -153,6 +153,11 @@ def released(
     return (*others, replace(held, where=Where.GONE)), Event("dropped", held.number)
 
 
+def is_out_of_sight(block: Block) -> bool:
+    """Whether a block was left on the way to the cavity, where no sensor sees it."""
+    return block.where is Where.LANE and 0.02 < block.at < CAVITY - 0.02
+
+
 def crowded(blocks: tuple[Block, ...]) -> Iterator[Event]:
     """Yield pairs of blocks that are in one place."""
     for index, one in enumerate(blocks):

@@ -13,8 +13,8 @@ BUILD = CELL / "boards" / "build.py"
 NAMES = ("a", "b")
 
 
-def build(out: Path) -> tuple[Program, ...]:
-    """Build the boards in a folder. Raises `CellError` with what the compiler said."""
+def build(out: Path, sockets: Path) -> tuple[Program, ...]:
+    """Build the boards in a folder; their links are in another. Raises `CellError`."""
     if not BUILD.exists():
         raise CellError(f"{BUILD} is missing")
     done = subprocess.run(
@@ -22,6 +22,19 @@ def build(out: Path) -> tuple[Program, ...]:
     )
     if done.returncode:
         raise CellError(f"the boards cannot be built:\n{done.stdout}{done.stderr}")
+    links = ",".join(f"ipc://{sockets / f'link_{name}'}" for name in NAMES)
     return tuple(
-        Program(name, (str(out / f"board_{name}"), "--cosim", "{endpoint}")) for name in NAMES
+        Program(
+            name,
+            (
+                str(out / f"board_{name}"),
+                "--cosim",
+                "{endpoint}",
+                "--links",
+                links,
+                "--log",
+                str(out.parent / f"{name}.input"),
+            ),
+        )
+        for name in NAMES
     )

@@ -1,8 +1,8 @@
 """The properties of ring.yaml, judged on a recorded run: what is proved must hold of it too.
 
 Judged are those that speak of single states, from when the cell first stands by: the explored
-plant begins with its axes at home, the simulated one anywhere. That there is no deadlock, no run can
-show.
+plant begins with its axes at home, the simulated one anywhere. That there is no deadlock, no run
+can show.
 """
 
 from __future__ import annotations

@@ -102,11 +102,10 @@ class Observed:
             return np.not_equal(self.slot(variable), 0).astype(np.int32)
         if variable in EVENTS_OF:
             return self._happened(EVENTS_OF[variable])
-        counts = {
-            name: self._recording[f"count.{name}"] for name in ("inserted", "ejected", "lost")
-        }
         if variable == "total":
-            total: Column = counts["inserted"] - counts["ejected"] - counts["lost"]
+            total: Column = self._recording["count.inserted"].copy()
+            for gone in ("ejected", "removed", "lost"):
+                total -= self._recording[f"count.{gone}"]
             return total
         return self._bad_at_the_end() if variable == "bad_e2" else None
 

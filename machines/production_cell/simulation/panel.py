@@ -39,6 +39,8 @@ class OperatorState:
 
     number: int = 0
     """Of the block that was laid down last."""
+    clears: bool = False
+    """He takes away the blocks that no sensor sees."""
     lamp_since: int = -1
     """-1: it is dark."""
     inserted_at: int = -10_000
@@ -66,6 +68,7 @@ def step(
     while state.scripted < len(rule.script) and rule.script[state.scripted][0] <= now:
         button = rule.script[state.scripted][1]
         state = replace(state, scripted=state.scripted + 1)
+    state = replace(state, clears=button == "start") if state.clears or button else state
     if button and all(button != held for held, _ in state.pressed):
         state = replace(state, pressed=(*state.pressed, (button, now)), since=now)
     if not seen["lamp"]:

@@ -118,7 +118,7 @@ def step(
             plant.axes, was, commands[0:12:2], commands[1:12:2], strict=True
         )
     )
-    extractor, rotator, sorter, insert = commands[12:16]
+    extractor, rotator, sorter, insert, clear = commands[12:17]
     stroke = state.sorter + (STEP if sorter else -STEP) / STROKE
     fields = (_field(state.fields[0], extractor), _field(state.fields[1], rotator))
     state = state._replace(
@@ -128,6 +128,8 @@ def step(
     events = [Event("end_stop", detail=n) for n, m in zip(AXES, moved, strict=True) if m.hit]
     if insert:
         state = _inserted(plant, state, at, insert, events)
+    if clear:
+        state = _cleared(state, events)
     if state.blocks:
         travel = tuple(now.position - old.position for now, old in zip(moved, was, strict=True))
         state = _travelled(plant, state, at, travel, events)
@@ -157,6 +159,15 @@ def _inserted(
     mass = plant.masses[number % NOISE]
     laid = Block(number, Where.BELT, FEEDER_BELT, where, mass)
     return state._replace(blocks=(*state.blocks, laid))
+
+
+def _cleared(state: PlantState, events: list[Event]) -> PlantState:
+    """Take away the blocks that no sensor sees, as the operator does before he starts the cell."""
+    left = tuple(b for b in state.blocks if not blocks.is_out_of_sight(b))
+    if len(left) == len(state.blocks):
+        return state
+    events.extend(Event("removed", b.number) for b in state.blocks if b not in left)
+    return state._replace(blocks=left)
 
 
 def _travelled(
@@ -236,7 +247,7 @@ def _counted(state: PlantState, events: list[Event]) -> PlantState:
     for event in events:
         counter["collisions"] += event.kind in COLLISIONS
         counter["lost"] += event.kind in blocks.LOSSES
-        if event.kind in {"inserted", "moulded", "ejected"}:
+        if event.kind in {"inserted", "moulded", "ejected", "removed"}:
             counter[event.kind] += 1
     return state._replace(counted=tuple(counter[name] for name in COUNTERS))
 

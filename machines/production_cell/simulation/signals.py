@@ -23,7 +23,7 @@ SENSORS = ("B_F0", "B_P", "B_M", "B_E0", "B_E1", "B_E2")
 SLOTS = ("f0", "p", "m", "x", "e0", "e1", "e2", "r")
 """Where a block can be, in the order of the ring; `x` and `r` are the hands of the robots."""
 BUTTONS = ("start", "stop", "pause", "resume", "reset")
-COUNTERS = ("inserted", "moulded", "ejected", "lost", "collisions")
+COUNTERS = ("inserted", "moulded", "ejected", "removed", "lost", "collisions")
 """What the plant counts from the beginning."""
 
 MODULES = (
@@ -63,10 +63,10 @@ TRUTHS = (
 )
 """What only the world and the record are told: true positions in counts (of the sorter in
 thousandths), the block in each slot, the block before the camera and where, in 0.1 mm."""
-PLANT = Ports((*COMMANDS, "operator.insert"), (*MEASUREMENTS, *TRUTHS))
+PLANT = Ports((*COMMANDS, "operator.insert", "operator.clear"), (*MEASUREMENTS, *TRUTHS))
 WORLD_OUTPUTS = (
     "power", "estop", *(f"button.{button}" for button in BUTTONS),
     "camera.frame", "camera.id", "camera.verdict", "estimator.id", "estimator.reject",
-    "operator.insert",
+    "operator.insert", "operator.clear",
 )  # fmt: skip
 """From operator and camera to boards and plant."""

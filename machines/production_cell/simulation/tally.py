@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from .observed import Column, starts
+from .axes import PITCH
+from .observed import NEAR, Column, starts
 from .orchestrator import Outcome
 from .recording import Recording
-from .signals import MODULES, SLOTS
+from .signals import COUNTERS, MODULES, SLOTS
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,8 @@ class Tally:
     returned: int
     """Laid on the feeder belt by the rotator."""
     rejected: int
+    removed: int
+    """Taken away by the operator before he starts, as no sensor sees them."""
     lost: int
     doubled: int
     """Steps in which one block was in two slots, or more blocks in the ring than there are."""
@@ -52,7 +55,8 @@ class Tally:
     @property
     def is_accounted_for(self) -> bool:
         """Whether every block is where it should be."""
-        return self.inserted - self.rejected - self.lost == self.left and not self.doubled
+        gone = self.rejected + self.removed + self.lost
+        return self.inserted - gone == self.left and not self.doubled
 
     def as_json(self) -> dict[str, Any]:
         """Return the figures by name."""
@@ -65,13 +69,10 @@ def tally(recording: Recording, outcome: Outcome) -> Tally:
     states = recording.about["states"]
     supervisor = recording["supervisor.state"]
     producing = int((supervisor == states["supervisor"].index("producing")).sum()) / 1000
-    last = {
-        name: int(recording[f"count.{name}"][-1])
-        for name in ("inserted", "moulded", "ejected", "lost", "collisions")
-    }
+    last = {name: int(recording[f"count.{name}"][-1]) for name in COUNTERS}
     in_hand, on_belt = recording["slot.r"], recording["slot.f0"]
     laid = (in_hand[:-1] != 0) & (in_hand[1:] == 0) & (on_belt[1:] == in_hand[:-1])
-    estimates, wrong = _estimates(recording, states)
+    estimates, wrong = _estimates(recording)
     reports = [*outcome.reports.values(), *(r for lives in outcome.lives.values() for r in lives)]
     return Tally(
         simulated=len(recording) / 1000,
@@ -80,6 +81,7 @@ def tally(recording: Recording, outcome: Outcome) -> Tally:
         moulded=last["moulded"],
         returned=int(laid.sum()),
         rejected=last["ejected"],
+        removed=last["removed"],
         lost=last["lost"],
         doubled=_doubled(recording, slots),
         left=int((slots[-1] != 0).sum()),
@@ -112,11 +114,12 @@ def _doubled(recording: Recording, slots: Column) -> int:
     return found
 
 
-def _estimates(recording: Recording, states: Mapping[str, list[str]]) -> tuple[int, int]:
-    """Return how often a block was before the sorter, and how often taken for another."""
-    checking = states["extraction_belt"].index("checking")
-    rows = starts((recording["extraction_belt.state"] == checking).astype(np.int32))
-    rows = rows[recording["extraction_belt.state"][rows] == checking]
+def _estimates(recording: Recording) -> tuple[int, int]:
+    """Return how often a block came to stand before the sorter, and was taken for another."""
+    from_slot = (recording["extraction_belt.position"] + PITCH // 2) % PITCH - PITCH // 2
+    there = (np.abs(from_slot) < NEAR) & (recording["slot.e1"] != 0)
+    rows = starts(there.astype(np.int32))
+    rows = rows[there[rows]]
     wrong = recording["estimator.id"][rows] != recording["slot.e1"][rows]
     return len(rows), int(wrong.sum())
 

@@ -64,4 +64,5 @@ def step(
         estimated[0],
         int(estimated[1]),
         insert,
+        int(operator.clears),
     ]
