@@ -91,7 +91,7 @@ fuzz: $(VENV)/ready
 bless: $(VENV)/ready
 	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/runtime tests/yaml
 
-TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev graphviz cmake pkg-config \
+TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz cmake pkg-config \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind
 tools:

@@ -137,8 +137,8 @@ void fsm_link_publish_every(fsm_link *link, uint32_t cycles);
 /* ---- deterministic co-simulation --------------------------------------------------------------
  * Whoever steps the nodes tells each, before a step, how many frames every other has sent so far:
  * what fsm_link_counted(.., FSM_LINK_SENT) was there after its last step. A transport opened as
- * deterministic has no thread and sends and receives within these calls only, so that a step sees
- * the same messages in every run. Frames dropped by seeded faults count as received. */
+ * deterministic sends and receives within the calls of the loop only, so that a step sees the same
+ * messages in every run. Frames dropped by seeded faults count as received. */
 
 typedef enum {
     FSM_LINK_READY,

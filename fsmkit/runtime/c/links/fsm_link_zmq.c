@@ -67,20 +67,44 @@ static uint64_t milliseconds(void)
     return (uint64_t)now.tv_sec * 1000u + (uint64_t)now.tv_nsec / 1000000u;
 }
 
-/* ---- deterministic: all in the caller's thread ------------------------------------------------ */
+/* ---- deterministic: frames go and come in the caller's thread --------------------------------- */
+
+/* A socket subscribes again to a peer that came back, and sees who listens, only when it is used. */
+static void use_sockets(fsm_link_zmq *zmq)
+{
+    see_listeners(zmq);
+    for (unsigned peer = 0u; peer < zmq->link->map->nodes; peer++) {
+        int events = 0;
+        size_t size = sizeof events;
+        if (zmq->subscribers[peer] != NULL)
+            (void)zmq_getsockopt(zmq->subscribers[peer], ZMQ_EVENTS, &events, &size);
+    }
+}
+
+static void *keeper(void *carrier)
+{
+    static const struct timespec while_idle = {0, PATROL_MS * 1000000L};
+    fsm_link_zmq *zmq = carrier;
+    while (fsm_shared_read(&zmq->stop) == 0u) {
+        (void)nanosleep(&while_idle, NULL);
+        (void)pthread_mutex_lock(&zmq->turn);
+        use_sockets(zmq);
+        (void)pthread_mutex_unlock(&zmq->turn);
+    }
+    return NULL;
+}
 
 static void wake_here(void *carrier, fsm_link *link)
 {
+    fsm_link_zmq *zmq = carrier;
     (void)link;
-    send_all(carrier);
+    (void)pthread_mutex_lock(&zmq->turn);
+    send_all(zmq);
+    (void)pthread_mutex_unlock(&zmq->turn);
 }
 
-static bool receive_here(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeout_ms)
+static bool receive_until(fsm_link_zmq *zmq, uint8_t peer, uint64_t until)
 {
-    fsm_link_zmq *zmq = carrier;
-    uint64_t until = milliseconds() + timeout_ms;
-    if (peer >= link->map->nodes || zmq->subscribers[peer] == NULL)
-        return false;
     for (;;) {
         zmq_pollitem_t item = {zmq->subscribers[peer], 0, ZMQ_POLLIN, 0};
         uint64_t now;
@@ -89,8 +113,21 @@ static bool receive_here(void *carrier, fsm_link *link, uint8_t peer, uint32_t t
         now = milliseconds();
         if (now >= until)
             return false;
-        (void)zmq_poll(&item, 1, (long)(until - now));
+        (void)zmq_poll(&item, 1, until - now < PATROL_MS ? (long)(until - now) : PATROL_MS);
+        use_sockets(zmq);
     }
+}
+
+static bool receive_here(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeout_ms)
+{
+    fsm_link_zmq *zmq = carrier;
+    bool is_come;
+    if (peer >= link->map->nodes || zmq->subscribers[peer] == NULL)
+        return false;
+    (void)pthread_mutex_lock(&zmq->turn);
+    is_come = receive_until(zmq, peer, milliseconds() + timeout_ms);
+    (void)pthread_mutex_unlock(&zmq->turn);
+    return is_come;
 }
 
 static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t session,
@@ -102,8 +139,6 @@ static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t sessi
     for (;;) {
         static const struct timespec soon = {0, 1000000};
         uint32_t listener;
-        if (zmq->is_deterministic)
-            see_listeners(zmq);
         listener = fsm_link_zmq_listener(zmq, peer);
         if (listener != 0u && (session == 0u || listener == session))
             return true;
@@ -330,9 +365,14 @@ static bool start_threads(fsm_link_zmq *zmq, const fsm_link_zmq_options *options
     static const fsm_link_transport threaded = {wake_sender, NULL, heard_by};
     static const fsm_link_transport deterministic = {wake_here, receive_here, heard_by};
     fsm_link_attach(zmq->link, zmq->is_deterministic ? &deterministic : &threaded, zmq);
-    if (zmq->is_deterministic)
-        return true;
     zmq->failed = "the threads";
+    if (zmq->is_deterministic) {
+        errno = pthread_mutex_init(&zmq->turn, NULL);
+        zmq->has_turn = errno == 0;
+        errno = zmq->has_turn ? pthread_create(&zmq->keeper, NULL, keeper, zmq) : errno;
+        zmq->has_keeper = zmq->has_turn && errno == 0;
+        return zmq->has_keeper;
+    }
     if (sem_init(&zmq->work, 0, 0) != 0)
         return false;
     zmq->has_work = true;
@@ -402,6 +442,10 @@ void fsm_link_zmq_close(fsm_link_zmq *zmq)
     }
     if (zmq->has_receiver)
         (void)pthread_join(zmq->receiver, NULL);
+    if (zmq->has_keeper)
+        (void)pthread_join(zmq->keeper, NULL);
+    if (zmq->has_turn)
+        (void)pthread_mutex_destroy(&zmq->turn);
     close_socket(&zmq->publisher);
     for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++)
         close_socket(&zmq->subscribers[peer]);
@@ -413,5 +457,6 @@ void fsm_link_zmq_close(fsm_link_zmq *zmq)
     zmq->context = NULL;
     if (zmq->has_work)
         (void)sem_destroy(&zmq->work);
-    zmq->has_sender = zmq->has_receiver = zmq->has_doorman = zmq->has_work = false;
+    zmq->has_sender = zmq->has_receiver = zmq->has_doorman = false;
+    zmq->has_work = zmq->has_keeper = zmq->has_turn = false;
 }

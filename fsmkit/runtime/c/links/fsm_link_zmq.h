@@ -14,7 +14,8 @@
  * started, and again when one comes back. A thread sends what the loop put into its ring and was
  * woken for by a semaphore; another receives. The loop never waits for them.
  *
- * Deterministic: no thread; see fsm_link.h. Compile with -lzmq -pthread. */
+ * Deterministic: frames go and come within calls only; see fsm_link.h. A thread does nothing but let
+ * ZeroMQ subscribe again when a peer comes back. Compile with -lzmq -pthread. */
 #ifndef FSM_LINK_ZMQ_H
 #define FSM_LINK_ZMQ_H
 
@@ -53,8 +54,9 @@ typedef struct {
     sem_t work;
     fsm_shared stop;
     fsm_shared listeners[FSM_LINK_NODES]; /* the session in which the peer listens, 0 for none */
-    pthread_t sender, receiver, doorman;
-    bool has_work, has_sender, has_receiver, has_doorman;
+    pthread_mutex_t turn; /* whose turn it is with the sockets, when deterministic */
+    pthread_t sender, receiver, doorman, keeper;
+    bool has_work, has_turn, has_sender, has_receiver, has_doorman, has_keeper;
     uint8_t keys[FSM_LINK_NODES][32];
 } fsm_link_zmq;
 

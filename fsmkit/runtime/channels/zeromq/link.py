@@ -1,7 +1,8 @@
 """Links over ZeroMQ: each node publishes at its endpoint and subscribes to all others.
 
 One thread sends, woken by a semaphore; another receives; the loop never waits for them. A
-deterministic link has no thread: it sends and receives when the loop says so.
+deterministic link sends and receives when the loop says so; its only thread lets ZeroMQ subscribe
+again when a peer comes back, which a socket does only when it is used.
 """
 
 from __future__ import annotations
@@ -73,6 +74,7 @@ class ZeroMqLink(Endpoint):
         self._most = 0 if is_deterministic else 4 * slots
         self._stop = threading.Event()
         self._work = threading.Semaphore(0)
+        self._turn = threading.Lock()
         self._threads: list[threading.Thread] = []
         try:
             self._keys = {} if keys is None else self._read_keys(keys)
@@ -89,11 +91,10 @@ class ZeroMqLink(Endpoint):
                 f"the link of `{node}` cannot be opened: {error}",
                 help="choose a free endpoint of this computer, and make the keys of all nodes",
             ) from error
-        if not is_deterministic:
-            for run in (self._send_on, self._receive_on):
-                thread = threading.Thread(target=run, name=f"link of {node}", daemon=True)
-                thread.start()
-                self._threads.append(thread)
+        for run in (self._keep_on,) if is_deterministic else (self._send_on, self._receive_on):
+            thread = threading.Thread(target=run, name=f"link of {node}", daemon=True)
+            thread.start()
+            self._threads.append(thread)
 
     # --- opening and closing -----------------------------------------------------------------
 
@@ -169,7 +170,8 @@ class ZeroMqLink(Endpoint):
 
     def _wake(self) -> None:
         if self.is_deterministic:
-            self._send_all()
+            with self._turn:
+                self._send_all()
         else:
             self._work.release()
 
@@ -181,9 +183,13 @@ class ZeroMqLink(Endpoint):
         if not self.is_deterministic:
             raise ValueError("only a deterministic link waits for frames")
         socket = self._subscribers[node]
-        if not socket.poll(int(timeout * 1000)):
-            return False
-        self.receiver.arrive(socket.recv())
+        until = time.monotonic() + timeout
+        with self._turn:
+            while not socket.poll(int(max(0.0, min(PATROL, until - time.monotonic())) * 1000)):
+                if time.monotonic() >= until:
+                    return False
+                self._use_sockets()
+            self.receiver.arrive(socket.recv())
         return True
 
     def wait_listeners(self, timeout: float) -> None:
@@ -191,14 +197,22 @@ class ZeroMqLink(Endpoint):
         until = time.monotonic() + timeout
         for node in self._subscribers:
             while node not in self._listeners:
-                if self.is_deterministic:
-                    self._see_listeners()
                 if time.monotonic() >= until:
                     own, name = self.map.nodes[self.node], self.map.nodes[node]
                     raise LinkTimeout(f"node `{own}` waited {timeout} s for `{name}` to listen")
                 time.sleep(0.001)
 
     # --- threads -----------------------------------------------------------------------------
+
+    def _keep_on(self) -> None:
+        while not self._stop.wait(PATROL):
+            with self._turn:
+                self._use_sockets()
+
+    def _use_sockets(self) -> None:
+        self._see_listeners()
+        for socket in self._subscribers.values():
+            socket.getsockopt(zmq.EVENTS)
 
     def _send_on(self) -> None:
         while not self._stop.is_set():
