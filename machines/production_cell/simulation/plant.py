@@ -113,17 +113,18 @@ def step(
     """Advance by a step; return also what happened. ``commands``: as `signals.PLANT.inputs`."""
     was = state.axes
     moved = tuple(
-        axes.step(axis, before, pwm if enable else 0)
-        for axis, before, pwm, enable in zip(
+        axes.step(axis, rest, pwm if enable else 0)
+        for axis, rest, pwm, enable in zip(
             plant.axes, was, commands[0:12:2], commands[1:12:2], strict=True
         )
     )
-    extractor, rotator, sorter, insert, clear = commands[12:17]
-    stroke = state.sorter + (STEP if sorter else -STEP) / STROKE
+    extractor, rotator, push, insert, clear = commands[12:17]
+    sorter = min(1.0, max(0.0, state.sorter + (STEP if push else -STEP) / STROKE))
     fields = (_field(state.fields[0], extractor), _field(state.fields[1], rotator))
-    state = state._replace(
-        number=state.number + 1, axes=moved, sorter=min(1.0, max(0.0, stroke)), fields=fields
-    )
+    if moved == was and sorter == state.sorter and fields == state.fields and not insert + clear:
+        return state._replace(number=state.number + 1), ()
+    before = state.blocks
+    state = state._replace(number=state.number + 1, axes=moved, sorter=sorter, fields=fields)
     at = tuple(m.position / axis.unit for axis, m in zip(plant.axes, moved, strict=True))
     events = [Event("end_stop", detail=n) for n, m in zip(AXES, moved, strict=True) if m.hit]
     if insert:
@@ -135,12 +136,16 @@ def step(
         state = _travelled(plant, state, at, travel, events)
     speed = tuple(m.velocity / axis.unit for axis, m in zip(plant.axes, moved, strict=True))
     state = _watched(state, at, speed, events)
-    return _sensed(plant, _counted(state, events), at), tuple(events)
+    state = _counted(state, events)
+    if state.blocks is not before or any(b.where is Where.HAND for b in before):
+        state = _sensed(plant, state, at)
+    return state, tuple(events)
 
 
 def _field(field: float, on: int) -> float:
     """Return the field of a magnet after a step."""
-    return field + (float(bool(on)) - field) * STEP / FIELD_TIME
+    full = float(bool(on))
+    return full if abs(full - field) < 1e-3 else field + (full - field) * STEP / FIELD_TIME
 
 
 def _noise(plant: Plant, state: PlantState, of: int) -> float:
@@ -254,8 +259,6 @@ def _counted(state: PlantState, events: list[Event]) -> PlantState:
 
 def _sensed(plant: Plant, state: PlantState, at: tuple[float, ...]) -> PlantState:
     """Let the block sensors look; each has a hysteresis, so it does not chatter."""
-    if not state.blocks and not any(state.sensors):
-        return state
     arms = {EXTRACTOR: at[EXTRACTOR], ROTATOR: at[ROTATOR]}
     seen = [place for b in state.blocks if (place := blocks.seen_at(b, arms))]
     values = []
@@ -272,15 +275,18 @@ def _sensed(plant: Plant, state: PlantState, at: tuple[float, ...]) -> PlantStat
 
 def outputs(plant: Plant, state: PlantState) -> list[int]:
     """Return measurements and truths, as `signals.PLANT.outputs`."""
-    at = [m.position / axis.unit for axis, m in zip(plant.axes, state.axes, strict=True)]
     values: list[int] = []
-    for axis, moved, counts in zip(plant.axes, state.axes, at, strict=True):
-        values += (axes.encoder(axis, moved), int(axes.limit(axis, counts)))
-    values += (int(seen) for seen in state.sensors)
+    positions = []
+    for axis, moved in zip(plant.axes, state.axes, strict=True):
+        counts = moved.position / axis.unit
+        positions.append(round(counts))
+        values.append(axes.encoder(axis, moved))
+        values.append(int(axes.limit(axis, counts)))
+    values += map(int, state.sensors)
     values.append(int(state.sorter < 0.02))
     for sensor, says in state.faults.stuck:
         values[MEASUREMENTS.index(sensor)] = says
-    values += (round(counts) for counts in at)
+    values += positions
     values.append(round(state.sorter * 1000))
     slots = dict.fromkeys(SLOTS, 0)
     view = (0, 0)

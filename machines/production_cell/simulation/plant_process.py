@@ -27,6 +27,7 @@ class PlantServer:
     def __init__(self, seed: int) -> None:
         self._plant, self._state = plant.make(seed)
         self._events: list[Json] = []
+        self._outputs: list[int] = []
 
     def about(self) -> Json:
         """Tell that nobody sends frames."""
@@ -35,19 +36,24 @@ class PlantServer:
     def initial(self, inputs: Values) -> Sequence[int]:
         """Return what the sensors say before anything moves."""
         del inputs
-        return plant.outputs(self._plant, self._state)
+        self._outputs = plant.outputs(self._plant, self._state)
+        return self._outputs
 
     def step(self, number: int, inputs: Values) -> Sequence[int]:
         """Advance by a millisecond."""
-        self._state, events = plant.step(self._plant, self._state, inputs.tolist())
+        before = self._state
+        self._state, events = plant.step(self._plant, before, inputs.tolist())
         for event in events:
             if event.kind not in TOLD and len(self._events) < MOST_EVENTS:
                 self._events.append({"time": round(number * STEP, 3), **asdict(event)})
-        return plant.outputs(self._plant, self._state)
+        if any(now is not old for now, old in zip(self._state[1:], before[1:], strict=True)):
+            self._outputs = plant.outputs(self._plant, self._state)
+        return self._outputs
 
     def set_parameter(self, name: str, value: float) -> None:
         """Break or mend something."""
         self._state = plant.with_fault(self._state, name, value)
+        self._outputs = plant.outputs(self._plant, self._state)
 
     def report(self) -> Json:
         """Return what happened, with times in s."""
