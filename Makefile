@@ -1,4 +1,5 @@
 # make demo   the Production Cell: compile, run, check, draw
+# make cell   the Production Cell runs: two boards in C, the plant, the links between them
 # make test   the whole test suite
 # make verify the Production Cell proved: all systems, properties and seeded defects
 # make tools  what some tests need beyond Python, make and a C compiler (Debian and Ubuntu)
@@ -9,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: prove stack demo verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer fuzz clean
+.PHONY: prove stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -21,6 +22,14 @@ $(VENV)/ready: pyproject.toml
 
 demo: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/demo.py
+
+# Boards, plant, links as processes; HOURS=1 BLOCKS=3. FAULT: jam, lost_block, stuck_sensor, dead_link,
+# loss, estop, kill, or a file of them. CELL=--help tells the rest.
+cell: $(VENV)/ready
+	@$(BIN)/python -c 'import numpy, zmq, matplotlib' 2>/dev/null || \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
+	@$(BIN)/python -m machines.production_cell.simulation --hours $(or $(HOURS),1) --blocks $(or $(BLOCKS),3) \
+	  $(if $(FAULT),--fault $(FAULT)) $(CELL)
 
 # Every system and property of the Production Cell, and every seeded defect; VERIFY=--quick is a part.
 verify: $(VENV)/ready
