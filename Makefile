@@ -25,10 +25,12 @@ demo: $(VENV)/ready
 
 # Boards, plant, links as processes; HOURS=1 BLOCKS=3. FAULT: jam, lost_block, stuck_sensor, dead_link,
 # loss, estop, kill, or a file of them. CELL=--help tells the rest.
+cell: HOURS = 1
+cell: BLOCKS = 3
 cell: $(VENV)/ready
 	@$(BIN)/python -c 'import numpy, zmq, matplotlib' 2>/dev/null || \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
-	@$(BIN)/python -m machines.production_cell.simulation --hours $(or $(HOURS),1) --blocks $(or $(BLOCKS),3) \
+	@$(BIN)/python -m machines.production_cell.simulation --hours $(HOURS) --blocks $(BLOCKS) \
 	  $(if $(FAULT),--fault $(FAULT)) $(CELL)
 
 # Every system and property of the Production Cell, and every seeded defect; VERIFY=--quick is a part.
