@@ -38,7 +38,7 @@ ROOT = Path(__file__).parents[2]
 CHARTS = sorted(
     path
     for path in (ROOT / "machines").rglob("*.yaml")
-    if not path.read_text().startswith("system:")
+    if "\nsystem:" not in f"\n{path.read_text()}"
 )
 SOURCE = Source("<test>", "")
 SPAN = Span(SOURCE, 0, 0)
