@@ -1,0 +1,111 @@
+"""A network of timed automata, as a file for UPPAAL holds it.
+
+Expressions are text in UPPAAL's notation. Guards and invariants are conjunctions, updates lists,
+taken in order. Positions are pixels of the editor, y downwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+Point = tuple[int, int]
+
+
+class Sort(Enum):
+    """What a declared name is."""
+
+    INT = "int"
+    BOOL = "bool"
+    CLOCK = "clock"
+    URGENT_BROADCAST = "urgent broadcast chan"
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A variable, constant, clock or channel. ``lo..hi`` of an INT; ``length`` 0: no array."""
+
+    name: str
+    sort: Sort
+    lo: int = 0
+    hi: int = 0
+    length: int = 0
+    init: tuple[int, ...] = ()
+    """The start value or values; those of bools are 0 and 1. Empty for clocks and channels."""
+    constant: bool = False
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function of the C-like language, as text from its type to its closing brace."""
+
+    name: str
+    text: str
+
+
+Declarations = tuple[Declared | Function, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """A location; one without a name is passed through."""
+
+    id: str
+    name: str = ""
+    invariant: tuple[str, ...] = ()
+    committed: bool = False
+    at: Point | None = None
+    name_at: Point | None = None
+    invariant_at: Point | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """An edge between two locations, by their ids."""
+
+    source: str
+    target: str
+    select: tuple[tuple[str, int, int], ...] = ()
+    """Names with the least and greatest value of each."""
+    guard: tuple[str, ...] = ()
+    sync: str = ""
+    update: tuple[str, ...] = ()
+    comment: str = ""
+    select_at: Point | None = None
+    guard_at: Point | None = None
+    sync_at: Point | None = None
+    update_at: Point | None = None
+    comment_at: Point | None = None
+    nails: tuple[Point, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """A template without parameters, and its one instance."""
+
+    name: str
+    instance: str
+    declarations: Declarations
+    locations: tuple[Location, ...]
+    initial: str
+    edges: tuple[Edge, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """A formula, or with an empty one a remark."""
+
+    formula: str
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """All of a file."""
+
+    remark: tuple[str, ...]
+    """Lines of comment at its beginning."""
+    declarations: Declarations
+    templates: tuple[Template, ...]
+    queries: tuple[Query, ...] = field(default=())

@@ -1,0 +1,32 @@
+"""The exporter ``uppaal``."""
+
+from __future__ import annotations
+
+from fsmkit.verify.export.exporter import Exported, Wanted
+from fsmkit.verify.system import System
+
+
+class Uppaal:
+    """Writes a closed system as a network of timed automata, to be read and changed."""
+
+    name = "uppaal"
+    summary = "UPPAAL: a template for each machine, timers as clocks, queries"
+    flat = False
+
+    def export(self, system: System, wanted: Wanted) -> Exported:
+        """Follow all macrosteps with open data, then write."""
+        from fsmkit.verify.closed import close
+        from fsmkit.verify.export.uppaal.translate import translated
+        from fsmkit.verify.export.uppaal.writing import write
+
+        closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
+        network = translated(closed, flat=self.flat)
+        figures = {
+            "locations": sum(len(template.locations) for template in network.templates),
+            "edges": sum(len(template.edges) for template in network.templates),
+            "queries": sum(bool(query.formula) for query in network.queries),
+        }
+        return Exported(write(network), figures)
+
+
+PLUGIN = Uppaal()

@@ -1,0 +1,113 @@
+"""A network as an XML file, elements in the order that UPPAAL's reader wants (UTAP, templ())."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lxml import etree
+
+from fsmkit.verify.export.uppaal.network import (
+    Declarations,
+    Declared,
+    Edge,
+    Function,
+    Location,
+    Network,
+    Point,
+    Sort,
+    Template,
+)
+
+DOCTYPE = (
+    "<!DOCTYPE nta PUBLIC '-//Uppaal Team//DTD Flat System 1.6//EN' "
+    "'http://www.it.uu.se/research/group/darts/uppaal/flat-1_6.dtd'>"
+)
+
+
+def write(network: Network) -> str:
+    """Return the text of a file."""
+    root = etree.Element("nta")
+    lines = [*(f"// {line}".rstrip() for line in network.remark), *_declared(network.declarations)]
+    etree.SubElement(root, "declaration").text = "\n".join(lines)
+    for template in network.templates:
+        _template(root, template)
+    instances = [f"{t.instance} = {t.name}();" for t in network.templates]
+    names = ", ".join(t.instance for t in network.templates)
+    etree.SubElement(root, "system").text = "\n".join([*instances, f"system {names};"])
+    queries = etree.SubElement(root, "queries")
+    for query in network.queries:
+        found = etree.SubElement(queries, "query")
+        etree.SubElement(found, "formula").text = query.formula
+        etree.SubElement(found, "comment").text = query.comment
+    etree.indent(root, "\t")
+    text = etree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="utf-8"?>\n{DOCTYPE}\n{text}\n'
+
+
+def _template(root: etree._Element, template: Template) -> None:
+    found = etree.SubElement(root, "template")
+    etree.SubElement(found, "name").text = template.name
+    etree.SubElement(found, "declaration").text = "\n".join(_declared(template.declarations))
+    for location in template.locations:
+        _location(found, location)
+    etree.SubElement(found, "init", ref=template.initial)
+    for edge in template.edges:
+        _edge(found, edge)
+
+
+def _location(template: etree._Element, location: Location) -> None:
+    found = _put(template, "location", location.at, id=location.id)
+    if location.name:
+        _put(found, "name", location.name_at).text = location.name
+    _label(found, "invariant", " && ".join(location.invariant), location.invariant_at)
+    if location.committed:
+        etree.SubElement(found, "committed")
+
+
+def _edge(template: etree._Element, edge: Edge) -> None:
+    found = etree.SubElement(template, "transition")
+    etree.SubElement(found, "source", ref=edge.source)
+    etree.SubElement(found, "target", ref=edge.target)
+    select = ", ".join(f"{name} : int[{lo},{hi}]" for name, lo, hi in edge.select)
+    _label(found, "select", select, edge.select_at)
+    _label(found, "guard", " && ".join(edge.guard), edge.guard_at)
+    _label(found, "synchronisation", edge.sync, edge.sync_at)
+    _label(found, "assignment", ", ".join(edge.update), edge.update_at)
+    _label(found, "comments", edge.comment, edge.comment_at)
+    for nail in edge.nails:
+        _put(found, "nail", nail)
+
+
+def _label(parent: etree._Element, kind: str, text: str, at: Point | None) -> None:
+    if text:
+        _put(parent, "label", at, kind=kind).text = text
+
+
+def _put(parent: etree._Element, tag: str, at: Point | None, **attributes: str) -> etree._Element:
+    found = etree.SubElement(parent, tag, attributes)
+    if at is not None:
+        found.set("x", str(at[0]))
+        found.set("y", str(at[1]))
+    return found
+
+
+def _declared(declarations: Declarations) -> Iterator[str]:
+    for one in declarations:
+        yield one.text if isinstance(one, Function) else declaration(one)
+
+
+def declaration(one: Declared) -> str:
+    """Return the line that declares a name."""
+    kind = one.sort.value
+    if one.sort is Sort.INT:
+        kind += f"[{one.lo},{one.hi}]"
+    array = f"[{one.length}]" if one.length else ""
+    text = f"{'const ' if one.constant else ''}{kind} {one.name}{array}"
+    if one.init:
+        values = [_value(one, value) for value in one.init]
+        text += f" = {{{', '.join(values)}}}" if one.length else f" = {values[0]}"
+    return f"{text};" + (f"  // {one.comment}" if one.comment else "")
+
+
+def _value(one: Declared, value: int) -> str:
+    return ("true" if value else "false") if one.sort is Sort.BOOL else str(value)
