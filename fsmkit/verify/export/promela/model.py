@@ -12,9 +12,10 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.emit import Emitter
 from fsmkit.verify.closed import PATIENCE
 from fsmkit.verify.export.formula import condition_of, deadlock, goal_of
+from fsmkit.verify.export.local_states import ranges
 from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Automaton, Move, Network, Place, Sent
-from fsmkit.verify.export.promela.spelling import Spelling, ranges
+from fsmkit.verify.export.promela.spelling import Spelling
 from fsmkit.verify.moves import Action
 from fsmkit.verify.system import JUDGED_AT_STATES, Property, PropertyKind
 

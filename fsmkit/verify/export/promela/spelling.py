@@ -6,10 +6,11 @@ Constants hold a double underscore, which no other name does; what is made from 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from typing import assert_never
 
 from fsmkit.verify.export.formula import All, Any, Constant, Formula, In, Not, QueueEmpty
+from fsmkit.verify.export.local_states import ranges
 from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Network
 
@@ -75,17 +76,3 @@ class Spelling:
                 return f"({' || '.join(map(self.formula, parts))})"
             case _:
                 assert_never(formula)
-
-
-def ranges(numbers: Collection[int]) -> Iterator[tuple[int, int]]:
-    """Yield the first and last of each run of consecutive numbers."""
-    first = last = -2
-    for number in sorted(numbers):
-        if number == last + 1:
-            last = number
-            continue
-        if first >= 0:
-            yield first, last
-        first = last = number
-    if first >= 0:
-        yield first, last

@@ -1,0 +1,1 @@
+"""JANI for Storm and other tools: an automaton for each machine, its state in global variables."""
