@@ -1,0 +1,118 @@
+"""CSPm: read by the rules of CSP, what is written has the steps and verdicts of the explorer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from fsmkit.diagnostics import Findings
+from fsmkit.verify.closed import Closed
+from fsmkit.verify.exploration import Exploration
+from fsmkit.verify.export.collect import network_of
+from fsmkit.verify.export.cspm.alphabet import Alphabet
+from fsmkit.verify.export.cspm.assertions import asserted
+from fsmkit.verify.export.cspm.model import written
+from fsmkit.verify.export.exporter import Wanted
+from fsmkit.verify.export.transition_system import START, TICK, _label
+from fsmkit.verify.global_steps import GlobalSteps, State
+from fsmkit.verify.moves import Who
+from fsmkit.verify.oracle import explore_in_python
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.system import PropertyKind, System
+from tests.verify.conftest import Load
+from tests.verify.export.cspm_meaning import Event, Meaning, bisimilar, relabelled
+from tests.verify.systems import SYSTEMS
+
+MACHINES = Path(__file__).parents[3] / "machines"
+Graph = list[list[tuple[str, int]]]
+
+
+def explorers(closed: Closed, most: int) -> Graph:
+    """Return the graph of the explorer, 0 before the start; time passes where all is quiet."""
+    steps = GlobalSteps(closed)
+    order: list[State] = []
+    numbers: dict[State, int] = {}
+
+    def number_of(state: State) -> int:
+        if state not in numbers:
+            order.append(state)
+            numbers[state] = len(order)
+            assert len(order) <= most
+        return numbers[state]
+
+    graph = [[(START, number_of(edge.to)) for edge in steps.initial()]]
+    while len(graph) <= len(order):
+        state = order[len(graph) - 1]
+        edges = list(steps.successors(state))
+        shown = steps.snapshots(state)
+        arrows = [(_label(closed, shown, edge), number_of(edge.to)) for edge in edges]
+        busy = any(edge.who is Who.INTERNAL for edge in edges)
+        if closed.unit and not busy and all(label != TICK for label, _ in arrows):
+            arrows.append((TICK, numbers[state]))
+        graph.append(arrows)
+    return graph
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What was compared: states, and verdicts by property."""
+
+    states: int
+    verdicts: Mapping[str, bool]
+
+
+def compared(system: System, *, untimed: bool, silent: bool = False, most: int = 4000) -> Compared:
+    """Demand that the reading of the CSPm is bisimilar to the explorer, and judges alike."""
+    network = network_of(system, Wanted(untimed=untimed, silent=silent, most=most))
+    alphabet = Alphabet(network)
+    names = {
+        name: f"{network.automata[event.machine].name}: {event.label}"
+        for event, name in alphabet.events.items()
+    }
+    meaning = Meaning(written(network))
+
+    def label(event: Event) -> str:
+        return {"tock": TICK, "start": START}.get(event[0]) or names[event[0]]
+
+    ours = explorers(network.closed, most)
+    theirs = meaning.graph(meaning.reference("SYSTEM", []), most + 1)
+    theirs_ = relabelled(theirs, label)
+    assert len(theirs_) == len(ours) == network.states + 1
+    assert bisimilar(ours, theirs_)
+    return Compared(network.states, judged(network.closed, meaning, alphabet))
+
+
+def judged(closed: Closed, meaning: Meaning, alphabet: Alphabet) -> dict[str, bool]:
+    """Demand that the assertions say what the explorer says; return what they say."""
+    found, _ = explore_in_python(closed)
+    unseen, *properties, divergence, _ = meaning.script.assertions
+    assert meaning.holds(unseen, 10**5)
+    assert meaning.holds(divergence, 10**5) is (found.livelock is None)
+    verdicts = {"livelock": found.livelock is None}
+    carried = [one for one in asserted(alphabet.network, alphabet.names) if one.is_carried]
+    for one, assertion in zip(carried, properties, strict=True):
+        wanted = is_seen(closed, found, one.of.name) is one.wanted
+        assert meaning.holds(assertion, 10**5) is wanted, one.of.name
+        verdicts[one.of.name] = wanted
+    return verdicts
+
+
+def is_seen(closed: Closed, found: Exploration, name: str) -> bool:
+    """Whether the explorer marks a state for a property."""
+    (number,) = [n for n, p in enumerate(closed.system.properties) if p.name == name]
+    property_ = closed.system.properties[number]
+    mark = 0 if property_.kind is PropertyKind.DEADLOCK_FREE else 1 + number
+    return found.mark(mark) is not None
+
+
+def read(path: Path) -> System:
+    return load_any(path, Findings())
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_systems(load: Load, name: str, untimed: bool) -> None:
+    compared(load(**SYSTEMS[name]), untimed=untimed)
