@@ -91,7 +91,7 @@ def fallen(blocks: tuple[Block, ...]) -> Iterator[tuple[Block, Event]]:
     """Yield the blocks that are beyond the end of their belt."""
     for block in blocks:
         if block.where is Where.BELT and not -0.06 < block.at < END[block.holder]:
-            yield replace(block, where=Where.GONE), Event("off_the_end", block.number)
+            yield block, Event("off_the_end", block.number)
 
 
 def pushed(block: Block, feeder: float) -> tuple[Block, Event | None]:
@@ -154,8 +154,8 @@ def released(
 
 
 def is_out_of_sight(block: Block) -> bool:
-    """Whether a block was left on the way to the cavity, where no sensor sees it."""
-    return block.where is Where.LANE and 0.02 < block.at < CAVITY - 0.02
+    """Whether a block was left on the way to the cavity: unseen, or out of reach of the hand."""
+    return block.where is Where.LANE and 0.02 < block.at < CAVITY - NEAR
 
 
 def crowded(blocks: tuple[Block, ...]) -> Iterator[Event]:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 import fsmkit
 from fsmkit.expressions import ContentError, Value, evaluate
-from fsmkit.verify.system import Property, PropertyKind
+from fsmkit.verify.system import Property, PropertyKind, System
 
 from .observed import Observed
 from .recording import Recording
@@ -74,12 +75,17 @@ def judge(
 
     ``events``: what the plant told. Raises `FsmkitError` if the file cannot be read.
     """
-    system = fsmkit.load_system(path)
+    system = _system(path)
     observed = Observed(system, recording, events)
     standing_by = recording.about["states"]["supervisor"].index("standing_by")
     homed = np.flatnonzero(recording["supervisor.state"] == standing_by)
     first = int(homed[0]) if len(homed) else len(recording)
     return tuple(_judged(p, observed, first) for p in system.properties)
+
+
+@cache
+def _system(path: Path) -> System:
+    return fsmkit.load_system(path)
 
 
 def _judged(property_: Property, observed: Observed, homed: int) -> Judged:

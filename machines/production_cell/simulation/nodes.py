@@ -15,7 +15,7 @@ import zmq
 from .protocol import Client, Node, ProtocolError, read_hello
 from .signals import PROTOCOL
 
-START = 10.0
+START = 60.0
 """How long a process may take until it answers at all, in s."""
 PACKAGE = __package__ or ""
 ROOT = Path(__file__).resolve().parents[3]

@@ -86,10 +86,10 @@ class Observed:
     def _variable(self, machine: Machine, variable: str) -> Column | None:
         axis = AXIS_OF.get(machine.name)
         if axis is not None:
-            away = self._recording[f"{axis}.position"] - HOME_AT.get(axis, 0)
+            position, home = self._recording[f"{axis}.position"], HOME_AT.get(axis, 0)
             rules: dict[str, Callable[[], Column | Truth]] = {
-                "beyond": lambda: away > NEAR,
-                "before": lambda: away < -NEAR,
+                "beyond": lambda: np.greater(position, max(home, OFFSET_AT) + NEAR),
+                "before": lambda: np.less(position, home - NEAR),
                 "at": lambda: self._place(axis),
             }
             return rules[variable]().astype(np.int32) if variable in rules else None

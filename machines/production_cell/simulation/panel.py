@@ -1,7 +1,7 @@
 """The operator: lays blocks into the ring while the lamp is on, and presses buttons.
 
-What he does follows rules (start when the cell stands by, reset some time after a fault), or a
-script of times and buttons.
+What he does follows rules (start when the cell stands by, reset some time after a fault or when he
+has closed the emergency chain), or a script of times and buttons.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ class Operator:
     start_after: int = 500
     reset_after: int = 3000
     resume_after: int = 2000
+    release_after: int = 1000
+    """From closing the emergency chain to the reset."""
     script: tuple[tuple[int, str], ...] = ()
     """Times and buttons, in order."""
 
@@ -49,6 +51,9 @@ class OperatorState:
     since: int = 0
     pressed: tuple[tuple[str, int], ...] = ()
     """Buttons that are held, and since when."""
+    chain_open: bool = False
+    reset_at: int = -1
+    """When he resets after an emergency stop; -1: not."""
     scripted: int = 0
     """So many lines of the script are done."""
 
@@ -58,13 +63,17 @@ def step(
 ) -> tuple[OperatorState, int]:
     """Advance by a millisecond; return also the block that is laid down, or 0.
 
-    ``seen``: ``lamp``, and ``blocks``: how many are in the ring. ``supervisor``: its state.
+    ``seen``: ``lamp``, ``estop``, and ``blocks``: how many are in the ring. ``supervisor``: its
+    state.
     """
+    if bool(seen["estop"]) != state.chain_open:
+        reset_at = -1 if seen["estop"] else now + rule.release_after
+        state = replace(state, chain_open=bool(seen["estop"]), reset_at=reset_at)
     if supervisor != state.state:
         state = replace(state, state=supervisor, since=now)
     if state.pressed and now - state.pressed[0][1] >= PRESS:
         state = replace(state, pressed=state.pressed[1:])
-    button = _due(rule, state, now)
+    button = "reset" if now == state.reset_at else _due(rule, state, now)
     while state.scripted < len(rule.script) and rule.script[state.scripted][0] <= now:
         button = rule.script[state.scripted][1]
         state = replace(state, scripted=state.scripted + 1)

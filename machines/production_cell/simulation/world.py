@@ -48,7 +48,11 @@ def step(
     if now % camera.FRAME == 0:
         view = (block, position)
         looked = camera.picture(world.judgement, looked, now, view, encoder, world.detect)
-    present: Mapping[str, int] = {"lamp": lamp, "blocks": len(slots) - slots.count(0)}
+    present: Mapping[str, int] = {
+        "lamp": lamp,
+        "estop": state.estop,
+        "blocks": len(slots) - slots.count(0),
+    }
     name = world.states[supervisor] if world.states else ""
     operator, insert = panel.step(world.operator, state.operator, now, present, name)
     estimated = camera.at_sorter(looked, encoder) if looked.sightings else (0, False)

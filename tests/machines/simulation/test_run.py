@@ -1,0 +1,201 @@
+"""Processes stepped together: plant and the double of the boards, and processes that misbehave."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from machines.production_cell.simulation import monitor, nodes, recording
+from machines.production_cell.simulation.camera import Judgement
+from machines.production_cell.simulation.faults import Action
+from machines.production_cell.simulation.nodes import CellError, Program
+from machines.production_cell.simulation.orchestrator import Orchestrator, Outcome, Setup
+from machines.production_cell.simulation.panel import Operator
+from machines.production_cell.simulation.recording import Recording
+from machines.production_cell.simulation.signals import COMMANDS
+from machines.production_cell.simulation.tally import Tally, tally
+from machines.production_cell.simulation.world import World
+
+SERVER = """
+import json, sys, time, zmq
+socket = zmq.Context().socket(zmq.REP)
+socket.bind(sys.argv[1])
+writes = WRITES
+while True:
+    request = socket.recv()
+    kind = request[:1]
+    if kind == b"C":
+        told = {"protocol": PROTOCOL, "name": "x", "peers": [], "inputs": [{"name": "READS"}],
+                "outputs": [{"name": name} for name in writes]}
+        socket.send(b"C" + json.dumps(told).encode())
+    elif kind == b"I":
+        socket.send(b"I" + bytes(4 * len(writes)))
+    elif kind == b"K":
+        socket.send(b"K" + json.dumps(CHECK).encode())
+    elif kind == b"S":
+        ANSWER
+    else:
+        socket.send(kind)
+    if kind == b"Q":
+        break
+"""
+WRITES = repr([*COMMANDS, "lamp", "supervisor.state"])
+GOOD: dict[str, str] = {
+    "WRITES": WRITES,
+    "PROTOCOL": "1",
+    "READS": "power",
+    "CHECK": '{"ok": True}',
+    "ANSWER": 'socket.send(b"S" + request[1:5] + bytes(4 + 4 * len(writes)))',
+}
+
+
+def board(folder: Path, **other: str) -> Program:
+    """A board that keeps to the protocol but for this."""
+    text = SERVER
+    for word, meaning in (GOOD | other).items():
+        text = text.replace(word, meaning)
+    path = folder / "board.py"
+    path.write_text(text)
+    return Program("board", (sys.executable, str(path), "{endpoint}"))
+
+
+def run(
+    out: Path,
+    *boards: Program,
+    steps: int,
+    actions: tuple[Action, ...] = (),
+    timeout: float = 60.0,
+) -> Orchestrator:
+    """Run on a machine that may be busy: ``timeout`` in s."""
+    with tempfile.TemporaryDirectory() as sockets:
+        setup = Setup(
+            steps, boards, nodes.plant_program(1), out, Path(sockets), actions, {}, timeout, 5
+        )
+        made = Orchestrator(setup, lambda states: World(Operator(), Judgement(), states))
+        made.run()
+    return made
+
+
+def children() -> set[str]:
+    """The processes that this one began and that still run."""
+    found = Path(f"/proc/self/task/{Path('/proc/self').resolve().name}/children")
+    return set(found.read_text().split()) if found.exists() else set()
+
+
+@pytest.fixture(autouse=True)
+def nobody_is_left_behind() -> Iterator[None]:
+    before = children()
+    yield
+    assert children() <= before
+
+
+def test_a_board_that_keeps_to_the_protocol(tmp_path: Path) -> None:
+    outcome = run(tmp_path, board(tmp_path), steps=20).outcome
+    assert outcome.steps == 20
+    assert outcome.ping_rate > 0
+    assert outcome.step_rate > 0
+    made = recording.read(tmp_path / "run.rec")
+    assert len(made) == 20
+
+
+@pytest.mark.parametrize(
+    ("other", "told"),
+    [
+        ({"PROTOCOL": "7"}, "board speaks protocol 7, not 1"),
+        ({"READS": "gravity"}, "board reads `gravity`, which nobody writes"),
+        ({"WRITES": '["B_F0"]'}, "`B_F0` is written by board and plant"),
+        ({"WRITES": '["lamp", "supervisor.state"]'}, "plant reads `feeder_belt.pwm`"),
+        ({"CHECK": '{"ok": False, "why": "no oil"}'}, "board is not ready: no oil"),
+        ({"ANSWER": 'sys.exit("out of smoke")'}, "board ended with exit code 1\n  out of smoke"),
+        ({"ANSWER": "import os; os.kill(os.getpid(), 9)"}, "board was killed by signal 9"),
+        ({"ANSWER": "time.sleep(3)"}, "board did not answer for 1 s"),
+        ({"ANSWER": 'socket.send(b"Eoverheated")'}, "board refuses: overheated"),
+        ({"ANSWER": 'socket.send(b"S")'}, "board answers a step with 0 bytes"),
+        (
+            {"ANSWER": 'socket.send(b"S" + bytes(8 + 4 * len(writes)))'},
+            "board answers step 0, not 1",
+        ),
+    ],
+)
+def test_what_goes_wrong_is_told_of(tmp_path: Path, other: dict[str, str], told: str) -> None:
+    with pytest.raises(CellError) as error:
+        run(tmp_path, board(tmp_path, **other), steps=20, timeout=1.0)
+    assert told in str(error.value)
+
+
+def test_a_program_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(CellError, match="board cannot be begun"):
+        run(tmp_path, Program("board", ("/no/such/board",)), steps=1)
+
+
+def test_a_board_is_killed_and_begun_again(tmp_path: Path) -> None:
+    ones = 'socket.send(b"S" + request[1:5] + bytes(4) + b"\\x01\\x00\\x00\\x00" * len(writes))'
+    actions = (Action(5, "kill", "board"), Action(10, "restart", "board"))
+    made = run(tmp_path, board(tmp_path, ANSWER=ones), steps=15, actions=actions)
+    record = recording.read(tmp_path / "run.rec")
+    assert record["feeder.enable"].tolist() == [1] * 4 + [0] * 5 + [1] * 6
+    assert record["rotator.magnet"].tolist() == [1] * 15
+    assert len(made.outcome.lives["board"]) == 1
+
+
+def test_ctrl_c_ends_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(self: Orchestrator, number: int) -> None:
+        del self
+        if number == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Orchestrator, "_step", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path, board(tmp_path), steps=20)
+    assert len(recording.read(tmp_path / "run.rec")) == 2
+
+
+# --- the real charts ------------------------------------------------------------------------------
+
+STEPS = 17_000
+"""Homing takes the half; then the first block is moulded."""
+Ran = tuple[Recording, Outcome, Tally]
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
+    out = tmp_path_factory.mktemp("cell")
+    actions = (Action(16_000, "plant", "take.f0", 1, "f0"),)
+    outcome = run(out, nodes.double_program(), steps=STEPS, actions=actions).outcome
+    record = recording.read(out / "run.rec")
+    return record, outcome, tally(record, outcome)
+
+
+def test_the_cell_homes_and_produces(ran: Ran) -> None:
+    record, outcome, figures = ran
+    assert outcome.steps == len(record) == STEPS
+    assert figures.ends_in == "producing"
+    assert figures.inserted == 2
+    assert figures.moulded >= 1
+    assert (figures.collisions, figures.doubled, figures.refused) == (0, 0, 0)
+
+
+def test_a_block_that_is_taken_away_is_accounted_for(ran: Ran) -> None:
+    _, _, figures = ran
+    assert figures.lost == 1
+    assert figures.is_accounted_for
+    assert "fault: plant take.f0 1" in [what for _, what in figures.timeline]
+
+
+def test_the_properties_hold_of_it(ran: Ran) -> None:
+    record, outcome, _ = ran
+    judged = monitor.judge(record, outcome.reports["plant"]["events"])
+    assert len(judged) == 17
+    assert [j.name for j in judged if j.holds is False] == ["produces"]
+
+
+def test_the_same_seed_gives_the_same_run(ran: Ran, tmp_path: Path) -> None:
+    record, _, _ = ran
+    run(tmp_path, nodes.double_program(), steps=1000)
+    again = recording.read(tmp_path / "run.rec")
+    assert again.names == record.names
+    assert (again.frames == record.frames[:1000]).all()
