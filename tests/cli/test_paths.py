@@ -15,6 +15,7 @@ def test_each_is_a_folder_with_what_is_looked_for(capsys: pytest.CaptureFixture[
         "cmake": "fsmkit-config.cmake",
         "hosts": "fsm_mailbox.h",
         "include": "fsm.h",
+        "links": "fsm_link.h",
         "pkgconfig": "fsmkit.pc",
     }
     for what, name in files.items():

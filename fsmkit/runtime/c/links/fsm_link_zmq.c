@@ -220,8 +220,8 @@ enum { ZAP_FRAMES = 7, ZAP_BYTES = 64 };
 /* Answer one request for admission: version, id, domain, address, identity, mechanism, key. */
 static void answer_door(fsm_link_zmq *zmq)
 {
-    uint8_t parts[ZAP_FRAMES][ZAP_BYTES];
-    int lengths[ZAP_FRAMES];
+    uint8_t parts[ZAP_FRAMES][ZAP_BYTES] = {{0}};
+    int lengths[ZAP_FRAMES] = {0};
     int count = 0, more = 1;
     bool is_known = false;
     while (more != 0) {
