@@ -11,6 +11,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn
 
 from fsmkit.cli._quantities import read_size, read_span
 from fsmkit.cli._refines import compare
+from fsmkit.cli._spin import show_trail
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.composition.parts import named_charts
@@ -19,6 +20,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.verify.counterexample import as_json
 from fsmkit.verify.cover import cover, told
 from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.pictures import demand_notation, pictures
 from fsmkit.verify.replay import load_any
@@ -121,6 +123,12 @@ def read_replacements(
     metavar="BASE",
     help="Tell instead whether the chart does only what this chart can do, untimed.",
 )
+@click.option(
+    "--spin-trail",
+    type=click.Path(path_type=Path),
+    metavar="MODEL",
+    help="Show instead the path that SPIN found in the exported model (x.pml, beside x.pml.trail).",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path,
@@ -137,6 +145,7 @@ def command(
     tests: tuple[Path, ...],
     cover_folder: Path | None,
     base: Path | None,
+    spin_trail: Path | None,
     as_json_document: bool,
 ) -> int:
     """Explore all that a chart or a system can do.
@@ -151,6 +160,12 @@ def command(
         if any((names, silent, engine, replacing, save_trace, drawings, tests, cover_folder)):
             raise click.UsageError("--refines goes only with --timeout and --json")
         return compare(file, base, timeout, as_json=as_json_document)
+    if spin_trail is not None:
+        if time_mode == "zones":
+            raise click.UsageError("--spin-trail needs --time discrete or untimed, as exported")
+        wanted = Wanted(time_mode == "untimed", silent, seconds=timeout)
+        loaded = load_any(file, Findings(), replacing)
+        return show_trail(loaded, wanted, file, spin_trail, save_trace, as_json_=as_json_document)
     for path in drawings:
         demand_notation(path)
     for path in tests:

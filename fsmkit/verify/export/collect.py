@@ -45,7 +45,9 @@ def network_of(system: System, wanted: Wanted) -> Network:
         for start in explored.starts
     )
     automata = tuple(part.automaton() for part in parts)
-    return Network(closed, automata, initial, explored.states, explored.transitions)
+    return Network(
+        closed, automata, initial, explored.how_started, explored.states, explored.transitions
+    )
 
 
 class _Part:
@@ -136,7 +138,7 @@ class _Part:
         move = Move(
             source,
             self._number(outcome.after),
-            step.action,
+            step,
             outcome.who,
             cause(self._closed, before, step),
             taken,

@@ -16,8 +16,8 @@ from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.exploration import End
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.transition_system import too_large, too_many_choices
-from fsmkit.verify.global_steps import GlobalSteps, State
-from fsmkit.verify.moves import Message, Outcome, TooManyChoices
+from fsmkit.verify.global_steps import Edge, GlobalSteps, State
+from fsmkit.verify.moves import Message, Outcome, Step, TooManyChoices
 
 MEMORY = 4 << 30
 """Bytes that the core may use."""
@@ -30,14 +30,24 @@ class Explored(GlobalSteps):
         """Begin with nothing explored."""
         super().__init__(closed)
         self.starts: list[State] = []
+        self.how_started: tuple[tuple[Step, ...], ...] = ()
         self.states = 0
         self.transitions = 0
         self.reached: tuple[set[int], ...] = tuple(set() for _ in closed.charts)
 
+    def begin(self) -> list[Edge]:
+        """Start the machines in all ways in which they can."""
+        edges = list(self.initial())
+        ways: dict[State, tuple[Step, ...]] = {}
+        for edge in edges:
+            ways.setdefault(edge.to, edge.steps)
+        self.starts, self.how_started = list(ways), tuple(ways.values())
+        return edges
+
     def run(self, wanted: Wanted) -> None:
         """Reach all global states by the interpreter."""
         until = time.monotonic() + wanted.seconds if wanted.seconds else None
-        self.starts = list(dict.fromkeys(edge.to for edge in self.initial()))
+        self.begin()
         seen = set(self.starts)
         ahead = list(self.starts)
         expanded = 0
@@ -114,8 +124,7 @@ class _Follower:
 
     def run(self) -> None:
         """Follow all steps, then all messages, until nothing is new."""
-        edges = list(self._explored.initial())
-        self._explored.starts = list(dict.fromkeys(edge.to for edge in edges))
+        edges = self._explored.begin()
         for edge, locals_ in zip(edges, self._starts, strict=True):
             for machine, (ours, theirs) in enumerate(zip(edge.to, locals_, strict=True)):
                 self._same(machine, theirs, ours)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.closed import Closed
-from fsmkit.verify.moves import Action, Who
+from fsmkit.verify.moves import Action, Step, Who
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Move:
 
     source: int
     target: int
-    action: Action
+    step: Step
     who: Who
     label: str
     taken: int | None = None
@@ -81,6 +81,11 @@ class Move:
     owed: bool = False
     sent: tuple[Sent, ...] = ()
     faults: bool = False
+
+    @property
+    def action(self) -> Action:
+        """What kind of step it is."""
+        return self.step.action
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +132,8 @@ class Network:
     closed: Closed
     automata: tuple[Automaton, ...]
     initial: tuple[tuple[Place, ...], ...]
+    starts: tuple[tuple[Step, ...], ...]
+    """How the machines start, for each initial state."""
     states: int
     transitions: int
 
