@@ -29,6 +29,9 @@ OUT = ROOT / "build" / "cell"
 SHOWN = 60.0
 """How much of a run is drawn, in s."""
 
+MOST_LINES = 60
+"""Of what happened about faults."""
+
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 
 
@@ -118,8 +121,10 @@ def tell(out: Path, outcome: Outcome, has_faults: bool) -> int:
     console.print(_figures(figures))
     console.print(_properties(judged, has_faults))
     if has_faults:
-        for at, what in figures.timeline:
+        for at, what in figures.timeline[:MOST_LINES]:
             console.print(f"{at:10.3f} s  {what}", markup=False)
+        if len(figures.timeline) > MOST_LINES:
+            console.print(f"and {len(figures.timeline) - MOST_LINES} more: result.json")
     for event in [e for e in events if e["kind"] not in {"ejected", "removed"}][:20]:
         console.print(
             f"{event['time']:10.3f} s  {event['kind']} {event['block'] or ''} {event['detail']}"
