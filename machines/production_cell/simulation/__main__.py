@@ -16,8 +16,8 @@ from rich.text import Text
 
 from fsmkit.diagnostics import FsmkitError
 
-from . import boards, faults, monitor, nodes, picture, recording
-from .camera import Judgement
+from . import boards, faults, markers, monitor, nodes, picture, recording
+from .camera import Detector, Judgement, itself
 from .monitor import Judged
 from .orchestrator import Orchestrator, Outcome, Setup
 from .panel import Operator
@@ -46,12 +46,13 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
     "--fault", default="", help=f"One of {', '.join(faults.DEFAULTS)}, or a file of them."
 )
 @click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks.")
+@click.option("--aruco", is_flag=True, help="Read the blocks off rendered pictures, with OpenCV.")
 @click.option("--double", is_flag=True, help="The boards in Python, in one process, instead of C.")
 @click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
 @click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
 def main(
     hours: float, seconds: float | None, blocks: int, seed: int, fault: str, bad: float,
-    double: bool, out: Path, timeout: float,
+    aruco: bool, double: bool, out: Path, timeout: float,
 ) -> None:  # fmt: skip
     """Run boards and plant of the Production Cell together, and tell what came of it."""
     out = out.resolve()
@@ -67,7 +68,8 @@ def main(
                 steps, programs, nodes.plant_program(seed), out, Path(folder), actions,
                 {"seed": seed, "blocks": blocks, "fault": fault}, timeout,
             )  # fmt: skip
-            outcome = _run(setup, World(Operator(blocks), Judgement(seed, bad), ()))
+            world = World(Operator(blocks), Judgement(seed, bad), (), _detector(aruco, seed))
+            outcome = _run(setup, world)
         code = tell(out, outcome, bool(actions))
     except (
         nodes.CellError,
@@ -79,6 +81,16 @@ def main(
         console.print(Text(f"error: {error}", style="red"))
         code = 2
     sys.exit(code)
+
+
+def _detector(aruco: bool, seed: int) -> Detector:
+    """Return how blocks are told apart."""
+    if not aruco:
+        return itself
+    try:
+        return markers.detector(seed)
+    except ImportError:
+        raise nodes.CellError("OpenCV is missing: pip install 'fsmkit[camera]'") from None
 
 
 def _run(setup: Setup, world: World) -> Outcome:

@@ -1,0 +1,26 @@
+"""ArUco markers on rendered pictures; skipped without OpenCV."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from machines.production_cell.simulation import markers
+
+pytest.importorskip("cv2", reason="opencv-python-headless (the extra `camera`) is not installed")
+
+
+@pytest.mark.parametrize("position", [-200, 0, 130])
+def test_blocks_are_read_off_noisy_pictures(position: int) -> None:
+    detect = markers.detector(1)
+    assert [detect(block, position) for block in range(1, 20)] == list(range(1, 20))
+
+
+def test_a_block_out_of_the_picture_is_not_found() -> None:
+    assert markers.detector(1)(7, 4000) == 0
+
+
+def test_pictures_differ_by_their_noise_alone() -> None:
+    one, other = (markers.render(7, 0, np.random.default_rng(seed)) for seed in (1, 2))
+    assert (one != other).any()
+    assert np.abs(one.astype(int) - other.astype(int)).max() < 12 * markers.NOISE
