@@ -157,7 +157,11 @@ static unsigned refused(const server *self)
 static void add_links(text *json, const server *self)
 {
     static const char *const names[FSM_LINK_COUNTS] = {
-        "frames", "lost_frames", "lost_events", "late", "doubled", "overflow", "restarts"};
+        [FSM_LINK_FRAMES] = "frames",       [FSM_LINK_LOST_FRAMES] = "lost_frames",
+        [FSM_LINK_LOST_EVENTS] = "lost_events", [FSM_LINK_MISSED] = "missed",
+        [FSM_LINK_LATE] = "late",           [FSM_LINK_DOUBLED] = "doubled",
+        [FSM_LINK_OVERFLOW] = "overflow",   [FSM_LINK_RESTARTS] = "restarts",
+    };
     uint32_t losses = 0u;
     bool is_first = true;
     text_add(json, ", \"links\": {");
@@ -290,16 +294,29 @@ static void parameter(server *self, const char *asked)
 
 /* ---- steps ------------------------------------------------------------------------------------------- */
 
+/* How many frames of another board this one is to have had. It hears those sent since it began, and all
+ * of a board that begins later, whose count falls back then. */
+static uint32_t to_have_come(server *self, uint8_t peer, uint32_t sent)
+{
+    if (!self->board.has_started)
+        self->unheard[peer] = sent;
+    else if (sent < self->told[peer])
+        self->unheard[peer] = 0u;
+    self->told[peer] = sent;
+    return sent - self->unheard[peer];
+}
+
 /* Let a step see exactly what the others had sent when it was asked for. */
 static bool await(server *self, const uint8_t *frames)
 {
     char why[160];
     for (uint8_t peer = 0; peer < board_this.map->nodes; peer++) {
-        const uint32_t expected = (uint32_t)fsm_link_get_bytes(frames, 4u);
+        uint32_t expected;
         if (peer == board_this.map->node)
             continue;
+        expected = to_have_come(self, peer, (uint32_t)fsm_link_get_bytes(frames, 4u));
         frames += 4;
-        if (!self->is_linked ||
+        if (!self->is_linked || expected == 0u ||
             fsm_link_await(&self->link, peer, 0u, expected, AWAIT_MS) == FSM_LINK_READY)
             continue;
         fsm_link_explain(&self->link, why, sizeof why);

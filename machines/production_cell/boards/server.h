@@ -28,6 +28,8 @@ typedef struct {
     fsm_posix *host;     /* of the real-time loop; NULL in co-simulation, where a step is a request */
     bool is_linked;      /* there are other boards */
     bool is_over;
+    uint32_t told[FSM_LINK_NODES];    /* frames that each other board had sent */
+    uint32_t unheard[FSM_LINK_NODES]; /* of these, before this one began */
     uint32_t heard;      /* when inputs came last, in ms */
     size_t length;       /* of the reply */
     uint8_t reply[SERVER_ROOM];
