@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,11 @@ from .signals import AXES, SLOTS
 ROUND = ("feeder_belt", "extraction_belt")
 """Belts go on for ever: drawn is the way since a slot."""
 GREY, BLUE, RED, INK = "#b9bec5", "#2a6f97", "#c0392b", "#22303c"
+FAILED = {"error", "faulted", "latched", "wait_reset", "falling", "fallen"}
+WAITING = {
+    "idle", "at_home", "waiting_for_block", "waiting_for_place", "pulled_back", "searching",
+    "empty", "ready", "opened", "unhomed", "unpowered",
+}  # fmt: skip
 PALETTE = ("#2a6f97", "#e08e45", "#5b8c5a", "#8d5a97", "#b5893c", "#4f6d7a", "#a23b72", "#3f7d20")
 
 
@@ -102,13 +108,14 @@ def _states(part, recording: Recording, rows: slice) -> None:  # type: ignore[no
         for begin, end in zip(begins, [*begins[1:], len(column)], strict=True):
             name = states[module][int(column[begin])]
             left, length = (rows.start + begin) / 1000, (end - begin) / 1000
-            color = (
-                RED
-                if name in {"error", "faulted", "tripped", "latched", "falling", "fallen"}
-                else _shade(states[module], name)
-            )
             part.barh(
-                lane, length, left=left, height=0.72, color=color, edgecolor="white", linewidth=0.4
+                lane,
+                length,
+                left=left,
+                height=0.72,
+                color=_shade(name),
+                edgecolor="white",
+                linewidth=0.4,
             )
             if length > width * 0.0062 * len(name):
                 part.text(
@@ -118,26 +125,18 @@ def _states(part, recording: Recording, rows: slice) -> None:  # type: ignore[no
                     ha="center",
                     va="center",
                     size=6.5,
-                    color=INK,
+                    color="white" if name in FAILED else INK,
                 )
     part.set_yticks(range(len(modules)), [name.replace("_", " ") for name in modules])
     part.set_ylim(-0.6, len(modules) - 0.4)
     part.set_title("states", loc="left", size=10)
 
 
-def _shade(states: list[str], name: str) -> str:
-    """Return a light colour: that of waiting where nothing is done, else one by number."""
-    if name in {
-        "idle",
-        "at_home",
-        "waiting_for_block",
-        "waiting_for_place",
-        "pulled_back",
-        "searching",
-        "empty",
-        "ready",
-        "opened",
-    }:
+def _shade(name: str) -> str:
+    """Return the colour of a state: the same in all modules; grey where nothing is done."""
+    if name in FAILED:
+        return RED
+    if name in WAITING:
         return "#e8ebee"
     shades = (
         "#b7d3e4",
@@ -149,7 +148,7 @@ def _shade(states: list[str], name: str) -> str:
         "#e6bcd2",
         "#cfe3c0",
     )
-    return shades[states.index(name) % len(shades)]
+    return shades[zlib.crc32(name.encode()) % len(shades)]
 
 
 def _blocks(part, recording: Recording, rows: slice) -> None:  # type: ignore[no-untyped-def]
