@@ -26,7 +26,7 @@ MACHINES = Path(__file__).parents[3] / "machines"
 SMALL = ["fischer/fischer", "fischer/hasty", "philosophers/table", "philosophers/ordered_table"]
 DRAWN = [*SMALL, "production_cell/feeder", "production_cell/molder",
          "production_cell/pairs/feeder_belt-feeder"]  # fmt: skip
-RANDOM = int(os.environ.get("FSMKIT_UPPAAL_SYSTEMS", "8"))
+RANDOM = int(os.environ.get("FSMKIT_UPPAAL_SYSTEMS", "4"))
 """Random systems to compare; ``FSMKIT_UPPAAL_SYSTEMS=60`` takes some minutes."""
 TIMES = pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 
