@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import signal
 import sys
 import tempfile
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
@@ -94,11 +95,16 @@ def _detector(aruco: bool, seed: int) -> Detector:
 
 
 def _run(setup: Setup, world: World) -> Outcome:
-    """Run to the end; Ctrl-C ends the run, and what was recorded is told of."""
-    from dataclasses import replace
-
+    """Run to the end, or to Ctrl-C: then what was recorded is told of; a second one breaks off."""
     run = Orchestrator(setup, lambda states: replace(world, states=states))
     began = time.monotonic()
+
+    def interrupt(number: int, frame: object) -> None:
+        del number, frame
+        run.stop()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    signal.signal(signal.SIGINT, interrupt)
     with console.status("connecting") as status:
 
         def progress(step: int) -> None:
@@ -108,12 +114,14 @@ def _run(setup: Setup, world: World) -> Outcome:
             )
 
         try:
-            return run.run(progress)
+            outcome = run.run(progress)
         except KeyboardInterrupt:
-            if not run.outcome.steps:
-                raise nodes.CellError("interrupted") from None
-            console.print(f"interrupted after {run.outcome.steps / 1000:g} s")
-            return run.outcome
+            raise nodes.CellError("interrupted") from None
+    if not outcome.steps:
+        raise nodes.CellError("interrupted before the first step")
+    if outcome.steps < setup.steps:
+        console.print(f"interrupted after {outcome.steps / 1000:g} s")
+    return outcome
 
 
 def tell(out: Path, outcome: Outcome, has_faults: bool) -> int:

@@ -81,6 +81,11 @@ class Orchestrator:
         self._outputs: dict[str, Places] = {}
         self._pending = sorted(setup.faults)
         self._state = WorldState()
+        self._is_stopped = False
+
+    def stop(self) -> None:
+        """Let the run end after the present step, with its reports."""
+        self._is_stopped = True
 
     def _process(self, program: Program) -> Process:
         endpoint = f"ipc://{self._setup.endpoints / program.name}"
@@ -168,6 +173,8 @@ class Orchestrator:
         with Recorder(self._setup.out / "run.rec", self._names, about) as recorder:
             try:
                 for number in range(1, self._setup.steps + 1):
+                    if self._is_stopped:
+                        break
                     self._step(number)
                     recorder.add(self._values)
                     self.outcome.steps = number

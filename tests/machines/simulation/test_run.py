@@ -142,6 +142,20 @@ def test_a_board_is_killed_and_begun_again(tmp_path: Path) -> None:
     assert len(made.outcome.lives["board"]) == 1
 
 
+def test_a_run_that_is_stopped_reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    step = Orchestrator._step
+
+    def stop(self: Orchestrator, number: int) -> None:
+        step(self, number)
+        if number == 3:
+            self.stop()
+
+    monkeypatch.setattr(Orchestrator, "_step", stop)
+    outcome = run(tmp_path, board(tmp_path), steps=20).outcome
+    assert outcome.steps == 3
+    assert outcome.reports["plant"] == {"events": []}
+
+
 def test_ctrl_c_ends_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(self: Orchestrator, number: int) -> None:
         del self
