@@ -6,7 +6,7 @@ import json
 import struct
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -132,6 +132,49 @@ def test_same_inputs_give_the_same_outputs(programs: dict[str, Path], sockets: P
         finally:
             cell.kill()
     assert traces[0] == traces[1]
+
+
+def test_board_that_begins_anew_is_heard_again(programs: dict[str, Path], sockets: Path) -> None:
+    """The other fails at once, and says why; the new one knows of the power after a second."""
+    folder = sockets / "anew"
+    cell = begun(programs, folder)
+    try:
+        cell.steps(1000)
+        cell.boards["b"].kill()
+        links = f"ipc://{folder}/link_a,ipc://{folder}/link_b"
+        cell.boards["b"] = Board(programs["b"], "b", folder, "--links", links)
+        assert cell.boards["b"].check() == {"ok": True}
+        cell.steps(1100)
+        assert cell.state("supervisor") == "faulted"
+        texts = [note["text"] for note in cell.boards["a"].report()["notes"]]
+        assert texts == ["link: board b was restarted"]
+        assert cell.state("rotator") == "unhomed"
+        assert cell.boards["b"].report()["links"]["a"]["lost_events"] == 0
+    finally:
+        cell.kill()
+
+
+def test_clang_has_nothing_to_say(
+    programs: dict[str, Path], require_tool: Callable[[str], str]
+) -> None:
+    """All of the boards' own sources, with the strictest warnings."""
+    runtime = Path(fsmkit.__file__).parent / "runtime" / "c"
+    folders = [CELL / "boards", CELL / "controller", runtime / "hosts", runtime / "links"]
+    for name, program in programs.items():
+        generated = program.parent / "generated" / name
+        sources = sorted(CELL.glob("boards/*.c"))
+        own = [path for path in sources if not path.stem.startswith("board_")]
+        subprocess.run(
+            [
+                require_tool("clang"),
+                *("-std=c99", "-fsyntax-only", "-Wall", "-Wextra", "-Wpedantic"),
+                *("-Wconversion", "-Wshadow", "-Werror"),
+                *(f"-I{folder}" for folder in (*folders, generated)),
+                *map(str, own),
+                str(CELL / "boards" / f"board_{name}.c"),
+            ],
+            check=True,
+        )
 
 
 @pytest.fixture
