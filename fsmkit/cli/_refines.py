@@ -28,7 +28,7 @@ from fsmkit.verify.verdict import Verdict
 def compare(file: Path, base: Path, seconds: float, *, as_json: bool) -> int:
     """Compare two charts, tell what was found, and return the exit code."""
     findings = Findings()
-    charts = [_chart(path, findings) for path in (file, base)]
+    charts = [chart_alone(path, findings) for path in (file, base)]
     columns = SpinnerColumn(), TextColumn("{task.description}")
     hidden = not err.is_terminal or as_json
     with Progress(*columns, console=err, transient=True, disable=hidden) as bar:
@@ -48,7 +48,8 @@ def compare(file: Path, base: Path, seconds: float, *, as_json: bool) -> int:
     return 0 if _verdict(found) is Verdict.HOLDS else 1
 
 
-def _chart(path: Path, findings: Findings) -> Chart:
+def chart_alone(path: Path, findings: Findings) -> Chart:
+    """Load a chart that is compared, which may be abstract."""
     if is_system_file(path):
         raise fail(
             "not-a-chart",

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import click
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
 from fsmkit.cli._quantities import read_span
+from fsmkit.cli._refines import chart_alone
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings
 from fsmkit.plugins import plugin, plugins
-from fsmkit.verify.export.exporter import Exporter, Wanted
+from fsmkit.verify.export.exporter import Exported, Exporter, RefinementExporter, Wanted
 from fsmkit.verify.replay import load_any
 
 EPILOG = """\b
 Examples:
   fsmkit export fischer.yaml --to aut --time discrete --out fischer.aut
   fsmkit export gate.yaml --to dot | dot -Tsvg > gate.svg
+  fsmkit export rotator.yaml --to cspm --refines module.scxml --out rotator.csp
 """
 
 
@@ -51,6 +55,12 @@ Examples:
     "--most", type=click.IntRange(1), default=1_000_000, show_default=True, help="States to write."
 )
 @click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
+@click.option(
+    "--refines",
+    "base",
+    type=click.Path(path_type=Path),
+    help="Write, instead, whether the chart FILE refines this one (untimed).",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path,
@@ -60,6 +70,7 @@ def command(
     silent: bool,
     most: int,
     timeout: float,
+    base: Path | None,
     as_json: bool,
 ) -> int:
     """Write a chart or a system, closed as it is explored, for another tool.
@@ -67,7 +78,18 @@ def command(
     What is explored is explored whole, or nothing is written.
     """
     findings = Findings()
-    loaded = load_any(file, findings)
+    exporter = plugin(Exporter, notation)
+    write: Callable[[Wanted], Exported]
+    if base is None:
+        loaded = load_any(file, findings)
+        name, write = loaded.name, partial(exporter.export, loaded)
+    elif isinstance(exporter, RefinementExporter):
+        derived = chart_alone(file, findings)
+        name = derived.name
+        write = partial(exporter.export_refinement, derived, chart_alone(base, findings))
+    else:
+        known = ", ".join(found.name for found in plugins(RefinementExporter))
+        raise click.UsageError(f"--refines needs --to {known}")
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -75,14 +97,14 @@ def command(
         transient=True,
         disable=not err.is_terminal or as_json,
     ) as bar:
-        task = bar.add_task(f"exploring {loaded.name}")
+        task = bar.add_task(f"exploring {name}")
 
         def progress(states: int, transitions: int) -> None:
             told = f"{states:,} states, {transitions:,} transitions"
-            bar.update(task, description=f"exploring {loaded.name}: {told}")
+            bar.update(task, description=f"exploring {name}: {told}")
 
         wanted = Wanted(time_mode == "untimed", silent, most, timeout, progress)
-        found = plugin(Exporter, notation).export(loaded, wanted)
+        found = write(wanted)
     report(findings)
     if path is not None:
         write_files({path: found.text})

@@ -111,13 +111,18 @@ class Refinement:
 
 
 @dataclass(frozen=True, slots=True)
-class _Pair:
+class Pair:
+    """A state of the derived chart, and those in which the base can be after what was seen."""
+
     derived: Snapshot
     bases: tuple[Snapshot, ...]
 
 
-class _Search:
+class Search:
+    """Takes the steps of a derived chart, and follows them in its base."""
+
     def __init__(self, derived: Chart, base: Chart) -> None:
+        """Match the names of both; refuse what is not compared."""
         for chart in (derived, base):
             for invocation in chart.invocations:
                 raise fail(
@@ -155,7 +160,7 @@ class _Search:
 
     # --- the derived chart ---------------------------------------------------------------------
 
-    def moves(self, pair: _Pair | None) -> Iterator[tuple[Move, _Pair]]:
+    def moves(self, pair: Pair | None) -> Iterator[tuple[Move, Pair]]:
         """Yield the steps of a pair, None before the start; the pair they lead to, or no bases."""
         for what in self._possible(pair):
             chooser = Chooser(self.closed.results[0])
@@ -170,7 +175,7 @@ class _Search:
                 if runs == MOST_RUNS:
                     raise TooManyChoices
 
-    def _possible(self, pair: _Pair | None) -> Iterator[Step]:
+    def _possible(self, pair: Pair | None) -> Iterator[Step]:
         if pair is None:
             yield Step(Action.START)
             return
@@ -185,7 +190,7 @@ class _Search:
         if view.waiting <= PATIENCE:
             yield from (Step(Action.OCCUR, 0, n) for n in range(len(self.closed.possible)))
 
-    def _take(self, pair: _Pair | None, what: Step, chooser: Chooser) -> tuple[Move, _Pair] | None:
+    def _take(self, pair: Pair | None, what: Step, chooser: Chooser) -> tuple[Move, Pair] | None:
         before = self.steps.initial(0) if pair is None else pair.derived
         chooser.begin()
         read = self._reader(chooser)
@@ -194,12 +199,12 @@ class _Search:
         )
         if done is None or (what.action is Action.EVENTLESS and not done.microsteps):
             return None
-        after = _kept(self.steps, self.derived, done.after)
+        after = kept(self.steps, self.derived, done.after)
         word = self.seen.word(done)
         bases = self._started(word, read) if pair is None else self._follow(pair, word, after, read)
         wanted = self.seen.outputs(after)
         bases = tuple(b for b in bases if self.plain.outputs(b) == wanted or not b.running)
-        return Move(done, word), _Pair(after, bases)
+        return Move(done, word), Pair(after, bases)
 
     # --- the base ------------------------------------------------------------------------------
 
@@ -213,16 +218,16 @@ class _Search:
             return ()
         if done is None or _shown(self.plain.word(done)) != tuple(shown):
             return ()
-        return (_kept(self.base_steps, self.base, done.after),)
+        return (kept(self.base_steps, self.base, done.after),)
 
     def _follow(
-        self, pair: _Pair, word: Word, after: Snapshot, read: Inputs
+        self, pair: Pair, word: Word, after: Snapshot, read: Inputs
     ) -> tuple[Snapshot, ...]:
         found: dict[Snapshot, None] = {}
         for base in pair.bases:
             for reached in self._match(base, word, read, 0):
                 resynced = self.seen.seen(after) if reached is None else reached
-                found[_kept(self.base_steps, self.base, resynced)] = None
+                found[kept(self.base_steps, self.base, resynced)] = None
         return tuple(found)
 
     def _match(
@@ -268,7 +273,7 @@ class _Search:
         """Go on after a step of the base, if it shows what the word begins with."""
         rest = _without(word, self.plain.word(done)) if done.microsteps else None
         if rest is not None:
-            after = _kept(self.base_steps, self.base, done.after)
+            after = kept(self.base_steps, self.base, done.after)
             yield from self._match(after, rest, read, 0)
 
     def _spontaneous(
@@ -289,7 +294,7 @@ class _Search:
             if self.plain.word(done):
                 yield from self._on(done, word, read)
             else:
-                after = _kept(self.base_steps, self.base, done.after)
+                after = kept(self.base_steps, self.base, done.after)
                 if after != base:
                     yield from self._match(after, word, read, unseen + 1)
 
@@ -335,7 +340,7 @@ def _ready(chart: Chart) -> tuple[Closed, LocalSteps]:
     return ready, LocalSteps(ready)
 
 
-def _kept(steps: LocalSteps, chart: Chart, snapshot: Snapshot) -> Snapshot:
+def kept(steps: LocalSteps, chart: Chart, snapshot: Snapshot) -> Snapshot:
     """Return what counts as state of a chart."""
     inputs = tuple(declared.init.value for declared in chart.inputs)
     return replace(steps.settled(0, replace(snapshot, inputs=inputs)), inputs=inputs)
@@ -350,9 +355,9 @@ def refines(
 ) -> Refinement:
     """Decide whether a chart refines another; ``seconds``: give up after so long (0: never)."""
     began = time.monotonic()
-    search = _Search(derived, base)
-    origins: dict[_Pair, tuple[_Pair | None, Move | None]] = {}
-    waiting: list[_Pair | None] = [None]
+    search = Search(derived, base)
+    origins: dict[Pair, tuple[Pair | None, Move | None]] = {}
+    waiting: list[Pair | None] = [None]
     at, doubt = 0, ""
 
     def result(path: Sequence[Move] = (), bases: tuple[Snapshot, ...] = ()) -> Refinement:
@@ -385,7 +390,7 @@ def refines(
     return result()
 
 
-def _way(origins: dict[_Pair, tuple[_Pair | None, Move | None]], pair: _Pair | None) -> list[Move]:
+def _way(origins: dict[Pair, tuple[Pair | None, Move | None]], pair: Pair | None) -> list[Move]:
     found: list[Move] = []
     while pair is not None:
         pair, move = origins[pair]

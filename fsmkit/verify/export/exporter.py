@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from fsmkit.model.chart import Chart
 from fsmkit.verify.system import System
 
 
@@ -41,5 +42,14 @@ class Exporter(Protocol):
     """For whom it is: a few words for ``--help``."""
 
     def export(self, system: System, wanted: Wanted) -> Exported:
+        """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
+        ...
+
+
+@runtime_checkable
+class RefinementExporter(Exporter, Protocol):
+    """Writes, too, whether a chart refines another (`verify.refinement`)."""
+
+    def export_refinement(self, derived: Chart, base: Chart, wanted: Wanted) -> Exported:
         """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
         ...

@@ -164,7 +164,14 @@ class Meaning:
 
     def reference(self, name: str, values: list[Any]) -> Process:
         env, body = self.equation(name, values)
-        if body[0] in ("parallel", "share", "\\", "rename", "name", "call"):
+        if body != ("name", "STOP") and body[0] in (
+            "parallel",
+            "share",
+            "\\",
+            "rename",
+            "name",
+            "call",
+        ):
             return self.process(body, env)
         return ("ref", name, tuple(values))
 
@@ -266,12 +273,11 @@ class Meaning:
         return graph
 
     def holds(self, assertion: tuple[bool, str, Ast, Ast], most: int) -> bool:
-        """Decide an assertion: refinement of STOP, no divergence, no deadlock."""
+        """Decide an assertion: refinement of traces, no divergence, no deadlock."""
         wanted, kind, left, right = assertion
         if kind == "[T=":
-            assert left == ("name", "STOP")
-            graph = self.graph(self.process(right, {}), most)
-            return wanted is not any(event != TAU for steps in graph for event, _ in steps)
+            spec, process = (self.graph(self.process(side, {}), most) for side in (left, right))
+            return wanted is can_follow(spec, process)
         graph = self.graph(self.process(left, {}), most)
         if kind.startswith(":[divergence"):
             return wanted is not has_cycle(
@@ -288,6 +294,36 @@ class Seq(tuple[Any, ...]):
     def __getitem__(self, at: Any) -> Any:
         found = super().__getitem__(at)
         return Seq(found) if isinstance(at, slice) else found
+
+
+def can_follow(spec: list[list[tuple[Event, int]]], process: list[list[tuple[Event, int]]]) -> bool:
+    """Whether each trace of a process is one of another: by subsets of states of that."""
+
+    def quiet(states: Iterable[int]) -> frozenset[int]:
+        found = set(states)
+        ahead = list(found)
+        while ahead:
+            for event, to in spec[ahead.pop()]:
+                if event == TAU and to not in found:
+                    found.add(to)
+                    ahead.append(to)
+        return frozenset(found)
+
+    begin = (0, quiet({0}))
+    seen = {begin}
+    ahead = [begin]
+    while ahead:
+        at, inside = ahead.pop()
+        for event, to in process[at]:
+            allowed = inside
+            if event != TAU:
+                allowed = quiet(s for state in inside for e, s in spec[state] if e == event)
+            if not allowed:
+                return False
+            if (to, allowed) not in seen:
+                seen.add((to, allowed))
+                ahead.append((to, allowed))
+    return True
 
 
 def has_cycle(graph: list[list[int]]) -> bool:

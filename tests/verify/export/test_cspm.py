@@ -11,6 +11,7 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Exploration
+from fsmkit.verify.export import explored
 from fsmkit.verify.export.collect import network_of
 from fsmkit.verify.export.cspm.alphabet import Alphabet
 from fsmkit.verify.export.cspm.assertions import asserted
@@ -24,7 +25,33 @@ from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import PropertyKind, System
 from tests.verify.conftest import Load
 from tests.verify.export.cspm_meaning import Event, Meaning, bisimilar, relabelled
+from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
+
+MONITORED = """
+system: Watched
+machines: {ping: ping.yaml, pong: pong.yaml}
+connect: [ping.ping -> pong.ping, pong.pong -> ping.pong]
+environment: {may: [ping.go], will: [pong]}
+properties:
+  served: {monitor: watch.yaml, watch: [ping.ping -> served, occurs(ping.pong) -> back]}
+  busy: {reachable: ping.In(busy)}
+"""
+PARTNERS = ["ping", "pong"]
+WATCH = """
+chart: Watch
+data: {n: 0..2 = 0}
+events: {in: [served, back]}
+initial: quiet
+states:
+  quiet:
+    on:
+      served:
+        - {if: n < 2, do: n += 1}
+        - {target: error}
+      back: {if: n > 0, do: n -= 1}
+  error: {}
+"""
 
 MACHINES = Path(__file__).parents[3] / "machines"
 Graph = list[list[tuple[str, int]]]
@@ -75,7 +102,10 @@ def compared(system: System, *, untimed: bool, silent: bool = False, most: int =
     meaning = Meaning(written(network))
 
     def label(event: Event) -> str:
-        return {"tock": TICK, "start": START}.get(event[0]) or names[event[0]]
+        if event[0] in names:
+            return names[event[0]]
+        assert len(event) == (1 if event[0] == "tock" else 2)
+        return TICK if event[0] == "tock" else START
 
     ours = explorers(network.closed, most)
     theirs = meaning.graph(meaning.reference("SYSTEM", []), most + 1)
@@ -112,7 +142,41 @@ def read(path: Path) -> System:
     return load_any(path, Findings())
 
 
+@pytest.fixture(autouse=True)
+def _in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small systems are explored sooner than a core is compiled for them."""
+    monkeypatch.setattr(explored, "compiler", lambda: None)
+
+
 @pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_systems(load: Load, name: str, untimed: bool) -> None:
     compared(load(**SYSTEMS[name]), untimed=untimed)
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+@pytest.mark.parametrize(
+    "name", ["fischer/fischer", "fischer/hasty", "philosophers/table", "philosophers/ordered_table"]
+)
+def test_examples(name: str, untimed: bool) -> None:
+    found = compared(read(MACHINES / f"{name}.yaml"), untimed=untimed)
+    assert found.verdicts["livelock"]
+    assert len(found.verdicts) > 1
+
+
+@pytest.mark.parametrize("name", ["supervisor", "pairs/supervisor", "rest/giver", "rest/taker"])
+def test_charts_of_the_cell(name: str) -> None:
+    compared(read(MACHINES / f"production_cell/{name}.yaml"), untimed=True)
+
+
+@pytest.mark.parametrize("seed", [0, 4, 6, 13])
+def test_random_systems(load: Load, seed: int) -> None:
+    compared(load(**random_system(seed)), untimed=True)
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+def test_monitors_see_first(load: Load, untimed: bool) -> None:
+    files = {"watched": MONITORED, "watch": WATCH, **{k: SYSTEMS["livelock"][k] for k in PARTNERS}}
+    found = compared(load(**files), untimed=untimed)
+    assert "busy" in found.verdicts
+    assert "served" in found.verdicts

@@ -13,7 +13,7 @@ from fsmkit.verify.export.cspm.alphabet import Alphabet
 from fsmkit.verify.export.cspm.assertions import Asserted, asserted
 from fsmkit.verify.export.cspm.events import Demand, OnMachine, OnQueue, after_told, told_values
 from fsmkit.verify.export.cspm.frame import Frame
-from fsmkit.verify.export.cspm.spelling import comment, listed
+from fsmkit.verify.export.cspm.spelling import comment, equation, listed, offer, remark
 from fsmkit.verify.export.cspm.whole import Whole
 from fsmkit.verify.export.network import Automaton, Local, Network
 
@@ -67,27 +67,24 @@ class _Writer:
         Whole(self._out, self._all, self._frame, self._asserted, self._parts).write()
         return self._out.finish()
 
-    def _comment(self, text: str) -> None:
-        for line in text.splitlines():
-            self._out.line(f"-- {line}".rstrip())
-
     # --- declarations ----------------------------------------------------------------------------
 
     def _header(self) -> None:
         network = self._network
         untimed = " (untimed: an armed timer fires at any time)" if network.closed.untimed else ""
-        self._comment(
+        remark(
+            self._out,
             HEADER.format(
                 name=comment(network.name),
                 states=f"{network.states:,}",
                 transitions=f"{network.transitions:,}",
                 time=untimed,
-            )
+            ),
         )
         if self._timed:
-            self._comment(TIMED.format(unit=network.closed.unit))
+            remark(self._out, TIMED.format(unit=network.closed.unit))
         for sample in network.closed.samples:
-            self._comment(f"Only some values are tried of {comment(sample)}.")
+            remark(self._out, f"Only some values are tried of {comment(sample)}.")
         self._out.line()
 
     def _declarations(self) -> None:
@@ -104,7 +101,7 @@ class _Writer:
                 f"channel {self._frame.violated} : {self._frame.property}.{{0..{max(most, 1) - 1}}}"
             )
         out.line()
-        self._comment("What happens, as people name it.")
+        remark(self._out, "What happens, as people name it.")
         if found.labels:
             out.line(f"datatype {self._frame.label} =")
             out.line(f"  {listed(list(found.labels.values()), '  ', '', '').replace(',', ' |')}")
@@ -116,7 +113,7 @@ class _Writer:
                 out.line(f"channel {spelt.channel} : {listed(list(labels), '  ')}")
         out.line()
         if any(automaton.queue for automaton in self._network.automata):
-            self._comment("A sequence with one more message, if there is room for so many.")
+            remark(self._out, "A sequence with one more message, if there is room for so many.")
             n, s, m = self._frame.n, self._frame.s, self._frame.m
             out.line(f"{self._frame.post}({n}, {s}, {m}) =")
             out.line(f"  if (length({s}) < {n}) then ({s}^<{m}>) else {s}")
@@ -127,7 +124,7 @@ class _Writer:
     def _machine(self, machine: int, automaton: Automaton) -> None:
         out, found = self._out, self._all
         spelt = found.spelt[machine]
-        self._comment(f"--- {comment(automaton.name)} {'-' * (80 - len(automaton.name))}")
+        remark(self._out, f"--- {comment(automaton.name)} {'-' * (80 - len(automaton.name))}")
         out.line()
         for event, name in found.events.items():
             if event.machine == machine:
@@ -148,7 +145,11 @@ class _Writer:
         for number, places in enumerate(self._network.initial):
             name = spelt.locals[places[machine].local]
             first.setdefault(name, []).append(f"{self._frame.start}.{number}")
-        self._equation(spelt.process, [self._offer(names, to) for to, names in first.items()])
+        equation(
+            self._out,
+            spelt.process,
+            [self._offer(names, to) for to, names in first.items()],
+        )
         moves: dict[int, dict[str, list[str]]] = {}
         for move, name in found.moves[machine]:
             told_itself = told_values(self._network, move.sent, machine)
@@ -159,31 +160,22 @@ class _Writer:
                 names.append(name)
         for number, local in enumerate(automaton.locals):
             if local.text != local.name:
-                self._comment(comment(local.text))
+                remark(self._out, comment(local.text))
             terms = [self._offer(names, to) for to, names in moves.get(number, {}).items()]
             terms += self._hears(machine, number, told)
             if self._timed and not local.has_work:
                 terms.append(self._offer(["tock"], self._later(machine, number, local)))
             terms += self._self_loops(machine, number)
-            self._equation(spelt.locals[number], terms)
-        self._equation(spelt.unseen, [f"({self._frame.unseen}.{machine} -> {spelt.unseen})"])
+            equation(self._out, spelt.locals[number], terms)
+        equation(self._out, spelt.unseen, [f"({self._frame.unseen}.{machine} -> {spelt.unseen})"])
         out.line()
 
     def _offer(self, events: list[str], to: str) -> str:
-        if len(events) == 1:
-            return f"({events[0]} -> {to})"
-        return f"([] {self._frame.e} : {listed(events, '      ')} @ ({self._frame.e} -> {to}))"
+        return offer(self._frame.e, events, to)
 
     def _of_sets(self, sets: list[str], to: str) -> str:
         joined = sets[0] if len(sets) == 1 else f"Union({listed(sets, '      ')})"
         return f"([] {self._frame.e} : {joined} @ ({self._frame.e} -> {to}))"
-
-    def _equation(self, name: str, terms: list[str]) -> None:
-        self._out.line(f"{name} =")
-        if not terms:
-            self._out.line("  STOP")
-        for number, term in enumerate(terms):
-            self._out.line(f"  {'[] ' if number else '   '}{term}")
 
     def _told(self, machine: int, automaton: Automaton) -> Mapping[OnMachine, str]:
         """Define the sets of events of others that are the same to a machine."""
@@ -193,7 +185,7 @@ class _Writer:
             texts = [automaton.arrivals[message].text for message in what.told]
             if what.demand is not Demand.ANY:
                 texts.append(f"waiting for it: {what.demand.value}")
-            self._comment(comment(", then ".join(texts)))
+            remark(self._out, comment(", then ".join(texts)))
             sets[what] = self._all.names.new(f"{upper}_TOLD")
             self._out.line(f"{sets[what]} = {listed(events, '  ')}")
         return sets
@@ -251,7 +243,7 @@ class _Writer:
     def _queue(self, machine: int, automaton: Automaton) -> None:
         out, found, s = self._out, self._all, self._frame.s
         spelt = found.spelt[machine]
-        self._comment(f"the queue of {comment(automaton.name)}: at most {automaton.queue} wait")
+        remark(self._out, f"the queue of {comment(automaton.name)}: at most {automaton.queue} wait")
         messages = [
             spelt.messages[n] for n, arrival in enumerate(automaton.arrivals) if arrival.is_event
         ]
@@ -260,7 +252,7 @@ class _Writer:
         sets = {}
         for what, events in found.queued[machine].items():
             sets[what] = found.names.new(spelt.queue)
-            self._comment(self._about(automaton, what))
+            remark(self._out, self._about(automaton, what))
             out.line(f"{sets[what]} = {listed(events, '  ')}")
         alphabet = [f"{{| {self._frame.start} |}}", *sets.values()]
         if self._timed:
@@ -276,19 +268,18 @@ class _Writer:
             first.setdefault(to, []).append(f"{self._frame.start}.{number}")
         begin = found.names.new(f"{spelt.queue}_START")
         self._parts.append((begin, alphabet))
-        self._equation(begin, [self._offer(names, to) for to, names in first.items()])
+        equation(self._out, begin, [self._offer(names, to) for to, names in first.items()])
         terms = [self._reaction(machine, automaton, what, name) for what, name in sets.items()]
         if self._timed:
             terms.append(f"(null({s}) & (tock -> {spelt.queue}({s})))")
         if violations:
-            offer = (
-                f"([] {self._frame.e} : {violations[0]} @ ({self._frame.e} -> {spelt.queue}({s})))"
-            )
-            terms.append(f"(null({s}) & {offer})")
-        self._equation(f"{spelt.queue}({s})", terms)
+            again = f"{spelt.queue}({s})"
+            loop = f"([] {self._frame.e} : {violations[0]} @ ({self._frame.e} -> {again}))"
+            terms.append(f"(null({s}) & {loop})")
+        equation(self._out, f"{spelt.queue}({s})", terms)
         closes = spelt.closed in first or any(what.closes for what in sets)
         if closes:
-            self._comment("stopped: it swallows what comes")
+            remark(self._out, "stopped: it swallows what comes")
             allowed = [
                 name
                 for what, name in sets.items()
@@ -297,7 +288,7 @@ class _Writer:
             allowed += ["{tock}"] if self._timed else []
             allowed += violations
             terms = [self._of_sets(allowed, spelt.closed)] if allowed else []
-            self._equation(spelt.closed, terms)
+            equation(self._out, spelt.closed, terms)
         out.line()
 
     def _reaction(self, machine: int, automaton: Automaton, what: OnQueue, events: str) -> str:

@@ -6,6 +6,7 @@ silence, so they count as taken like reserved words.
 
 from __future__ import annotations
 
+from fsmkit.emit import Emitter
 from fsmkit.verify.export.local_states import word
 
 RESERVED = """
@@ -57,3 +58,25 @@ def listed(names: list[str], indent: str, opening: str = "{", closing: str = "}"
         line += piece
     lines.append(line)
     return f"{opening}{f'{chr(10)}{indent} '.join(lines)}{closing}"
+
+
+def offer(variable: str, events: list[str], to: str) -> str:
+    """Return a process that offers events which all lead to the same."""
+    if len(events) == 1:
+        return f"({events[0]} -> {to})"
+    return f"([] {variable} : {listed(events, '      ')} @ ({variable} -> {to}))"
+
+
+def equation(out: Emitter, name: str, terms: list[str]) -> None:
+    """Write an equation of a process that offers all terms."""
+    out.line(f"{name} =")
+    if not terms:
+        out.line("  STOP")
+    for number, term in enumerate(terms):
+        out.line(f"  {'[] ' if number else '   '}{term}")
+
+
+def remark(out: Emitter, text: str) -> None:
+    """Write a comment, line by line."""
+    for line in text.splitlines():
+        out.line(f"-- {line}".rstrip())

@@ -8,7 +8,7 @@ from fsmkit.emit import Emitter
 from fsmkit.verify.export.cspm.alphabet import Alphabet
 from fsmkit.verify.export.cspm.assertions import Asserted
 from fsmkit.verify.export.cspm.frame import Frame
-from fsmkit.verify.export.cspm.spelling import comment, listed
+from fsmkit.verify.export.cspm.spelling import comment, listed, remark
 
 
 class Whole:
@@ -33,15 +33,9 @@ class Whole:
         self._visible_names()
         self._assertions()
 
-    def _comment(self, text: str) -> None:
-        for line in text.splitlines():
-            self._out.line(f"-- {line}".rstrip())
-
-    # --- the whole -------------------------------------------------------------------------------
-
     def _composition(self) -> None:
         out, n = self._out, self._frame.n
-        self._comment(f"--- the system {'-' * 74}")
+        remark(self._out, f"--- the system {'-' * 74}")
         out.line()
         for number, (_, alphabet) in enumerate(self._parts):
             out.line(f"{self._frame.alphabet}({number}) = Union({listed(alphabet, '  ')})")
@@ -81,44 +75,47 @@ class Whole:
 
     def _assertions(self) -> None:
         out = self._out
-        self._comment(f"--- what is asserted {'-' * 68}")
+        remark(self._out, f"--- what is asserted {'-' * 68}")
         out.line()
         internal = [name for event, name in self._all.events.items() if event.is_internal]
-        self._comment("What machines do by themselves while no time passes and nothing comes.")
+        remark(self._out, "What machines do by themselves while no time passes and nothing comes.")
         out.line(f"{self._frame.internal} = {listed(internal, '  ')}")
         if any(one.is_carried for one in self._asserted):
-            self._comment("The network with some violations let through.")
+            remark(self._out, "The network with some violations let through.")
             e, all_ = self._frame.e, f"{{| {self._frame.violated} |}}"
             out.line(
                 f"{self._frame.only}({e}) = ({self._frame.network} [| diff({all_}, {e}) |] STOP)"
             )
         out.line()
-        self._comment("No local state is needed that the explorer never saw.")
+        remark(self._out, "No local state is needed that the explorer never saw.")
         self._never(self._frame.system, f"{{| {self._frame.unseen} |}}")
         for one in self._asserted:
             out.line()
-            self._comment(f"{comment(one.of.name)}: {comment(one.of.text)}")
+            remark(self._out, f"{comment(one.of.name)}: {comment(one.of.text)}")
             if one.missing:
-                self._comment(f"not carried over: {comment(one.missing)}")
+                remark(self._out, f"not carried over: {comment(one.missing)}")
             elif one.is_livelock:
-                self._comment("see the assertion of divergence below")
+                remark(self._out, "see the assertion of divergence below")
             else:
                 event = f"{{| {self._frame.violated}.{one.name} |}}"
                 self._never(f"{self._frame.only}({event})", event, wanted=one.wanted)
         out.line()
-        self._comment(
+        remark(
+            self._out,
             "Our `livelock_free`: the machines are not busy for ever while no time passes and\n"
-            "nothing comes from outside."
+            "nothing comes from outside.",
         )
         out.line(f"assert ({self._frame.system} \\ {self._frame.internal}) :[divergence free [FD]]")
         out.line()
-        self._comment(
+        remark(
+            self._out,
             "More than our `deadlock_free`: here it also fails where all machines rest or have\n"
-            "ended, and nothing can come any more; and what may come from outside counts."
+            "ended, and nothing can come any more; and what may come from outside counts.",
         )
         if self._network.closed.unit:
-            self._comment(
-                "As `tock` goes on where all is quiet, it says that time is never stopped."
+            remark(
+                self._out,
+                "As `tock` goes on where all is quiet, it says that time is never stopped.",
             )
         out.line(f"assert {self._frame.system} :[deadlock free [F]]")
 
