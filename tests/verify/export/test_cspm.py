@@ -53,6 +53,38 @@ states:
   error: {}
 """
 
+ENDING = """
+system: Ending
+machines: {caller: caller.yaml, called: called.yaml}
+connect: [caller.ring -> called.ring, caller.ring -> called.again, called.over -> caller.over]
+environment: {may: [caller.dial], will: [caller]}
+properties:
+  over: {reachable: called.In(over)}
+  D: deadlock_free
+"""
+CALLER = """
+chart: Caller
+events: {in: [dial, over], out: [ring]}
+data: {calls: 0..3 = 0}
+initial: idle
+states:
+  idle:
+    rest: true
+    on: {dial: {do: send ring}, over: {if: calls < 3, do: calls += 1}}
+"""
+CALLED = """
+chart: Called
+capacity: {queue: 3}
+data: {n: 0..1 fault = 0}
+events: {in: [ring, again], out: [over]}
+initial: first
+states:
+  first:
+    on: {ring: second, again: {do: n += 1}}
+  second: {on: {again: over, ring: {do: n += 1}}, after: {10ms: first}}
+  over: {final: true, entry: send over}
+"""
+
 MACHINES = Path(__file__).parents[3] / "machines"
 Graph = list[list[tuple[str, int]]]
 
@@ -180,3 +212,12 @@ def test_monitors_see_first(load: Load, untimed: bool) -> None:
     found = compared(load(**files), untimed=untimed)
     assert "busy" in found.verdicts
     assert "served" in found.verdicts
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool) -> None:
+    system = load(ending=ENDING, caller=CALLER, called=CALLED)
+    network = network_of(system, Wanted(untimed=untimed))
+    assert any(not local.running for local in network.automata[1].locals)
+    assert "CALLED_QUEUE_CLOSED" in written(network)
+    compared(system, untimed=untimed)
