@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import pytest
 
+from fsmkit.cli import run
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Exploration
@@ -221,3 +225,19 @@ def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool)
     assert any(not local.running for local in network.automata[1].locals)
     assert "CALLED_QUEUE_CLOSED" in written(network)
     compared(system, untimed=untimed)
+
+
+def test_the_page_shows_what_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each command of the page prints what it shows."""
+    text = (MACHINES.parent / "docs/how-to/cspm.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "machines").symlink_to(MACHINES)
+    shown = re.findall(r"^```console\n\$ fsmkit (.*?)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert len(shown) == 2
+    for command, printed in shown:
+        with redirect_stdout(StringIO()) as out:
+            assert run(command.split()) == 0
+        assert out.getvalue() == printed
+    assert "P_2_idle_1 =\n       ([] e : P_2_TOLD @ (e -> P_2_UNSEEN))" in text
+    meaning = Meaning((tmp_path / "hasty.csp").read_text(encoding="utf-8"))
+    assert "P_2_idle_1" in meaning.script.equations

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import product
+from typing import assert_never
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.verify.export.cspm.spelling import Names
 from fsmkit.verify.export.formula import (
+    All,
+    Any,
+    Constant,
     Formula,
     In,
+    Not,
     QueueEmpty,
-    cases,
     condition_of,
     deadlock,
     positive,
@@ -85,26 +89,54 @@ def _asserted(network: Network, name: str, property_: Property) -> Asserted:
     except FsmkitError as error:
         return Asserted(name, property_, missing=error.diagnostics[0].message)
     bad = simplified(positive(network, condition, negated=kind is PropertyKind.INVARIANT))
-    found = list(islice(_cases(network, bad), MOST_CASES + 1))
-    if len(found) > MOST_CASES:
+    distinct = _cases(bad)
+    if distinct is None:
         return Asserted(name, property_, missing=f"it has more than {MOST_CASES:,} cases")
-    distinct = tuple(dict.fromkeys(found))
+    if Case((), frozenset()) in distinct:
+        always = frozenset(range(len(network.automata[0].locals)))
+        distinct = (Case(((0, always),), frozenset()),)
     return Asserted(name, property_, distinct, wanted=kind is PropertyKind.REACHABLE)
 
 
-def _cases(network: Network, bad: Formula) -> Iterator[Case]:
-    for tests in cases(bad):
-        locals_: dict[int, frozenset[int]] = {}
-        empty = set()
-        for test in tests:
-            match test:
-                case In(machine, numbers):
-                    locals_[machine] = locals_.get(machine, numbers) & numbers
-                case QueueEmpty(machine):
-                    empty.add(machine)
-                case _:
-                    raise AssertionError("a case holds tests only")
-        if not locals_ and not empty:
-            locals_[0] = frozenset(range(len(network.automata[0].locals)))
+def _cases(formula: Formula) -> tuple[Case, ...] | None:
+    """Return the cases of a formula, each possible (its DNF); None if there are too many."""
+    match formula:
+        case Constant(value):
+            return (Case((), frozenset()),) if value else ()
+        case In(machine, numbers):
+            return (Case(((machine, numbers),), frozenset()),) if numbers else ()
+        case QueueEmpty(machine):
+            return (Case((), frozenset({machine})),)
+        case Any(parts):
+            return _joined(parts, lambda found, other: (*found, *other), ())
+        case All(parts):
+            return _joined(parts, _both, (Case((), frozenset()),))
+        case Not():
+            raise AssertionError("negations are within tests")
+        case _:
+            assert_never(formula)
+
+
+def _joined(
+    parts: tuple[Formula, ...],
+    join: Callable[[tuple[Case, ...], tuple[Case, ...]], Iterable[Case]],
+    found: tuple[Case, ...],
+) -> tuple[Case, ...] | None:
+    for part in parts:
+        other = _cases(part)
+        if other is None:
+            return None
+        found = tuple(dict.fromkeys(join(found, other)))
+        if len(found) > MOST_CASES:
+            return None
+    return found
+
+
+def _both(one: tuple[Case, ...], other: tuple[Case, ...]) -> Iterator[Case]:
+    """Yield the cases in which one of each holds, if that is possible."""
+    for left, right in product(one, other):
+        locals_ = dict(left.locals)
+        for machine, numbers in right.locals:
+            locals_[machine] = locals_.get(machine, numbers) & numbers
         if all(locals_.values()):
-            yield Case(tuple(sorted(locals_.items())), frozenset(empty))
+            yield Case(tuple(sorted(locals_.items())), left.empty | right.empty)

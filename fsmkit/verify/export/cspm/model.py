@@ -22,15 +22,15 @@ HEADER = """\
 
 {states} states and {transitions} steps{time}, one more state before the machines start.
 A machine is a process, a local state of it an equation; a queue is a process that holds a sequence.
-A step of a machine is one event of all that it concerns: `SYSTEM` has the steps of the explorer.
-`VISIBLE` is the same as people name it: `machine.what_happens`; what only passes messages on, or
+A step of a machine is one event of all that it concerns: `{system}` has the steps of the explorer.
+`{visible}` is the same as people name it: `machine.what_happens`; what only passes messages on, or
 watches, is hidden there.
 
 Between events of a plant nothing else happens: a step of others needs the queues of the
 environment, and of monitors, empty. What comes from outside needs all queues empty but for one
 event in one of them: there is an event for each queue that may hold it (a counter of what waits
 would have to know which queues are full).
-Local states that the explorer never saw are not here; `unseen` happens where one would be needed.\
+Local states that the explorer never saw are not here; `{unseen}` happens where one is needed.\
 """
 TIMED = """\
 
@@ -76,6 +76,9 @@ class _Writer:
             self._out,
             HEADER.format(
                 name=comment(network.name),
+                system=self._frame.system,
+                visible=self._frame.visible,
+                unseen=self._frame.unseen,
                 states=f"{network.states:,}",
                 transitions=f"{network.transitions:,}",
                 time=untimed,
