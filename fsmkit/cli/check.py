@@ -19,7 +19,7 @@ from fsmkit.diagnostics import Diagnostic, Findings
 from fsmkit.model.chart import Chart
 from fsmkit.verify.counterexample import as_json
 from fsmkit.verify.cover import cover, told
-from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.explore import Limits, Manner, asking_only, check
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.pictures import demand_notation, pictures
@@ -164,7 +164,7 @@ def command(
         if time_mode == "zones":
             raise click.UsageError("--spin-trail needs --time discrete or untimed, as exported")
         wanted = Wanted(time_mode == "untimed", silent, seconds=timeout)
-        loaded = load_any(file, Findings(), replacing)
+        loaded = asking_only(load_any(file, Findings(), replacing), frozenset(names))
         return show_trail(loaded, wanted, file, spin_trail, save_trace, as_json_=as_json_document)
     for path in drawings:
         demand_notation(path)

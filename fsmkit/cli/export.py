@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -12,10 +12,12 @@ from rich.progress import Progress, SpinnerColumn, TextColumn
 
 from fsmkit.cli._quantities import read_span
 from fsmkit.cli._refines import chart_alone
+from fsmkit.cli.check import read_replacements
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings
 from fsmkit.plugins import plugin, plugins
+from fsmkit.verify.explore import asking_only
 from fsmkit.verify.export.exporter import Exported, Exporter, RefinementExporter, Wanted
 from fsmkit.verify.replay import load_any
 
@@ -52,6 +54,17 @@ Examples:
     help="Transitions marked as watchdogs never fire.",
 )
 @click.option(
+    "--property", "names", multiple=True, help="Carry over this property only; can be repeated."
+)
+@click.option(
+    "--replace",
+    "replacing",
+    multiple=True,
+    callback=read_replacements,
+    metavar="MACHINE=CHART",
+    help="Let a machine of the system run another chart; can be repeated.",
+)
+@click.option(
     "--most", type=click.IntRange(1), default=1_000_000, show_default=True, help="States to write."
 )
 @click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
@@ -68,6 +81,8 @@ def command(
     path: Path | None,
     time_mode: str,
     silent: bool,
+    names: tuple[str, ...],
+    replacing: Mapping[str, Path],
     most: int,
     timeout: float,
     base: Path | None,
@@ -80,8 +95,10 @@ def command(
     findings = Findings()
     exporter = plugin(Exporter, notation)
     write: Callable[[Wanted], Exported]
+    if base is not None and (names or replacing):
+        raise click.UsageError("--refines goes with neither --property nor --replace")
     if base is None:
-        loaded = load_any(file, findings)
+        loaded = asking_only(load_any(file, findings, replacing), frozenset(names))
         name, write = loaded.name, partial(exporter.export, loaded)
     elif isinstance(exporter, RefinementExporter):
         derived = chart_alone(file, findings)

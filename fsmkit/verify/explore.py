@@ -157,6 +157,21 @@ def _awaited(closed: Closed, names: frozenset[str]) -> frozenset[int]:
     return frozenset(found)
 
 
+def asking_only(system: System, names: frozenset[str]) -> System:
+    """Return a system of which only the named properties are asked, and their monitors watch.
+
+    None named: all. Raises `FsmkitError` (``no-such-property``).
+    """
+    if not names:
+        return system
+    _demand_known(system, names)
+    return replace(
+        system,
+        properties=tuple(p for p in system.properties if p.name in names),
+        monitors=tuple(m for m in system.monitors if m.property in names),
+    )
+
+
 def _demand_known(system: System, names: frozenset[str]) -> None:
     known = {property_.name for property_ in system.properties}
     for name in sorted(names - known):

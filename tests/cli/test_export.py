@@ -105,3 +105,22 @@ def test_a_part_is_never_written() -> None:
 def test_what_is_no_aldebaran_file_is_told(text: str) -> None:
     with pytest.raises(FsmkitError, match="FK0546"):
         read(text)
+
+
+def test_only_what_is_asked_for_is_carried_over(tmp_path: Path) -> None:
+    model = tmp_path / "fischer.pml"
+    assert said("export", FISCHER, "--to", "promela", "--out", model)[0] == 0
+    assert len(re.findall(r"^never ", model.read_text(), re.MULTILINE)) > 1
+    names = ("--property", "exclusion")
+    assert said("export", FISCHER, "--to", "promela", "--out", model, *names)[0] == 0
+    assert re.findall(r"^never (\w+)", model.read_text(), re.MULTILINE) == ["exclusion"]
+    code, _, err = said("export", FISCHER, "--to", "promela", "--property", "exclusive")
+    assert code == 1
+    assert "no property `exclusive`" in err
+
+
+def test_a_machine_runs_another_chart() -> None:
+    pair = ROOT / "machines/production_cell/pairs/feeder_belt-feeder.yaml"
+    code, _, err = said("export", pair, "--to", "promela", "--replace", "nobody=x.yaml")
+    assert code == 1
+    assert "nobody" in err
