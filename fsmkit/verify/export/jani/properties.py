@@ -29,7 +29,8 @@ def properties_of(network: Network, spelling: Spelling) -> tuple[list[Json], lis
             continue
         unfair = property_.kind is PropertyKind.LEADS_TO
         note = " (no fairness: what is owed may never come)" if unfair else ""
-        found.append(_property(property_.name, values, property_.text + note))
+        some = property_.kind is PropertyKind.REACHABLE
+        found.append(_property(property_.name, values, property_.text + note, some=some))
     name = FORESEEN
     while name in {property_.name for property_ in properties}:
         name += "_"
@@ -82,10 +83,11 @@ def _probability(op: str, state: Json) -> Json:
     return {"op": op, "exp": {"op": "F", "exp": state}}
 
 
-def _property(name: str, values: dict[str, Json], note: str) -> Json:
-    """Return a property of the initial states."""
+def _property(name: str, values: dict[str, Json], note: str, *, some: bool = False) -> Json:
+    """Return a property of all initial states, or of ``some`` of them."""
+    fun = "∃" if some else "∀"
     return {
         "name": name,
-        "expression": {"op": "filter", "fun": "∀", "values": values, "states": {"op": "initial"}},
+        "expression": {"op": "filter", "fun": fun, "values": values, "states": {"op": "initial"}},
         "comment": note,
     }

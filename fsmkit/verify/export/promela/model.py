@@ -27,9 +27,9 @@ HEADER = """\
  * all that it tells others, is one d_step. Local states that the explorer never saw are not here;
  * an assertion fails where one would be needed.
  *
- *   spin -a FILE && cc -O2 -DNOREDUCE -o pan pan.c
- *   ./pan -noclaim               all states
- *   ./pan -a -N NAME             a property
+ *   spin -a FILE
+ *   cc -O2 -DNOREDUCE -DNOCLAIM -o pan pan.c && ./pan -n        all states
+ *   cc -O2 -DNOREDUCE -o pan pan.c && ./pan -a -N NAME          a property
  *
  * With -DQUEUES (to spin) a message that finds its queue full is an error, with -DFAULTS a fault.
  */"""
@@ -237,7 +237,7 @@ class _Writer:
         stops = automaton.locals[move.source].running and not automaton.locals[move.target].running
         body += [text for text in map(self._tell, move.sent) if text]
         if stops and automaton.queue:
-            body.append(f"do :: len({queue}) > 0 -> {queue}?_ :: else -> break od")
+            body.append(f"do :: len({queue}) > 0 -> {queue}?_ :: else -> break od; skip")
         return f":: d_step {{ {' && '.join(guard)} -> {'; '.join(body) or 'skip'} }}"
 
     def _turn(self, machine: int, automaton: Automaton, move: Move) -> str:

@@ -1,0 +1,273 @@
+"""The table of `make agreement`: the explorer, SPIN and Storm on the same closed systems.
+
+``python -m tests.verify.export.agreement [GROUP ...]``; groups are those of `GROUPS`. Exit code 0:
+the judges agree wherever they could all be asked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.system import System
+from tests.verify.export.judges import Compared, JudgeError, compare, has_storm
+from tests.verify.random_systems import random_system
+
+MACHINES = Path(__file__).parents[3] / "machines"
+CELL = MACHINES / "production_cell"
+CHARTS = (
+    "feeder", "molder", "plant", "feeder_belt", "extractor", "extraction_belt", "sorter", "camera",
+    "rotator", "supervisor",
+)  # fmt: skip
+RINGS = (1, 2, 3)
+LARGEST_RANDOM = 20_000
+"""States of a random system; larger ones are left out."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A system to compare. ``breaks``: a property that all judges must find violated."""
+
+    name: str
+    load: Callable[[], System]
+    untimed: bool = False
+    silent: bool = False
+    breaks: str = ""
+
+    def compare(self, most: int = LARGEST_RANDOM, seconds: float = 600) -> Compared:
+        """Ask all judges; of a defect only about what it breaks."""
+        system = self.load()
+        if self.breaks:
+            kept = tuple(p for p in system.properties if p.name == self.breaks)
+            system = replace(system, properties=kept)
+        return compare(
+            self.name,
+            system,
+            untimed=self.untimed,
+            silent=self.silent,
+            storm=has_storm(),
+            most=most,
+            seconds=seconds,
+        )
+
+
+# --- what is compared ----------------------------------------------------------------------------
+
+
+def examples() -> Iterator[Case]:
+    """Yield Fischer's protocol and the philosophers."""
+    for name in (
+        "fischer/fischer",
+        "fischer/hasty",
+        "philosophers/table",
+        "philosophers/ordered_table",
+    ):
+        yield Case(name.partition("/")[2], partial(loaded, MACHINES / f"{name}.yaml"))
+
+
+def charts() -> Iterator[Case]:
+    """Yield the charts of the Production Cell, each alone, untimed and timed."""
+    for name in CHARTS:
+        for untimed in (True, False):
+            yield Case(name, partial(loaded, CELL / f"{name}.yaml"), untimed)
+
+
+def pairs() -> Iterator[Case]:
+    """Yield two modules that share a zone."""
+    for path in sorted((CELL / "pairs").glob("*-*.yaml")):
+        yield Case(path.stem, partial(loaded, path), untimed=True, silent=True)
+
+
+def rings() -> Iterator[Case]:
+    """Yield the ring with some blocks."""
+    verify = the_script()
+    for blocks in RINGS:
+        run = verify.in_ring(blocks)
+        yield Case(f"ring, {blocks}", partial(system_of_run, verify, run), True, True)
+
+
+def cell() -> Iterator[Case]:
+    """Yield feeder, molder and plant."""
+    yield Case("cell", partial(loaded, CELL / "cell.yaml"))
+    yield Case("cell", partial(loaded, CELL / "cell.yaml"), untimed=True, silent=True)
+
+
+def mutants() -> Iterator[Case]:
+    """Yield the seeded defects: untimed, and in discrete time what has been found by zones."""
+    verify = the_script()
+    for mutant in verify.MUTANTS:
+        untimed = mutant.run.time == "untimed"
+        yield Case(
+            f"{mutant.name}: {mutant.run.name}",
+            partial(system_of_run, verify, mutant.run),
+            untimed,
+            untimed,
+            mutant.breaks,
+        )
+
+
+def random_cases(count: int) -> Iterator[Case]:
+    """Yield random systems, every other one untimed."""
+    seed = -1
+    while count > 0:
+        seed += 1
+        files = random_system(seed)
+        try:
+            load_files(files)
+        except FsmkitError:
+            continue  # what is drawn is not always right
+        count -= 1
+        yield Case(f"random {seed}", partial(load_files, files), seed % 2 == 1)
+
+
+GROUPS: Mapping[str, Callable[[], Iterator[Case]]] = {
+    "examples": examples,
+    "charts": charts,
+    "cell": cell,
+    "pairs": pairs,
+    "rings": rings,
+    "mutants": mutants,
+}
+
+
+def loaded(path: Path, replacing: Mapping[str, Path] | None = None) -> System:
+    """Load a chart or a system."""
+    return load_any(path, Findings(), replacing)
+
+
+def load_files(files: Mapping[str, str]) -> System:
+    """Load the first of some files."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"{name}.yaml" for name in files]
+        for path, text in zip(paths, files.values(), strict=True):
+            path.write_text(text, encoding="utf-8")
+        return loaded(paths[0])
+
+
+def the_script() -> ModuleType:
+    """Return the script that proves the Production Cell."""
+    spec = importlib.util.spec_from_file_location("cell_verify", CELL / "verify.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def system_of_run(verify: ModuleType, run: Any) -> System:
+    """Load what a run of that script explores."""
+    with tempfile.TemporaryDirectory() as folder:
+        charts = {machine: CELL / chart for machine, chart in run.replace}
+        if run.blocks:
+            charts["blocks"] = verify.limited(run.blocks, charts.get("blocks"), Path(folder))
+        return loaded(CELL / run.system, charts)
+
+
+# --- the table -----------------------------------------------------------------------------------
+
+HEADINGS = ("system", "time", "explorer", "SPIN", "Storm", "properties", "agree")
+ROW = "| {:<42} | {:<8} | {:>10} | {:>10} | {:>10} | {:<34} | {}"
+
+
+def row(case: Case, found: Compared) -> tuple[str, bool]:
+    """Return a line of the table, and whether the judges agree."""
+    differences = found.differences()
+    if case.breaks:
+        judges = [judge for judge in (found.explorer, found.spin, found.storm) if judge]
+        missed = [judge for judge in judges if judge.holds.get(case.breaks) is not False]
+        differences += [f"{case.breaks} is not found by all"] if missed else []
+    states = [f"{j.states:,}" if j else "-" for j in (found.explorer, found.spin, found.storm)]
+    told = ROW.format(
+        found.name, found.time, *states, judged(found), "; ".join(differences) or "yes"
+    )
+    return f"{told} |", not differences
+
+
+def judged(found: Compared) -> str:
+    """Return how many properties all have judged, and which are violated."""
+    both = found.explorer.holds.keys() & (found.spin or found.explorer).holds.keys()
+    bad = sorted(name for name in both if not found.explorer.holds[name])
+    return f"{len(both)}" + (f", violated: {' '.join(bad)}" if bad else "")
+
+
+def say(line: str) -> None:
+    """Print a line at once."""
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def tell(cases: Iterator[Case], most: int, seconds: float) -> bool:
+    """Print a line for each case; return whether the judges agree."""
+    good = True
+    for case in cases:
+        begun = time.monotonic()
+        try:
+            line, agree = row(case, case.compare(most, seconds))
+        except (FsmkitError, JudgeError) as error:
+            why = str(error).splitlines()[0][:80]
+            line, agree = f"| {case.name:<42} | not compared: {why} |", True
+        good &= agree
+        say(f"{line}  {time.monotonic() - begun:.0f} s")
+    return good
+
+
+def tell_random(count: int, seconds: float) -> bool:
+    """Print how many random systems were compared; return whether the judges agree."""
+    agreed = violated = states = left = 0
+    differ = []
+    for case in random_cases(count):
+        try:
+            found = case.compare(LARGEST_RANDOM, seconds)
+        except FsmkitError:
+            left += 1
+            continue
+        if found.differences():
+            differ.append(f"{case.name}: {found.differences()}")
+            continue
+        agreed += 1
+        states += found.explorer.states
+        violated += sum(not holds for holds in (found.storm or found.explorer).holds.values())
+    say(
+        f"{agreed} random systems agree ({states:,} states, {violated} violated properties); "
+        f"{len(differ)} do not; {left} are larger than {LARGEST_RANDOM:,} states or not exported"
+    )
+    for line in differ:
+        say(line)
+    return not differ
+
+
+def main(arguments: list[str]) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="agreement")
+    parser.add_argument("groups", nargs="*", choices=[*GROUPS, []], default=[])
+    parser.add_argument("--random", type=int, default=200)
+    parser.add_argument("--most", type=int, default=8_000_000)
+    parser.add_argument("--seconds", type=float, default=1800)
+    asked = parser.parse_args(arguments)
+    if not has_storm():
+        say("`stormpy` is not installed (make tools): Storm is not asked")
+    say(ROW.format(*HEADINGS) + " |")
+    results = [
+        tell(cases(), asked.most, asked.seconds)
+        for name, cases in GROUPS.items()
+        if not asked.groups or name in asked.groups
+    ]
+    if asked.random and not asked.groups:
+        results.append(tell_random(asked.random, asked.seconds))
+    return 0 if all(results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
