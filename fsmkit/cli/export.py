@@ -51,7 +51,7 @@ Examples:
     "--assume-watchdogs-silent",
     "silent",
     is_flag=True,
-    help="Transitions marked as watchdogs never fire.",
+    help="Transitions marked `watchdog` never fire (untimed only).",
 )
 @click.option(
     "--property", "names", multiple=True, help="Carry over this property only; can be repeated."
@@ -92,6 +92,8 @@ def command(
 
     What is explored is explored whole, or nothing is written.
     """
+    if silent and time_mode != "untimed":
+        raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     findings = Findings()
     exporter = plugin(Exporter, notation)
     write: Callable[[Wanted], Exported]

@@ -262,26 +262,6 @@ def _joined(parts: Collection[Formula], *, is_all: bool) -> Formula:
     return All(tuple(found)) if is_all else Any(tuple(found))
 
 
-def cases(formula: Formula) -> Iterator[tuple[Formula, ...]]:
-    """Yield conjunctions of tests, some of which holds just where the formula does (its DNF)."""
-    match formula:
-        case Constant(value):
-            if value:
-                yield ()
-        case Any(parts):
-            for part in parts:
-                yield from cases(part)
-        case All(parts):
-            for combination in product(*(tuple(cases(part)) for part in parts)):
-                yield tuple(test for tests in combination for test in tests)
-        case Not():
-            raise AssertionError("negations stand before tests only")
-        case In() | QueueEmpty():
-            yield (formula,)
-        case _:
-            assert_never(formula)
-
-
 def positive(network: Network, formula: Formula, *, negated: bool = False) -> Formula:
     """Return an equal formula, or its negation, without `Not` but before `QueueEmpty`."""
     match formula:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Sequence
 
-from fsmkit.model.chart import Chart
+from fsmkit.model.chart import OPEN_ENDED, Chart
 from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout, Timer
 from fsmkit.runtime.values import show
 from fsmkit.verify.counterexample import occurrence_text
@@ -77,8 +77,7 @@ def _facts(chart: Chart, snapshot: Snapshot, *, with_times: bool = True) -> Iter
         ids = "+".join(chart.states[s].id for s in sorted(past) if chart.states[s].is_leaf)
         yield f"{chart.states[state].id}: {ids}"
     for timer in snapshot.timers:
-        due = f" in {timer.deadline}" if with_times else ""
-        yield f"{timer_text(chart, timer)}{due}"
+        yield timer_text(chart, timer) + (_due(timer.deadline) if with_times else "")
     if snapshot.queue or snapshot.deferred:
         waiting = (*snapshot.deferred, *snapshot.queue)
         yield "waiting " + " ".join(occurrence_text(chart, o) for o in waiting)
@@ -86,6 +85,11 @@ def _facts(chart: Chart, snapshot: Snapshot, *, with_times: bool = True) -> Iter
         if child is not None:
             inner = ", ".join(_facts(invocation.chart, child, with_times=with_times))
             yield f"{invocation.id}: {shown_leaves(invocation.chart, child)} ({inner})"
+
+
+def _due(ticks: int) -> str:
+    """Return when a timer is due; one without an end may be so later."""
+    return f" in {ticks}" if ticks < OPEN_ENDED else f" in {ticks - OPEN_ENDED} or later"
 
 
 def timer_text(chart: Chart, timer: Timer) -> str:
