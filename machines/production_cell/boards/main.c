@@ -25,7 +25,7 @@
 #include <unistd.h>
 #include <zmq.h>
 
-enum { REQUEST_ROOM = 4096, REQUESTS_PER_CYCLE = 4, INPUTS_MS = 100, ENDPOINT_ROOM = 512 };
+enum { REQUEST_ROOM = 4096, REQUESTS_PER_CYCLE = 4, INPUTS_MS = 100, PATIENCE_MS = 1000, ENDPOINT_ROOM = 512 };
 
 typedef struct {
     const char *endpoint, *log;
@@ -168,10 +168,17 @@ static bool serve(int flags)
     return zmq_send(replier, it.reply, it.length, 0) >= 0;
 }
 
+/* Until told to quit, or until whoever began this process is gone. */
 static int co_simulate(void)
 {
+    const pid_t parent = getppid();
+    (void)zmq_setsockopt(replier, ZMQ_RCVTIMEO, &(int){PATIENCE_MS}, sizeof(int));
     while (!it.is_over) {
-        if (!serve(0) && zmq_errno() != EINTR) {
+        if (serve(0) || zmq_errno() == EINTR)
+            continue;
+        if (zmq_errno() == EAGAIN) {
+            it.is_over = getppid() != parent;
+        } else {
             fprintf(stderr, "requests: %s\n", zmq_strerror(zmq_errno()));
             return 2;
         }

@@ -116,6 +116,7 @@ def _run(setup: Setup, world: World) -> Outcome:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
     signal.signal(signal.SIGINT, interrupt)
+    signal.signal(signal.SIGTERM, interrupt)
     with console.status("connecting") as status:
 
         def progress(step: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -302,3 +303,21 @@ def test_command_lines_that_do_not_do(programs: dict[str, Path], words: list[str
     )
     assert done.returncode == 2
     assert done.stderr
+
+
+ABANDONS = """
+import subprocess, sys, zmq
+begun = subprocess.Popen([sys.argv[1], "--cosim", sys.argv[2], "--alone"])
+client = zmq.Context().socket(zmq.REQ)
+client.connect(sys.argv[2])
+client.send(b"K")
+assert client.recv()[:1] == b"K"
+client.close(linger=0)
+"""
+
+
+def test_a_board_does_not_outlive_who_began_it(programs: dict[str, Path], sockets: Path) -> None:
+    command = [sys.executable, "-c", ABANDONS, str(programs["a"]), f"ipc://{sockets}/abandoned"]
+    # the board has the pipe, too: this returns when it has ended
+    done = subprocess.run(command, capture_output=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
