@@ -10,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: prove stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer fuzz clean
+.PHONY: prove stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -86,6 +86,11 @@ bench-scaling: $(VENV)/ready
 bench-explorer: $(VENV)/ready
 	$(BIN)/python -m benchmarks.explorer
 
+# The explorer beside SPIN and Storm on the same systems: states, verdicts. Hours; AGREEMENT=examples
+# (or charts, cell, pairs, rings, mutants, random) is a part.
+agreement: $(VENV)/ready
+	@$(BIN)/python -m tests.verify.export.agreement $(AGREEMENT)
+
 # Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
 FUZZ_SECONDS ?= 60
 FUZZ := yaml scxml expressions
@@ -102,10 +107,12 @@ fuzz: $(VENV)/ready
 bless: $(VENV)/ready
 	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/runtime tests/yaml
 
-TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz cmake pkg-config \
+TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind
-tools:
+tools: $(VENV)/ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
+	  echo 'stormpy could not be installed; Storm is not asked'
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \

@@ -1,7 +1,7 @@
 """The table of `make agreement`: the explorer, SPIN and Storm on the same closed systems.
 
-``python -m tests.verify.export.agreement [GROUP ...]``; groups are those of `GROUPS`. Exit code 0:
-the judges agree wherever they could all be asked.
+``python -m tests.verify.export.agreement [GROUP ...]``; groups are those of `GROUPS`,
+and ``random``. Exit code 0: the judges agree wherever they could all be asked.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,7 +22,7 @@ from typing import Any
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import System
-from tests.verify.export.judges import Compared, JudgeError, compare, has_storm
+from tests.verify.export.judges import Compared, JudgeError, TooLargeError, compare, find, has_storm
 from tests.verify.random_systems import random_system
 
 MACHINES = Path(__file__).parents[3] / "machines"
@@ -31,13 +32,14 @@ CHARTS = (
     "rotator", "supervisor",
 )  # fmt: skip
 RINGS = (1, 2, 3)
+RANDOM = "random"
 LARGEST_RANDOM = 20_000
 """States of a random system; larger ones are left out."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A system to compare. ``breaks``: a property that all judges must find violated."""
+    """A system to compare. ``breaks``: a property that explorer and SPIN must find violated."""
 
     name: str
     load: Callable[[], System]
@@ -46,11 +48,10 @@ class Case:
     breaks: str = ""
 
     def compare(self, most: int = LARGEST_RANDOM, seconds: float = 600) -> Compared:
-        """Ask all judges; of a defect only about what it breaks."""
+        """Ask all judges; of a defect only explorer and SPIN, about what it breaks."""
         system = self.load()
         if self.breaks:
-            kept = tuple(p for p in system.properties if p.name == self.breaks)
-            system = replace(system, properties=kept)
+            return find(self.name, system, self.breaks, untimed=self.untimed, seconds=seconds)
         return compare(
             self.name,
             system,
@@ -117,17 +118,14 @@ def mutants() -> Iterator[Case]:
         )
 
 
-def random_cases(count: int) -> Iterator[Case]:
-    """Yield random systems, every other one untimed."""
-    seed = -1
-    while count > 0:
-        seed += 1
+def random_cases() -> Iterator[Case]:
+    """Yield random systems without end, every other one untimed."""
+    for seed in count():
         files = random_system(seed)
         try:
             load_files(files)
         except FsmkitError:
             continue  # what is drawn is not always right
-        count -= 1
         yield Case(f"random {seed}", partial(load_files, files), seed % 2 == 1)
 
 
@@ -185,10 +183,13 @@ def row(case: Case, found: Compared) -> tuple[str, bool]:
     """Return a line of the table, and whether the judges agree."""
     differences = found.differences()
     if case.breaks:
-        judges = [judge for judge in (found.explorer, found.spin, found.storm) if judge]
-        missed = [judge for judge in judges if judge.holds.get(case.breaks) is not False]
-        differences += [f"{case.breaks} is not found by all"] if missed else []
-    states = [f"{j.states:,}" if j else "-" for j in (found.explorer, found.spin, found.storm)]
+        judges = (found.explorer, found.spin)
+        missed = any(judge.holds.get(case.breaks) is not False for judge in judges)
+        differences += [f"{case.breaks} is not found by both"] if missed else []
+    states = [
+        f"{j.states:,}" if j and j.states else "-"
+        for j in (found.explorer, found.spin, found.storm)
+    ]
     told = ROW.format(
         found.name, found.time, *states, judged(found), "; ".join(differences) or "yes"
     )
@@ -197,7 +198,7 @@ def row(case: Case, found: Compared) -> tuple[str, bool]:
 
 def judged(found: Compared) -> str:
     """Return how many properties all have judged, and which are violated."""
-    both = found.explorer.holds.keys() & (found.spin or found.explorer).holds.keys()
+    both = found.explorer.holds.keys() & found.spin.holds.keys()
     bad = sorted(name for name in both if not found.explorer.holds[name])
     return f"{len(both)}" + (f", violated: {' '.join(bad)}" if bad else "")
 
@@ -223,25 +224,28 @@ def tell(cases: Iterator[Case], most: int, seconds: float) -> bool:
     return good
 
 
-def tell_random(count: int, seconds: float) -> bool:
-    """Print how many random systems were compared; return whether the judges agree."""
-    agreed = violated = states = left = 0
-    differ = []
-    for case in random_cases(count):
+def tell_random(number: int, seconds: float) -> bool:
+    """Compare so many random systems; print how many agree, and return whether all do."""
+    agreed: list[Compared] = []
+    differ: list[str] = []
+    large = 0
+    for case in random_cases():
+        if len(agreed) + len(differ) >= number:
+            break
         try:
             found = case.compare(LARGEST_RANDOM, seconds)
-        except FsmkitError:
-            left += 1
-            continue
-        if found.differences():
-            differ.append(f"{case.name}: {found.differences()}")
-            continue
-        agreed += 1
-        states += found.explorer.states
-        violated += sum(not holds for holds in (found.storm or found.explorer).holds.values())
+        except TooLargeError:
+            large += 1
+        except (FsmkitError, JudgeError) as error:
+            differ.append(f"{case.name}: {str(error)[:200]}")
+        else:
+            differ += [f"{case.name}: {difference}" for difference in found.differences()]
+            agreed += [] if found.differences() else [found]
+    holds = [holds for found in agreed for holds in (found.storm or found.explorer).holds.values()]
     say(
-        f"{agreed} random systems agree ({states:,} states, {violated} violated properties); "
-        f"{len(differ)} do not; {left} are larger than {LARGEST_RANDOM:,} states or not exported"
+        f"{len(agreed)} random systems agree, {sum(f.explorer.states for f in agreed):,} states, "
+        f"{len(holds)} properties, {holds.count(False)} of them violated; {len(differ)} differ; "
+        f"{large} with more than {LARGEST_RANDOM:,} states were left out"
     )
     for line in differ:
         say(line)
@@ -251,8 +255,8 @@ def tell_random(count: int, seconds: float) -> bool:
 def main(arguments: list[str]) -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="agreement")
-    parser.add_argument("groups", nargs="*", choices=[*GROUPS, []], default=[])
-    parser.add_argument("--random", type=int, default=200)
+    parser.add_argument("groups", nargs="*", choices=[*GROUPS, RANDOM, []], default=[])
+    parser.add_argument("--random", type=int, default=200, help="how many random systems")
     parser.add_argument("--most", type=int, default=8_000_000)
     parser.add_argument("--seconds", type=float, default=1800)
     asked = parser.parse_args(arguments)
@@ -264,7 +268,7 @@ def main(arguments: list[str]) -> int:
         for name, cases in GROUPS.items()
         if not asked.groups or name in asked.groups
     ]
-    if asked.random and not asked.groups:
+    if not asked.groups or RANDOM in asked.groups:
         results.append(tell_random(asked.random, asked.seconds))
     return 0 if all(results) else 1
 

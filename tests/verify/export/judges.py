@@ -41,6 +41,10 @@ class JudgeError(Exception):
     """A judge cannot read a model, or gives up."""
 
 
+class TooLargeError(JudgeError):
+    """A system has more states than shall be compared."""
+
+
 @dataclass(frozen=True)
 class Judged:
     """What a judge says: how many states (0: not asked for), and which properties hold."""
@@ -58,7 +62,7 @@ class Compared:
     name: str
     time: str
     explorer: Judged
-    spin: Judged | None
+    spin: Judged
     storm: Judged | None
     unfair: frozenset[str] = frozenset()
     unasked: frozenset[str] = field(default_factory=frozenset)
@@ -94,21 +98,22 @@ def compare(
     *,
     untimed: bool = False,
     silent: bool = False,
-    spin: bool = True,
     storm: bool = True,
     most: int = MOST,
     seconds: float = 600,
 ) -> Compared:
-    """Ask all judges; `FsmkitError` where a system is too large or cannot be exported."""
+    """Ask all judges; `FsmkitError` where a system cannot be exported."""
     system = with_deadlock(system)
-    network = network_of(system, Wanted(untimed, silent, most, seconds))
     manner = Manner("c", untimed=untimed, silent=silent, limits=Limits(seconds=seconds))
     report = check(system, Findings(), manner=manner)
+    if report.exploration.states > most:
+        raise TooLargeError(f"{report.exploration.states:,} states")
     ours = by_explorer(report)
+    network = network_of(system, Wanted(untimed, silent, most, seconds))
     kinds = {p.name: p.kind for p in system.properties}
-    theirs = by_spin(network, seconds) if spin else None
+    theirs = by_spin(network, seconds)
     stormy = by_storm(network) if storm else None
-    asked = set().union(*(judge.holds for judge in (theirs, stormy) if judge is not None))
+    asked = theirs.holds.keys() | (stormy.holds.keys() if stormy else set())
     return Compared(
         name,
         "untimed" if untimed else "discrete" if network.closed.unit else "none",
@@ -118,6 +123,19 @@ def compare(
         frozenset(p for p, kind in kinds.items() if kind is PropertyKind.LEADS_TO),
         frozenset(kinds) - asked,
     )
+
+
+def find(name: str, system: System, bad: str, *, untimed: bool, seconds: float) -> Compared:
+    """Ask explorer and SPIN about one property, no further than to a violation."""
+    kept = tuple(p for p in system.properties if p.name == bad)
+    system = replace(system, properties=kept)
+    manner = Manner("c", untimed=untimed, silent=untimed, limits=Limits(seconds=seconds))
+    report = check(system, Findings(), manner=manner, names=frozenset({bad}))
+    ours = {r.name: r.verdict is not Verdict.VIOLATED for r in report.results if r.name == bad}
+    network = network_of(system, Wanted(untimed, untimed, MOST, seconds))
+    theirs = by_spin(network, seconds, states=False)
+    time = "untimed" if untimed else "discrete"
+    return Compared(name, time, Judged(network.states, ours), theirs, None)
 
 
 def by_explorer(report: Report) -> Judged:
@@ -139,15 +157,17 @@ def by_explorer(report: Report) -> Judged:
 # --- SPIN ----------------------------------------------------------------------------------------
 
 
-def by_spin(network: Network, seconds: float = 600) -> Judged:
-    """Return what SPIN says: all states, then each property that is a never claim."""
+def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> Judged:
+    """Return what SPIN says: all states, if wanted, and each property that is a never claim."""
     text = written(network)
     properties = network.closed.system.properties
     names = dict(zip(identifiers(p.name for p in properties), properties, strict=True))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         compile_model(f"{text}{EVERYTHING}\n", folder, "-O0" if network.states < FEW else "-O2")
-        states, errors = run_pan(folder, seconds, "-a", "-N", "everything_")
+        found = errors = 0
+        if states:
+            found, errors = run_pan(folder, seconds, "-a", "-N", "everything_")
         if errors:
             raise JudgeError("SPIN reaches an assertion that fails: the explorer saw less")
         holds = {}
@@ -155,7 +175,7 @@ def by_spin(network: Network, seconds: float = 600) -> Judged:
             _, errors = run_pan(folder, seconds, "-a", "-N", claim)
             wanted = names[claim].kind is PropertyKind.REACHABLE
             holds[names[claim].name] = (errors > 0) is wanted
-    return Judged(states, holds)
+    return Judged(found, holds)
 
 
 def compile_model(text: str, folder: Path, *flags: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from tests.verify.export.judges import Compared, compare, has_storm
 from tests.verify.systems import SYSTEMS
 
 MACHINES = Path(__file__).parents[3] / "machines"
-SEEDS = int(os.environ.get("FSMKIT_RANDOM_SYSTEMS", "6"))
+SMALL = tuple(islice(random_cases(), 6))
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 
@@ -32,7 +33,6 @@ def all_judges(require_tool: Callable[[str], str]) -> None:
 
 def agree(found: Compared) -> None:
     assert found.differences() == []
-    assert found.spin is not None
     assert found.storm is not None
     assert found.spin.holds.keys() == found.storm.holds.keys() - unclaimed(found)
 
@@ -123,6 +123,6 @@ def test_on_a_chart_alone() -> None:
     agree(compare("process", loaded(MACHINES / "fischer/process.yaml")))
 
 
-@pytest.mark.parametrize("case", tuple(random_cases(SEEDS)), ids=lambda case: case.name)
+@pytest.mark.parametrize("case", SMALL, ids=lambda case: case.name)
 def test_on_random_systems(case: Case) -> None:
     agree(case.compare())
