@@ -164,7 +164,7 @@ def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> J
     names = dict(zip(identifiers(p.name for p in properties), properties, strict=True))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        compile_model(f"{text}{EVERYTHING}\n", folder, "-O0" if network.states < FEW else "-O2")
+        compile_model(f"{text}{EVERYTHING}\n", folder, "-O0" if network.states < FEW else "-O1")
         found = errors = 0
         if states:
             found, errors = run_pan(folder, seconds, "-a", "-N", "everything_")
