@@ -28,6 +28,8 @@ from fsmkit.verify.walk import nodes
 
 MOST_CLOCK = 2**30 - 2
 """The longest time that UPPAAL compares a clock with."""
+STOPPED = "#d98880"
+"""The color of locations of machines that have come to an end or a fault."""
 
 
 @dataclass(slots=True)
@@ -68,7 +70,9 @@ class Builder(Steps):
             if key.fault:
                 wanted += f"_{spelled(key.fault)}_fault"
             invariant = () if self.space.closed.untimed else self._invariant(key)
-            self.locations[key] = Location(f"id{number}", names.take(wanted), invariant)
+            color = "" if key.running else STOPPED
+            name = names.take(wanted)
+            self.locations[key] = Location(f"id{number}", name, invariant, color=color)
 
     def _invariant(self, key: Key) -> tuple[str, ...]:
         found = {}

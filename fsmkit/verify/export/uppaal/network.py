@@ -55,6 +55,8 @@ class Location:
     name: str = ""
     invariant: tuple[str, ...] = ()
     committed: bool = False
+    color: str = ""
+    """As ``#rrggbb``; empty: the editor's own."""
     at: Point | None = None
     name_at: Point | None = None
     invariant_at: Point | None = None
@@ -72,6 +74,7 @@ class Edge:
     sync: str = ""
     update: tuple[str, ...] = ()
     comment: str = ""
+    color: str = ""
     select_at: Point | None = None
     guard_at: Point | None = None
     sync_at: Point | None = None

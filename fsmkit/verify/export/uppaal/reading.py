@@ -108,6 +108,7 @@ def _location(one: etree._Element) -> Location:
         one.findtext("name") or "",
         tuple(conjuncts(invariant)),
         committed=one.find("committed") is not None,
+        color=one.get("color", ""),
         at=_place(one),
         name_at=_place(one.find("name")),
         invariant_at=at,
@@ -131,6 +132,7 @@ def _edge(one: etree._Element) -> Edge:
         sync,
         tuple(split(update, ",")),
         comment,
+        one.get("color", ""),
         select_at,
         guard_at,
         sync_at,
@@ -142,7 +144,7 @@ def _edge(one: etree._Element) -> Edge:
 
 def _label(one: etree._Element, kind: str) -> tuple[str, Point | None]:
     found = one.find(f"label[@kind='{kind}']")
-    return ("", None) if found is None else (found.text or "", _place(found))
+    return ("", None) if found is None else ((found.text or "").replace("\n", " "), _place(found))
 
 
 def _place(one: etree._Element | None) -> Point | None:

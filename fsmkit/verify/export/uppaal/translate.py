@@ -13,6 +13,7 @@ from fsmkit.verify.closed import Closed
 from fsmkit.verify.export.uppaal.automaton import Automaton, followed
 from fsmkit.verify.export.uppaal.data import Data
 from fsmkit.verify.export.uppaal.entries import Path, Posted, Told
+from fsmkit.verify.export.uppaal.joining import joined
 from fsmkit.verify.export.uppaal.layout import laid_out
 from fsmkit.verify.export.uppaal.machine import Builder
 from fsmkit.verify.export.uppaal.network import Network
@@ -57,7 +58,7 @@ def translated(closed: Closed, *, flat: bool = False, draw: bool = True) -> Netw
         tuple(queries.made()),
     )
     declarations = space.declarations(len(starting), boots=len(starting))
-    found = replace(found, declarations=declarations)
+    found = joined(replace(found, declarations=declarations))
     demand_wellformed(found)
     return laid_out(found) if draw else found
 

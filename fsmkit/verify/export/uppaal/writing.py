@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from lxml import etree
 
+from fsmkit.verify.export.uppaal.labels import Label, labels
 from fsmkit.verify.export.uppaal.network import (
     Declarations,
     Declared,
@@ -22,6 +23,8 @@ DOCTYPE = (
     "<!DOCTYPE nta PUBLIC '-//Uppaal Team//DTD Flat System 1.6//EN' "
     "'http://www.it.uu.se/research/group/darts/uppaal/flat-1_6.dtd'>"
 )
+
+WRITTEN = (Label.SELECT, Label.GUARD, Label.SYNC, Label.UPDATE, Label.COMMENT)
 
 
 def write(network: Network) -> str:
@@ -57,6 +60,7 @@ def _template(root: etree._Element, template: Template) -> None:
 
 def _location(template: etree._Element, location: Location) -> None:
     found = _put(template, "location", location.at, id=location.id)
+    _color(found, location.color)
     if location.name:
         _put(found, "name", location.name_at).text = location.name
     _label(found, "invariant", " && ".join(location.invariant), location.invariant_at)
@@ -68,14 +72,24 @@ def _edge(template: etree._Element, edge: Edge) -> None:
     found = etree.SubElement(template, "transition")
     etree.SubElement(found, "source", ref=edge.source)
     etree.SubElement(found, "target", ref=edge.target)
-    select = ", ".join(f"{name} : int[{lo},{hi}]" for name, lo, hi in edge.select)
-    _label(found, "select", select, edge.select_at)
-    _label(found, "guard", " && ".join(edge.guard), edge.guard_at)
-    _label(found, "synchronisation", edge.sync, edge.sync_at)
-    _label(found, "assignment", ", ".join(edge.update), edge.update_at)
-    _label(found, "comments", edge.comment, edge.comment_at)
+    _color(found, edge.color)
+    places = {
+        Label.COMMENT: edge.comment_at,
+        Label.SELECT: edge.select_at,
+        Label.GUARD: edge.guard_at,
+        Label.SYNC: edge.sync_at,
+        Label.UPDATE: edge.update_at,
+    }
+    texts = labels(edge)
+    for kind in WRITTEN:
+        _label(found, kind.value, texts.get(kind, ""), places[kind])
     for nail in edge.nails:
         _put(found, "nail", nail)
+
+
+def _color(element: etree._Element, color: str) -> None:
+    if color:
+        element.set("color", color)
 
 
 def _label(parent: etree._Element, kind: str, text: str, at: Point | None) -> None:
