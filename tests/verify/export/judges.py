@@ -34,7 +34,7 @@ FEW = 20_000
 EVERYTHING = "never everything_ { do :: true od }"
 """A claim that is never violated, and has one state."""
 DEEPEST = 3_000_000
-"""Steps of SPIN's longest path."""
+"""Steps of SPIN's longest path; on each state there are two, one of them of the claim."""
 
 
 class JudgeError(Exception):
@@ -165,14 +165,15 @@ def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> J
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         compile_model(f"{text}{EVERYTHING}\n", folder, "-O0" if network.states < FEW else "-O1")
+        deepest = f"-m{min(2 * network.states + 100, DEEPEST)}"
         found = errors = 0
         if states:
-            found, errors = run_pan(folder, seconds, "-a", "-N", "everything_")
+            found, errors = run_pan(folder, seconds, deepest, "-a", "-N", "everything_")
         if errors:
             raise JudgeError("SPIN reaches an assertion that fails: the explorer saw less")
         holds = {}
         for claim in re.findall(r"^never (\w+) ", text, re.MULTILINE):
-            _, errors = run_pan(folder, seconds, "-a", "-N", claim)
+            _, errors = run_pan(folder, seconds, deepest, "-a", "-N", claim)
             wanted = names[claim].kind is PropertyKind.REACHABLE
             holds[names[claim].name] = (errors > 0) is wanted
     return Judged(found, holds)
@@ -189,7 +190,7 @@ def compile_model(text: str, folder: Path, *flags: str) -> None:
 
 def run_pan(folder: Path, seconds: float, *options: str) -> tuple[int, int]:
     """Run a verifier; return the states that it stored, and the errors that it found."""
-    command = ["./pan", "-n", f"-m{DEEPEST}", *options]
+    command = ["./pan", "-n", *options]
     try:
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=seconds, check=False
