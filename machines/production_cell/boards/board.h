@@ -50,7 +50,7 @@ typedef struct {
     void (*cycle)(uint32_t now);         /* all machines run */
     void (*act)(bool is_off);            /* drives and machines to outputs; off: only what is safe */
     void (*stop_all)(void);              /* emergency stop to each machine */
-    void (*fail_all)(void);              /* the fault `handover` to each machine */
+    void (*fail_all)(void);              /* the fault `link` to each machine */
     void (*power_up)(void);              /* machines that know of no power are told */
     unsigned (*lost)(void);              /* events between machines of this board that were refused */
 } board_program;
@@ -134,7 +134,7 @@ typedef struct {
 
 /* What a machine is told when the emergency chain opens, and when a link fails. */
 #define BOARD_STOP(X, member) (void)X##_post_estop(&(member))
-#define BOARD_FAIL(X, UPPER, member) (void)X##_post_fault(&(member), UPPER##_FAULT_HANDOVER)
+#define BOARD_FAIL(X, UPPER, member) (void)X##_post_fault(&(member), UPPER##_FAULT_LINK)
 #define BOARD_POWER_UP(X, UPPER, member)                                                           \
     do {                                                                                           \
         if (X##_in(&(member), UPPER##_STATE_UNPOWERED))                                            \

@@ -20,7 +20,7 @@ static struct {
         molder_enable, extractor_pwm, extractor_enable;
     int32_t extractor_magnet, lamp, beacon;
     int32_t supervisor_state, feeder_belt_state, feeder_state, molder_state, extractor_state;
-    int32_t feeder_belt_fault, feeder_fault, molder_fault, extractor_fault, heat;
+    int32_t supervisor_fault, feeder_belt_fault, feeder_fault, molder_fault, extractor_fault, heat;
 } out;
 
 static const board_signal inputs[] = {
@@ -61,6 +61,7 @@ static const board_signal outputs[] = {
     {"feeder.state", &out.feeder_state},
     {"molder.state", &out.molder_state},
     {"extractor.state", &out.extractor_state},
+    {"supervisor.fault", &out.supervisor_fault},
     {"feeder_belt.fault", &out.feeder_belt_fault},
     {"feeder.fault", &out.feeder_fault},
     {"molder.fault", &out.molder_fault},
@@ -112,18 +113,14 @@ BOARD_TELLS(feeder_belt, FEEDER_BELT, node.feeder_belt)
 BOARD_TELLS(feeder, FEEDER, node.feeder)
 BOARD_TELLS(molder, MOLDER, node.molder)
 BOARD_TELLS(extractor, EXTRACTOR, node.extractor)
+BOARD_TELLS_FAULT(supervisor, node.supervisor)
 BOARD_TELLS_FAULT(feeder_belt, node.feeder_belt)
 BOARD_TELLS_FAULT(feeder, node.feeder)
 BOARD_TELLS_FAULT(molder, node.molder)
 BOARD_TELLS_FAULT(extractor, node.extractor)
 
-static uint8_t no_fault(void)
-{
-    return 0u;
-}
-
 static const board_machine machines[] = {
-    BOARD_MACHINE(supervisor, SUPERVISOR, no_fault),
+    BOARD_MACHINE(supervisor, SUPERVISOR, supervisor_told_fault),
     BOARD_MACHINE(feeder_belt, FEEDER_BELT, feeder_belt_told_fault),
     BOARD_MACHINE(feeder, FEEDER, feeder_told_fault),
     BOARD_MACHINE(molder, MOLDER, molder_told_fault),
@@ -153,7 +150,7 @@ static bool is_pressed(int32_t level, int32_t *before)
     return pressed;
 }
 
-/* While all is off, the supervisor is kept where it waits for the emergency chain. */
+/* Reset does nothing while the chain is open. Whatever else turned all off, the supervisor trips. */
 static void read_buttons(bool is_off)
 {
     static int32_t start_before, stop_before, pause_before, resume_before, reset_before;
@@ -166,7 +163,7 @@ static void read_buttons(bool is_off)
         (void)supervisor_post_press_pause(m);
     if (is_pressed(in.resume, &resume_before) && supervisor_in(m, SUPERVISOR_STATE_INTERRUPTED))
         (void)supervisor_post_press_start(m);
-    if (is_pressed(in.reset, &reset_before))
+    if (is_pressed(in.reset, &reset_before) && in.estop == 0)
         (void)supervisor_post_press_reset(m);
     if (is_off && !supervisor_in(m, SUPERVISOR_STATE_TRIPPED) &&
         !supervisor_in(m, SUPERVISOR_STATE_SWITCHED_OFF))
@@ -222,6 +219,7 @@ static void act(bool is_off)
     out.feeder_state = feeder_told_leaf();
     out.molder_state = molder_told_leaf();
     out.extractor_state = extractor_told_leaf();
+    out.supervisor_fault = supervisor_told_fault();
     out.feeder_belt_fault = feeder_belt_told_fault();
     out.feeder_fault = feeder_told_fault();
     out.molder_fault = molder_told_fault();

@@ -82,6 +82,7 @@ class Orchestrator:
         self._pending = sorted(setup.faults)
         self._state = WorldState()
         self._is_stopped = False
+        self._set_on_boards: dict[str, float] = {}
 
     def stop(self) -> None:
         """Let the run end after the present step, with its reports."""
@@ -231,11 +232,12 @@ class Orchestrator:
     def _act(self, action: Action) -> None:
         match action.target:
             case "plant":
-                self._plant.ask_json(b"P", {"name": action.name, "value": action.value})
+                _set(self._plant, action.name, action.value)
             case "boards":
+                self._set_on_boards[action.name] = action.value
                 for board in self._boards:
                     if board.is_alive:
-                        board.ask_json(b"P", {"name": action.name, "value": action.value})
+                        _set(board, action.name, action.value)
             case "estop":
                 self._state = replace(self._state, estop=int(action.value))
             case "kill":
@@ -260,7 +262,14 @@ class Orchestrator:
                 self._values[place] = 0
 
     def _restart(self, board: Process) -> None:
-        """Begin a killed board anew; it starts as from power-up."""
+        """Begin a killed board anew; it starts as from power-up, among the same faults."""
         board.begin()
         self._initial(board)
         self._check_one(board)
+        for name, value in self._set_on_boards.items():
+            _set(board, name, value)
+
+
+def _set(process: Process, name: str, value: float) -> None:
+    """Set a parameter of a process."""
+    process.ask_json(b"P", {"name": name, "value": value})

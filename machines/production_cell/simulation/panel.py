@@ -77,7 +77,7 @@ def step(
     while state.scripted < len(rule.script) and rule.script[state.scripted][0] <= now:
         button = rule.script[state.scripted][1]
         state = replace(state, scripted=state.scripted + 1)
-    state = replace(state, clears=button == "start") if state.clears or button else state
+    state = replace(state, clears=button == "reset") if state.clears or button else state
     if button and all(button != held for held, _ in state.pressed):
         state = replace(state, pressed=(*state.pressed, (button, now)), since=now)
     if not seen["lamp"]:
@@ -97,7 +97,7 @@ def _due(rule: Operator, state: OperatorState, now: int) -> str:
     match state.state:
         case "standing_by" if waited >= rule.start_after:
             return "start"
-        case "faulted" if waited >= rule.reset_after:
+        case "faulted" | "fallen" if waited >= rule.reset_after and not state.chain_open:
             return "reset"
         case "interrupted" if waited >= rule.resume_after:
             return "resume"

@@ -167,7 +167,7 @@ def _inserted(
 
 
 def _cleared(state: PlantState, events: list[Event]) -> PlantState:
-    """Take away the blocks that no sensor sees, as the operator does before he starts the cell."""
+    """Take away the blocks that no sensor sees, as the operator does before he resets the cell."""
     left = tuple(b for b in state.blocks if not blocks.is_out_of_sight(b))
     if len(left) == len(state.blocks):
         return state

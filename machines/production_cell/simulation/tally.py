@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+import fsmkit
+from fsmkit.expressions import EnumType
 
 from .axes import PITCH
 from .observed import NEAR, Column, starts
@@ -27,7 +32,7 @@ class Tally:
     """Laid on the feeder belt by the rotator."""
     rejected: int
     removed: int
-    """Taken away by the operator before he starts, as no sensor sees them."""
+    """Taken away by the operator before he resets, as no sensor sees them."""
     lost: int
     doubled: int
     """Steps in which one block was in two slots, or more blocks in the ring than there are."""
@@ -136,16 +141,18 @@ def timeline(recording: Recording, outcome: Outcome) -> tuple[tuple[float, str],
         for row in starts(column).tolist():
             name = names[int(column[row])]
             if module == "supervisor" or name == "error":
-                code = _fault(recording, module, row) if name == "error" else ""
+                failed = name in {"error", "faulted"}
+                code = _fault(recording, module, row) if failed else ""
                 told.append(((row + 1) / 1000, f"{module}: {name}{code}"))
     return tuple(sorted(told, key=lambda entry: entry[0]))
 
 
-FAULTS = (
-    "none", "lost", "jam", "stall", "overrun", "home_timeout", "move_timeout", "stop_timeout",
-    "handover",
-)  # fmt: skip
-"""The type Fault of module.scxml."""
+@cache
+def _fault_names() -> tuple[str, ...]:
+    """Return the members of the type Fault, as the charts have it."""
+    chart = fsmkit.load(Path(__file__).resolve().parents[1] / "supervisor.yaml")
+    types = (variable.type for variable in chart.outputs if variable.name == "fault_code")
+    return next(type_.members for type_ in types if isinstance(type_, EnumType))
 
 
 def _fault(recording: Recording, module: str, row: int) -> str:
@@ -153,4 +160,4 @@ def _fault(recording: Recording, module: str, row: int) -> str:
     signal = f"{module}.fault"
     if signal not in recording:
         return ""
-    return f" ({FAULTS[int(recording[signal][row])]})"
+    return f" ({_fault_names()[int(recording[signal][row])]})"

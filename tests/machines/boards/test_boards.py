@@ -102,7 +102,7 @@ def test_cut_link_stops_the_board_that_hears_nothing(history: dict[str, Any]) ->
     assert set(history["cut off"].values()) == {"error"}
     report = history["reports"]["b"]
     assert report["notes"][-1]["text"] == "link: board a silent for 100 ms"
-    assert report["faults"]["rotator"] == "handover"
+    assert report["faults"]["rotator"] == "link"
     assert report["refused"] == 0
 
 

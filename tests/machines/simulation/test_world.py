@@ -52,7 +52,12 @@ def test_blocks_are_laid_down_only_while_the_lamp_is_on_and_up_to_so_many() -> N
 
 @pytest.mark.parametrize(
     ("supervisor", "button", "after"),
-    [("standing_by", "start", 500), ("faulted", "reset", 3000), ("interrupted", "resume", 2000)],
+    [
+        ("standing_by", "start", 500),
+        ("faulted", "reset", 3000),
+        ("fallen", "reset", 3000),
+        ("interrupted", "resume", 2000),
+    ],
 )
 def test_what_the_rules_demand(supervisor: str, button: str, after: int) -> None:
     _, pressed = work(Operator(), after + 50, supervisor=supervisor)
@@ -62,7 +67,7 @@ def test_what_the_rules_demand(supervisor: str, button: str, after: int) -> None
 
 def test_the_emergency_chain_is_closed_and_then_reset() -> None:
     rule = Operator(release_after=1000)
-    pressed = work(rule, 3000, supervisor="fallen", estop=lambda now: 500 <= now < 1500)[1]
+    pressed = work(rule, 2900, supervisor="fallen", estop=lambda now: 500 <= now < 1500)[1]
     assert pressed == [(2500, "reset")]
 
 
