@@ -15,6 +15,7 @@ from fsmkit.verify.export.formula import condition_of, deadlock, goal_of
 from fsmkit.verify.export.local_states import ranges
 from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Automaton, Move, Network, Place, Sent
+from fsmkit.verify.export.promela.options import Option, options
 from fsmkit.verify.export.promela.spelling import Spelling
 from fsmkit.verify.moves import Action
 from fsmkit.verify.system import JUDGED_AT_STATES, Property, PropertyKind
@@ -33,6 +34,10 @@ HEADER = """\
  *
  * With -DQUEUES (to spin) a message that finds its queue full is an error, with -DFAULTS a fault.
  */"""
+
+
+NAMED = 3
+"""So many states or labels are named in a comment."""
 
 
 def written(network: Network) -> str:
@@ -206,19 +211,17 @@ class _Writer:
         out, spelling = self._out, self._spelling
         with out.block(f"active proctype {spelling.machines[machine]}_machine() {{", "}"):
             out.lines(["end:", "do"])
-            for move in automaton.moves:
-                out.line(
-                    f"/* {_comment(automaton.locals[move.source].text)}: {_comment(move.label)} */"
-                )
-                out.line(self._option(machine, automaton, move))
+            for option in options(automaton):
+                out.line(f"/* {_comment(_told(automaton, option))} */")
+                out.line(self._option(machine, automaton, option))
             out.line("od")
         out.line()
 
-    def _option(self, machine: int, automaton: Automaton, move: Move) -> str:
-        spelling = self._spelling
+    def _option(self, machine: int, automaton: Automaton, option: Option) -> str:
+        spelling, move = self._spelling, option[0]
         at, queue = spelling.at(machine), spelling.queue(machine)
         guard = [
-            f"{at} == {spelling.local(machine, move.source)}",
+            spelling.is_in(machine, {m.source for m in option}),
             self._turn(machine, automaton, move),
         ]
         body = []
@@ -332,6 +335,18 @@ def _never_comes(name: str, begins: str, goal: str) -> Iterator[str]:
     yield f"  do :: true :: begins_{name} && !goal_{name} -> break od;"
     yield f"accept: do :: !goal_{name} od"
     yield "}"
+
+
+def _told(automaton: Automaton, option: Option) -> str:
+    """Return where an option comes from, and by what; of many, the first and how many more."""
+    sources = dict.fromkeys(automaton.locals[move.source].text for move in option)
+    labels = dict.fromkeys(move.label for move in option)
+    return f"{_first_of(list(sources))}: {_first_of(list(labels))}"
+
+
+def _first_of(texts: list[str]) -> str:
+    shown = ", ".join(texts[:NAMED])
+    return f"{shown}, {len(texts) - NAMED} more" if len(texts) > NAMED else shown
 
 
 def _changes(automaton: Automaton, message: int) -> dict[int, tuple[int, bool]]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +21,7 @@ from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Network
 from fsmkit.verify.export.promela.model import written
+from fsmkit.verify.export.promela.options import Walk, performers
 from fsmkit.verify.global_steps import GlobalSteps
 from fsmkit.verify.moves import Action, Step
 from fsmkit.verify.system import Property, System
@@ -79,28 +79,30 @@ def _read(path: Path) -> str:
 def _trail(network: Network, text: str, printed: str, path: Path) -> Trail:
     """Return the steps of the lines, in their order; statements of a step have its number."""
     lines = [n for n, line in enumerate(text.splitlines(), 1) if line.lstrip().startswith(OPTION)]
-    steps = dict(zip(lines, _steps(network), strict=True))
+    starts = {line: number for number, line in enumerate(lines[: len(network.starts)])}
+    clock = lines.pop() if network.closed.unit else None
+    options = dict(zip(lines[len(starts) :], performers(network), strict=True))
     found: dict[str, tuple[Step, ...]] = {}
+    walk: Walk | None = None
     performed = printed.partition("spin: trail ends")[0]
     for match in filter(None, map(STATEMENT.match, performed.splitlines())):
         number, line = match[1], int(match[3])
-        if number not in found:
-            if line not in steps:
-                raise _foreign(path, f"line {line} of the model is no step")
-            found[number] = steps[line]
+        if number in found:
+            continue
+        if line in starts:
+            walk = Walk(network, starts[line])
+            found[number] = network.starts[starts[line]]
+        elif walk is not None and line == clock:
+            walk.elapse()
+            found[number] = (Step(Action.ELAPSE),)
+        else:
+            move = walk.take(*options[line]) if walk is not None and line in options else None
+            if move is None:
+                raise _foreign(path, f"line {line} of the model is no step there")
+            found[number] = (move.step,)
     if not found:
         raise _foreign(path, "there is no step in it")
     return tuple(found.values())
-
-
-def _steps(network: Network) -> Iterator[tuple[Step, ...]]:
-    """Yield what the options of the model are, in their order (see `model`)."""
-    yield from network.starts
-    for automaton in network.automata:
-        for move in automaton.moves:
-            yield (move.step,)
-    if network.closed.unit:
-        yield (Step(Action.ELAPSE),)
 
 
 def _property(network: Network, printed: str) -> Property | None:

@@ -1,0 +1,69 @@
+"""Moves that one option of a process performs: from several local states to one, all else alike.
+
+A chart that stands open has a hundred ways into each state of its error; an option for each of them
+would be a verifier that no compiler finishes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from fsmkit.verify.export.network import Automaton, Move, Network, Sent
+
+Option = tuple[Move, ...]
+
+
+def options(automaton: Automaton) -> tuple[Option, ...]:
+    """Return the moves of a machine by what an option of its process does, in their order."""
+    found: dict[object, list[Move]] = {}
+    for move in automaton.moves:
+        found.setdefault(_deed(automaton, move), []).append(move)
+    return tuple(map(tuple, found.values()))
+
+
+def _deed(automaton: Automaton, move: Move) -> object:
+    """Return all of a move but where it comes from, and what it is called."""
+    stops = automaton.locals[move.source].running and not automaton.locals[move.target].running
+    target = None if move.target == move.source else move.target
+    when = move.action, move.taken, move.needs_empty, move.from_outside
+    return when, target, move.sent, move.faults, stops
+
+
+class Walk:
+    """Where the machines are on a path: their local states, as moves of the network change them."""
+
+    def __init__(self, network: Network, start: int) -> None:
+        """Begin in an initial state, by its number."""
+        self._network = network
+        self._at = [place.local for place in network.initial[start]]
+
+    def take(self, machine: int, option: Option) -> Move | None:
+        """Perform the move of an option that comes from here; None: there is none."""
+        found = next((move for move in option if move.source == self._at[machine]), None)
+        if found is not None:
+            self._at[machine] = found.target
+            self._tell(found.sent)
+        return found
+
+    def elapse(self) -> None:
+        """Let a unit of time pass."""
+        self._at = [
+            automaton.elapsed.get(at, at)
+            for automaton, at in zip(self._network.automata, self._at, strict=True)
+        ]
+
+    def _tell(self, sent: Iterable[Sent]) -> None:
+        for target, message in ((s.target, s.message) for s in sent):
+            automaton = self._network.automata[target]
+            if automaton.arrivals[message].is_event and automaton.queue:
+                continue
+            after, is_full = automaton.receives.get((self._at[target], message), (None, True))
+            if after is not None and not is_full:
+                self._at[target] = after
+
+
+def performers(network: Network) -> Iterator[tuple[int, Option]]:
+    """Yield all options with their machines, in the order of the model."""
+    for machine, automaton in enumerate(network.automata):
+        for option in options(automaton):
+            yield machine, option
