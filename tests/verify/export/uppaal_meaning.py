@@ -142,6 +142,7 @@ class Compiled:
     update: Callable[[list[int]], None]
     is_urgent: bool
     edge: Edge
+    chosen: dict[str, int]
 
 
 @dataclass
@@ -244,9 +245,9 @@ class Meaning:
                     guard = once((n, edge.guard, frozen), make)
                     make = partial(self._update, edge.update, n, chosen)
                     update = once((n, edge.update, frozen, "u"), make)
-                    out[source].append(
-                        Compiled(self.numbers[n][edge.target], guard, update, bool(edge.sync), edge)
-                    )
+                    target = self.numbers[n][edge.target]
+                    urgent = bool(edge.sync)
+                    out[source].append(Compiled(target, guard, update, urgent, edge, chosen))
             self.edges.append(out)
             self.invariants.append([self.condition(loc.invariant, n, {}) if loc.invariant else None
                                     for loc in template.locations])  # fmt: skip
@@ -260,6 +261,19 @@ class Meaning:
         numbers += [int(x) for t in self.network.templates for e in t.edges for g in e.guard
                     for x in re.findall(r"[<>]=? (\d+)", g)]  # fmt: skip
         self.most = max(numbers, default=0) + self.unit
+        self.moves = [[self._moves(n, of) for of in out] for n, out in enumerate(self.edges)]
+
+    def _moves(self, n: int, edges: list[Compiled]) -> Any:
+        """Return one function of all edges of a location; it returns the states after them."""
+        lines = ["  found = []"]
+        for edge in edges:
+            chosen = edge.chosen
+            guard = " and ".join(f"({self.python(p, n, chosen)})" for p in edge.edge.guard)
+            update = [self.python(p, n, chosen) for p in edge.edge.update]
+            lines += [f"  if {guard or 'True'}:", "    a = list(s)"]
+            lines += ["    " + re.sub(r"\bs([\[,])", r"a\1", text) for text in update]
+            lines += [f"    a[{n}] = {edge.target}", "    found.append(a)"]
+        return self.function("\n".join([*lines, "  return found"]))
 
     def _update(self, parts: tuple[str, ...], scope: int, select: dict[str, int]) -> Any:
         lines = [f"  {self.python(p, scope, select)}" for p in parts]
@@ -269,6 +283,13 @@ class Meaning:
 
     def is_committed(self, s: tuple[int, ...]) -> bool:
         return any(of[s[n]] for n, of in enumerate(self.committed))
+
+    def untimed(self, s: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+        """Yield what follows where there are no clocks, and hurry has no meaning."""
+        committed = self.is_committed(s)
+        for n, of in enumerate(self.moves):
+            if not committed or self.committed[n][s[n]]:
+                yield from map(tuple, of[s[n]](s))
 
     def successors(self, s: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
         committed = self.is_committed(s)
@@ -308,11 +329,12 @@ class Meaning:
         return tuple(int(x) for x in s)
 
     def reached(self, most: int = 10**6) -> list[tuple[int, ...]]:
+        after_it = self.successors if self.clocks else self.untimed
         first = tuple(self.start)
         seen = {first}
         order = [first]
         for s in order:
-            for after in self.successors(s):
+            for after in after_it(s):
                 if after not in seen:
                     seen.add(after)
                     order.append(after)

@@ -8,8 +8,9 @@ from enum import Enum
 
 from fsmkit.expressions import Literal, Value
 from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import Timeout
 from fsmkit.verify.closed import Closed
-from fsmkit.verify.export.uppaal.entries import History, Key, Path
+from fsmkit.verify.export.uppaal.entries import Armed, History, Key, Path
 from fsmkit.verify.export.uppaal.paths import Paths
 from fsmkit.verify.export.uppaal.terms import refuse
 from fsmkit.verify.readiness import tries_eventless
@@ -87,7 +88,7 @@ def followed(
         key, history = waiting.pop(0)
         if not key.running:
             continue
-        fires = [Trigger(Cause.FIRE, place=n) for n in _firing(closed, key)]
+        fires = [Trigger(Cause.FIRE, place=n) for n in _firing(closed, machine, key)]
         for trigger in [*triggers, *fires]:
             ways = _ways(found.paths, key, history, trigger)
             of_key = found.reactions.setdefault(key, {})
@@ -128,14 +129,14 @@ def _possible(closed: Closed, machine: int) -> list[Trigger]:
     ]
 
 
-def _firing(closed: Closed, key: Key) -> list[int]:
+def _firing(closed: Closed, machine: int, key: Key) -> list[int]:
     """Return the timers that can ever be the first to fire.
 
     Of two with equal delays that are due at once the one armed first fires first; and when one of
     them is due, one armed before it and not yet fired was armed at the same instant.
     """
     if closed.untimed:
-        return list(range(len(key.timers)))
+        return [n for n, timer in enumerate(key.timers) if not is_silent(closed, machine, timer)]
     seen: set[int | None] = set()
     found = []
     for place, timer in enumerate(key.timers):
@@ -143,6 +144,11 @@ def _firing(closed: Closed, key: Key) -> list[int]:
             found.append(place)
         seen.add(timer.greatest)
     return found
+
+
+def is_silent(closed: Closed, machine: int, timer: Armed) -> bool:
+    """Whether a timer is a watchdog that is assumed never to fire."""
+    return isinstance(timer.what, Timeout) and closed.is_silent(machine, timer.what.transition)
 
 
 def _ways(paths: Paths, key: Key, history: History, trigger: Trigger) -> tuple[Path, ...]:

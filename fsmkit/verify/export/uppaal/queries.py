@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.expressions import Expr, Fragment, InState, Variable
+from fsmkit.verify.export.uppaal.automaton import is_silent
 from fsmkit.verify.export.uppaal.entries import Key
 from fsmkit.verify.export.uppaal.machine import Builder
 from fsmkit.verify.export.uppaal.network import Query
@@ -195,7 +196,8 @@ class Queries:
     def _calm(self, builder: Builder, machine: int, key: Key, here: str) -> str | None:
         """Return when nothing is armed or owed in a location; None: never."""
         is_monitor = self.space.closed.system.machines[machine].is_monitor
-        if key.timers and not is_monitor:
+        closed = self.space.closed
+        if not is_monitor and any(not is_silent(closed, machine, t) for t in key.timers):
             return None
         conditions = [here]
         for remembered, tests in builder.owed.get(key, []):

@@ -72,6 +72,8 @@ def _remark(closed: Closed) -> list[str]:
         "A location is a stable configuration, named after its active leaves; a macrostep goes",
         "through committed locations, so that no other machine moves meanwhile.",
     ]
+    if closed.silent:
+        found.append("Watchdogs are assumed never to fire.")
     if closed.samples:
         found.append(f"Not every value from outside is tried: {', '.join(closed.samples)}.")
     return found
@@ -83,8 +85,6 @@ def _demand_sayable(closed: Closed) -> None:
     if schedule is not None:
         way_out = "export it with `schedule: interleaved`"
         raise refuse("a cyclic schedule is not translated", schedule.span, way_out)
-    if closed.silent:
-        raise refuse("silent watchdogs are not translated", None, "leave `--silent` out")
     for chart in closed.charts:
         for invocation in chart.invocations:
             raise refuse(
