@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -21,7 +21,7 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.system import System
+from fsmkit.verify.system import Possible, System
 from tests.verify.export.judges import Compared, JudgeError, TooLargeError, compare, find, has_storm
 from tests.verify.random_systems import random_system
 
@@ -31,6 +31,7 @@ CHARTS = (
     "feeder", "molder", "plant", "feeder_belt", "extractor", "extraction_belt", "sorter", "camera",
     "rotator", "supervisor",
 )  # fmt: skip
+PAIRS = tuple(sorted((CELL / "pairs").glob("*-*.yaml")))
 RINGS = (1, 2, 3)
 RANDOM = "random"
 LARGEST_RANDOM = 20_000
@@ -46,6 +47,7 @@ class Case:
     untimed: bool = False
     silent: bool = False
     breaks: str = ""
+    storm: bool = True
 
     def compare(self, most: int = LARGEST_RANDOM, seconds: float = 600) -> Compared:
         """Ask all judges; of a defect only explorer and SPIN, about what it breaks."""
@@ -57,7 +59,7 @@ class Case:
             system,
             untimed=self.untimed,
             silent=self.silent,
-            storm=has_storm(),
+            storm=self.storm and has_storm(),
             most=most,
             seconds=seconds,
         )
@@ -85,9 +87,34 @@ def charts() -> Iterator[Case]:
 
 
 def pairs() -> Iterator[Case]:
-    """Yield two modules that share a zone."""
-    for path in sorted((CELL / "pairs").glob("*-*.yaml")):
-        yield Case(path.stem, partial(loaded, path), untimed=True, silent=True)
+    """Yield two modules that share a zone: undisturbed, and with each disturbance by itself."""
+    for path in PAIRS:
+        system = loaded(path)
+        for what in ("", *disturbances(system)):
+            told = f"{path.stem}, {what}" if what else path.stem
+            yield Case(told, partial(disturbed, system, what), untimed=True, silent=True)
+
+
+def whole_pairs() -> Iterator[Case]:
+    """Yield the same with all disturbances: ten million states and more, too many for Storm."""
+    for path in PAIRS:
+        yield Case(path.stem, partial(loaded, path), untimed=True, silent=True, storm=False)
+
+
+def disturbances(system: System) -> list[str]:
+    """Return what may happen at any time, and need not."""
+    return [_named(system, possible) for possible in system.possible if not possible.owed]
+
+
+def disturbed(system: System, what: str) -> System:
+    """Return a system in which only one of those may happen; empty: none."""
+    kept = (p for p in system.possible if p.owed or _named(system, p) == what)
+    return replace(system, possible=tuple(kept))
+
+
+def _named(system: System, possible: Possible) -> str:
+    machine = system.machines[possible.machine]
+    return f"{machine.name}.{machine.chart.events[possible.event].name}"
 
 
 def rings() -> Iterator[Case]:
@@ -134,6 +161,7 @@ GROUPS: Mapping[str, Callable[[], Iterator[Case]]] = {
     "charts": charts,
     "cell": cell,
     "pairs": pairs,
+    "whole_pairs": whole_pairs,
     "rings": rings,
     "mutants": mutants,
 }
@@ -257,7 +285,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="agreement")
     parser.add_argument("groups", nargs="*", choices=[*GROUPS, RANDOM, []], default=[])
     parser.add_argument("--random", type=int, default=200, help="how many random systems")
-    parser.add_argument("--most", type=int, default=8_000_000)
+    parser.add_argument("--most", type=int, default=20_000_000)
     parser.add_argument("--seconds", type=float, default=1800)
     asked = parser.parse_args(arguments)
     if not has_storm():

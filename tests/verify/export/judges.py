@@ -85,8 +85,8 @@ class Compared:
 
 
 def with_deadlock(system: System) -> System:
-    """Return a system that asks for deadlocks."""
-    if any(p.kind is PropertyKind.DEADLOCK_FREE for p in system.properties):
+    """Return a system that asks for deadlocks; a chart alone has traps instead (see `check`)."""
+    if system.is_open or any(p.kind is PropertyKind.DEADLOCK_FREE for p in system.properties):
         return system
     more = Property(FREE_OF_DEADLOCK, PropertyKind.DEADLOCK_FREE, "no deadlock")
     return replace(system, properties=(*system.properties, more))
@@ -149,7 +149,7 @@ def by_explorer(report: Report) -> Judged:
         if result.verdict is not Verdict.UNDECIDED
     }
     for property_ in report.closed.system.properties:
-        if property_.kind is PropertyKind.DEADLOCK_FREE:  # of an open chart `check` tells traps
+        if property_.kind is PropertyKind.DEADLOCK_FREE:
             holds[property_.name] = found.mark(DEADLOCK) is None
     return Judged(found.states, holds)
 
