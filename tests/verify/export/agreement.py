@@ -11,7 +11,7 @@ import importlib.util
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
@@ -20,6 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import Possible, System
 from tests.verify.export.judges import Compared, JudgeError, TooLargeError, compare, find, has_storm
@@ -53,7 +54,8 @@ class Case:
         """Ask all judges; of a defect only explorer and SPIN, about what it breaks."""
         system = self.load()
         if self.breaks:
-            return find(self.name, system, self.breaks, untimed=self.untimed, seconds=seconds)
+            limits = Wanted(self.untimed, self.untimed, most, seconds)
+            return find(self.name, system, self.breaks, limits)
         return compare(
             self.name,
             system,
@@ -204,7 +206,7 @@ def system_of_run(verify: ModuleType, run: Any) -> System:
 # --- the table -----------------------------------------------------------------------------------
 
 HEADINGS = ("system", "time", "explorer", "SPIN", "Storm", "properties", "agree")
-ROW = "| {:<42} | {:<8} | {:>10} | {:>10} | {:>10} | {:<34} | {}"
+ROW = "| {:<52} | {:<8} | {:>10} | {:>10} | {:>10} | {:<34} | {}"
 
 
 def row(case: Case, found: Compared) -> tuple[str, bool]:
@@ -237,7 +239,7 @@ def say(line: str) -> None:
     sys.stdout.flush()
 
 
-def tell(cases: Iterator[Case], most: int, seconds: float) -> bool:
+def tell(cases: Iterable[Case], most: int, seconds: float) -> bool:
     """Print a line for each case; return whether the judges agree."""
     good = True
     for case in cases:
@@ -284,6 +286,7 @@ def main(arguments: list[str]) -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="agreement")
     parser.add_argument("groups", nargs="*", choices=[*GROUPS, RANDOM, []], default=[])
+    parser.add_argument("--only", default="", help="systems with this in their names")
     parser.add_argument("--random", type=int, default=200, help="how many random systems")
     parser.add_argument("--most", type=int, default=20_000_000)
     parser.add_argument("--seconds", type=float, default=1800)
@@ -292,7 +295,7 @@ def main(arguments: list[str]) -> int:
         say("`stormpy` is not installed (make tools): Storm is not asked")
     say(ROW.format(*HEADINGS) + " |")
     results = [
-        tell(cases(), asked.most, asked.seconds)
+        tell((c for c in cases() if asked.only in c.name), asked.most, asked.seconds)
         for name, cases in GROUPS.items()
         if not asked.groups or name in asked.groups
     ]

@@ -125,16 +125,17 @@ def compare(
     )
 
 
-def find(name: str, system: System, bad: str, *, untimed: bool, seconds: float) -> Compared:
+def find(name: str, system: System, bad: str, wanted: Wanted) -> Compared:
     """Ask explorer and SPIN about one property, no further than to a violation."""
     kept = tuple(p for p in system.properties if p.name == bad)
     system = replace(system, properties=kept)
-    manner = Manner("c", untimed=untimed, silent=untimed, limits=Limits(seconds=seconds))
+    limits = Limits(seconds=wanted.seconds)
+    manner = Manner("c", untimed=wanted.untimed, silent=wanted.silent, limits=limits)
     report = check(system, Findings(), manner=manner, names=frozenset({bad}))
     ours = {r.name: r.verdict is not Verdict.VIOLATED for r in report.results if r.name == bad}
-    network = network_of(system, Wanted(untimed, untimed, MOST, seconds))
-    theirs = by_spin(network, seconds, states=False)
-    time = "untimed" if untimed else "discrete"
+    network = network_of(system, wanted)
+    theirs = by_spin(network, wanted.seconds, states=False)
+    time = "untimed" if wanted.untimed else "discrete"
     return Compared(name, time, Judged(network.states, ours), theirs, None)
 
 

@@ -18,6 +18,9 @@ from fsmkit.verify.oracle import Oracle
 from fsmkit.verify.reader import load_system
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import System
+from tests.verify.export.agreement import CELL, disturbed
+from tests.verify.export.agreement import loaded as loaded_file
+from tests.verify.export.uppaal_cell import agreement
 from tests.verify.export.uppaal_compared import compared
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
@@ -51,6 +54,21 @@ def test_the_network_reaches_what_the_explorer_does(name: str, untimed: bool) ->
     )
     assert states > 10
     assert judged == 3
+
+
+@pytest.mark.parametrize("name", ["feeder", "molder", "supervisor"])
+def test_the_same_number_of_states_of_charts_of_the_cell(name: str) -> None:
+    found = agreement(loaded_file(CELL / f"{name}.yaml"))
+    assert found.theirs == found.ours > 400
+
+
+@pytest.mark.parametrize("pair", ["extraction_belt-sorter", "molder-extractor"])
+def test_the_same_of_pairs_that_nobody_disturbs(pair: str) -> None:
+    """What a sensor has just told the sorter is no deadlock: it has still to act on it."""
+    found = agreement(disturbed(loaded_file(CELL / f"pairs/{pair}.yaml"), ""))
+    assert found.theirs == found.ours > 400
+    assert found.judged >= 6
+    assert not found.differing
 
 
 @TIMES

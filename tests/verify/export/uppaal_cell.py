@@ -1,24 +1,26 @@
-"""The Production Cell: the network against the explorer in C, by the number of stable states and
-by all verdicts. ``python -m tests.verify.export.uppaal_cell [NAME ...]`` prints a line for each.
+"""The Production Cell: the network for UPPAAL against the explorer in C.
+
+Both must find as many stable states, and the same verdicts.
+``python -m tests.verify.export.uppaal_cell [NAME ...]`` prints a line for each chart and pair.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.closed import close
 from fsmkit.verify.engine import CEngine
 from fsmkit.verify.export.uppaal.translate import translated
-from fsmkit.verify.replay import load_any
+from fsmkit.verify.system import PropertyKind, System
+from tests.verify.export.agreement import CELL, CHARTS, PAIRS, disturbances, disturbed, loaded
 from tests.verify.export.uppaal_meaning import Meaning
 
-CELL = Path(__file__).parents[3] / "machines/production_cell"
-NAMES = ("feeder", "molder", "pairs/rotator-feeder_belt")
 MEMORY = 4 << 30
 
 
@@ -33,14 +35,14 @@ class Agreement:
     """Properties of which the verdicts differ."""
 
 
-def agreement(name: str, most: int = 10**6) -> Agreement:
-    """Compare without time, watchdogs silent."""
-    closed = close(load_any(CELL / f"{name}.yaml", Findings()), untimed=True, silent=True)
+def agreement(system: System, *, untimed: bool = True, most: int = 10**7) -> Agreement:
+    """Compare; untimed, watchdogs are silent."""
+    closed = close(system, untimed=untimed, silent=untimed)
     with closing(CEngine(closed, Findings())) as engine:
         found = engine.explore(MEMORY, 0, None)
     assert found.end.value == "complete"
     network = translated(closed, flat=True, draw=False)
-    meaning = Meaning(network)
+    meaning = Meaning(network, 0 if untimed else closed.unit)
     states = meaning.reached(most)
     stable = sum(not meaning.is_committed(s) for s in states)
     judged, differing = 0, []
@@ -49,17 +51,30 @@ def agreement(name: str, most: int = 10**6) -> Agreement:
     ):
         if not query.formula or "-->" in query.formula:
             continue
-        kind = property_.kind.value
-        seen = found.mark(0 if kind == "deadlock_free" else 1 + number) is not None
+        kind = property_.kind
+        seen = found.mark(0 if kind is PropertyKind.DEADLOCK_FREE else 1 + number) is not None
         judged += 1
-        if meaning.verdict(query.formula, states) is not (seen is (kind == "reachable")):
+        expected = seen is (kind is PropertyKind.REACHABLE)
+        if meaning.verdict(query.formula, states) is not expected:
             differing.append(property_.name)
     return Agreement(found.states, stable, judged, tuple(differing))
 
 
+def cases() -> Iterator[tuple[str, Callable[[], System]]]:
+    """Yield the charts, and the pairs: undisturbed, and with each disturbance by itself."""
+    for name in CHARTS:
+        yield name, partial(loaded, CELL / f"{name}.yaml")
+    for path in PAIRS:
+        system = loaded(path)
+        for what in ("", *disturbances(system)):
+            yield f"{path.stem}, {what}".rstrip(", "), partial(disturbed, system, what)
+
+
 if __name__ == "__main__":
-    for name in sys.argv[1:] or NAMES:
+    for name, load in cases():
+        if sys.argv[1:] and not any(asked in name for asked in sys.argv[1:]):
+            continue
         begun = time.monotonic()
-        told = agreement(name, 10**7)
+        told = agreement(load())
         sys.stdout.write(f"{name}: {told}, {time.monotonic() - begun:.0f} s\n")
         sys.stdout.flush()

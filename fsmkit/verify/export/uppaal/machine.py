@@ -38,6 +38,8 @@ class Builder(Steps):
 
     owed: dict[Key, list[tuple[tuple[str, ...], tuple[Test, ...]]]] = field(default_factory=dict)
     """For each location when something owed can happen there: histories, and tests."""
+    still: dict[Key, tuple[Test, ...] | None] = field(default_factory=dict)
+    """For each location when no eventless transition is enabled there; None: never."""
     owes_by_payload: bool = False
     """Whether that depends on what an event carries, somewhere."""
 
@@ -148,7 +150,8 @@ class Builder(Steps):
         quiet: list[str] = []
         for trigger, ways in reactions.items():
             if trigger.cause is Cause.EVENTLESS and not self.space.closed.is_open:
-                quiet = self._quiet(ways)
+                self.still[key] = _still(ways)
+                quiet = self._quiet(self.still[key])
         merged: dict[object, list[tuple[Trigger, Ways]]] = {}
         for trigger, ways in reactions.items():
             same: object = trigger
@@ -158,12 +161,9 @@ class Builder(Steps):
         for alike in merged.values():
             self._reaction(key, [trigger for trigger, _ in alike], alike[0][1], quiet)
 
-    def _quiet(self, ways: Ways) -> list[str]:
+    def _quiet(self, still: tuple[Test, ...] | None) -> list[str]:
         """Return when no eventless transition is enabled."""
-        still = [path for path in next(iter(ways.values())) if not path.happened]
-        if not still:
-            return ["false"]
-        return [self.condition(t) for t in still[0].entries if isinstance(t, Test)]
+        return ["false"] if still is None else [self.condition(test) for test in still]
 
     def _reaction(self, key: Key, triggers: list[Trigger], ways: Ways, quiet: list[str]) -> None:
         trigger, space = triggers[0], self.space
@@ -336,6 +336,12 @@ class Builder(Steps):
 def _tells(groups: list[set[frozenset[int] | None]]) -> bool:
     """Whether no value is in two groups."""
     return sum(map(len, groups)) == len(set().union(*groups))
+
+
+def _still(ways: Ways) -> tuple[Test, ...] | None:
+    """Return when no eventless transition is enabled; None: one always is."""
+    still = [path for path in next(iter(ways.values())) if not path.happened]
+    return tuple(e for e in still[0].entries if isinstance(e, Test)) if still else None
 
 
 def _reads_payload(ways: Ways) -> bool:
