@@ -34,6 +34,13 @@ CHARTS = (
 )  # fmt: skip
 PAIRS = tuple(sorted((CELL / "pairs").glob("*-*.yaml")))
 RINGS = (1, 2, 3)
+SHOWN_BY = {
+    "M14": "supervisor.press_pause",
+    "M15": "supervisor.press_pause",
+    "M17": "supervisor.press_estop",
+    "M20": "supervisor.press_estop",
+}
+"""What shows a defect in a pair."""
 RANDOM = "random"
 LARGEST_RANDOM = 20_000
 """States of a random system; larger ones are left out."""
@@ -142,11 +149,18 @@ def mutants() -> Iterator[Case]:
         untimed = mutant.run.time == "untimed"
         yield Case(
             f"{mutant.name}: {mutant.run.name}",
-            partial(system_of_run, verify, mutant.run),
+            partial(system_of_mutant, verify, mutant),
             untimed,
             untimed,
             mutant.breaks,
         )
+
+
+def system_of_mutant(verify: ModuleType, mutant: Any) -> System:
+    """Load the system that a defect breaks; of a pair, with the one disturbance that it takes."""
+    system = system_of_run(verify, mutant.run)
+    what = SHOWN_BY.get(mutant.name)
+    return disturbed(system, what) if what else system
 
 
 def random_cases() -> Iterator[Case]:
