@@ -1,7 +1,7 @@
 """A network of automata in Promela.
 
-Each step of the explorer is one ``d_step`` of the process of the machine that moves, so SPIN has
-the same states, and one more before the machines start.
+Each step of the explorer is one ``d_step`` of the process of the machine that moves (shared by
+steps that do the same, see `options`), so SPIN has the same states, and one more before the start.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ HEADER = """\
  *
  * {states} states and {transitions} steps{time}, one more state before the machines start.
  * A machine is a process, its local state a number, its queue a channel. A step of a machine, with
- * all that it tells others, is one d_step. Local states that the explorer never saw are not here;
- * an assertion fails where one would be needed.
+ * all that it tells others, is one d_step; where it does the same from several states, they share it.
+ * Local states that the explorer never saw are not here; an assertion fails where one were needed.
  *
  *   spin -a FILE
  *   cc -O2 -DNOREDUCE -DNOCLAIM -o pan pan.c && ./pan -n        all states
