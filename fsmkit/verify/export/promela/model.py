@@ -25,7 +25,7 @@ HEADER = """\
  *
  * {states} states and {transitions} steps{time}, one more state before the machines start.
  * A machine is a process, its local state a number, its queue a channel. A step of a machine, with
- * all that it tells others, is one d_step; where it does the same from several states, they share it.
+ * all that it tells others, is one d_step; states from which it does the same share it.
  * Local states that the explorer never saw are not here; an assertion fails where one were needed.
  *
  *   spin -a FILE
