@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -121,7 +122,7 @@ class _Queued:
     message: Message
 
 
-class Endpoint:
+class Endpoint(ABC):
     """What all kinds of links do alike: rings, numbers, levels, counting.
 
     A kind fills in `_wake` (frames wait), `_take_in` (block for one frame of a peer) and
@@ -297,10 +298,10 @@ class Endpoint:
         """Let delayed frames go on, unless another thread does."""
         self.receiver.pass_time()
 
+    @abstractmethod
     def _wake(self) -> None:
         """Carry the frames that `next_frame` gives."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _take_in(self, node: int, timeout: float) -> bool:
         """Block until a frame of a peer has arrived; False when the time is over."""
-        raise NotImplementedError
