@@ -47,10 +47,10 @@ class Edge:
 class GlobalSteps:
     """The steps of global states."""
 
-    def __init__(self, closed: Closed) -> None:
+    def __init__(self, closed: Closed, local_steps: LocalSteps | None = None) -> None:
         """Begin with no state known."""
         self.closed = closed
-        self.local_steps = LocalSteps(closed)
+        self.local_steps = local_steps or LocalSteps(closed)
         self._count = len(closed.charts)
         self.local_states: list[list[LocalState]] = [[] for _ in closed.charts]
         self._numbers: list[dict[Snapshot, int]] = [{} for _ in closed.charts]

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import assert_never
 
@@ -36,6 +36,8 @@ from fsmkit.runtime.interpreter.snapshot import (
     Unhandled,
 )
 from fsmkit.verify.closed import Closed
+from fsmkit.verify.coverage import Coverage
+from fsmkit.verify.dead_variables import with_dead_reset
 from fsmkit.verify.monitors import look_event
 from fsmkit.verify.moves import (
     FAULT,
@@ -67,15 +69,6 @@ from fsmkit.verify.sessions import (
 )
 from fsmkit.verify.shared import driven, kept_at_start, written_value
 from fsmkit.verify.system import HEARD, Machine, asked_events
-
-
-@dataclass(slots=True)
-class Coverage:
-    """What the steps of a machine have reached so far."""
-
-    states: set[int]
-    transitions: set[int]
-    microsteps: int = 0
 
 
 class LocalSteps:
@@ -111,7 +104,8 @@ class LocalSteps:
         if self.closed.is_open and not self.closed.keeps_inputs:
             inputs = initial(self.charts[machine]).inputs
         found = settled(self.charts[machine], snapshot, untimed=self.closed.untimed)
-        return replace(found, inputs=inputs)
+        found = replace(found, inputs=inputs)
+        return with_dead_reset(found, self.closed.mortal[machine]) if self.closed.mortal else found
 
     def view(self, machine: int, snapshot: Snapshot) -> View:
         """Return what the search asks of a local state."""
@@ -187,10 +181,7 @@ class LocalSteps:
         chart = self.charts[machine]
         chooser.begin()
         if self.closed.is_open:
-            inputs = list(snapshot.inputs)
-            for free in self.closed.free_inputs:
-                inputs[free.input] = free.values[chooser.choose(len(free.values))]
-            snapshot = replace(snapshot, inputs=tuple(inputs))
+            snapshot = self.with_inputs(snapshot, chooser)
         match what.action:
             case Action.START:
                 kept = kept_at_start(self.machines[machine], snapshot.data)
@@ -212,6 +203,13 @@ class LocalSteps:
                 return None
             case _:
                 assert_never(what.action)
+
+    def with_inputs(self, snapshot: Snapshot, chooser: Chooser) -> Snapshot:
+        """Return an open chart with inputs that are chosen."""
+        inputs = list(snapshot.inputs)
+        for free in self.closed.free_inputs:
+            inputs[free.input] = free.values[chooser.choose(len(free.values))]
+        return replace(snapshot, inputs=tuple(inputs))
 
     def _fire(
         self, machine: int, snapshot: Snapshot, place: int, chooser: Chooser
@@ -242,9 +240,13 @@ class LocalSteps:
             return None
         return step_timer(chart, with_first(snapshot, place), chooser)
 
+    def chooser(self, machine: int) -> Chooser:
+        """Return what makes the choices of a step."""
+        return Chooser(self.closed.results[machine])
+
     def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
         """Take a step with every sequence of choices; the same effect counts once."""
-        chooser = Chooser(self.closed.results[machine])
+        chooser = self.chooser(machine)
         found: dict[tuple[Snapshot, tuple[Message, ...], tuple[int, ...]], Outcome] = {}
         runs = 0
         while True:
@@ -253,7 +255,7 @@ class LocalSteps:
                 raise TooManyChoices
             done = self.perform(machine, snapshot, what, chooser)
             if done is not None:
-                self._cover(self.coverage[machine], done)
+                self.coverage[machine].add(done)
             outcome = None if done is None else self.outcome(machine, snapshot, what, who, done)
             if outcome is not None:
                 idle = outcome.after == snapshot and not outcome.messages and not outcome.notes
@@ -330,17 +332,6 @@ class LocalSteps:
                 case Entered(state) if self.closed.covers:
                     found[state_note(self.charts[machine], state)] = None
         return tuple(found)
-
-    def _cover(self, coverage: Coverage, done: Macrostep) -> None:
-        coverage.microsteps = max(coverage.microsteps, len(done.microsteps))
-        for effect in done.effects:
-            match effect:
-                case Entered(state):
-                    coverage.states.add(state)
-                case Taken(transition):
-                    coverage.transitions.add(transition)
-                case _:
-                    pass
 
     # --- all steps -----------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.transition_system import too_large, too_many_choices
 from fsmkit.verify.global_steps import Edge, GlobalSteps, State
 from fsmkit.verify.moves import Message, Outcome, Step, TooManyChoices
+from fsmkit.verify.sparing import SparingSteps
 
 MEMORY = 4 << 30
 """Bytes that the core may use."""
@@ -28,7 +29,7 @@ class Explored(GlobalSteps):
 
     def __init__(self, closed: Closed) -> None:
         """Begin with nothing explored."""
-        super().__init__(closed)
+        super().__init__(closed, SparingSteps(closed))
         self.starts: list[State] = []
         self.how_started: tuple[tuple[Step, ...], ...] = ()
         self.states = 0
