@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fsmkit.model.chart import Chart
+from fsmkit.model.histories import forgotten_histories
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +130,11 @@ class Plan:
     def is_single(self) -> bool:
         """Whether there is but one region, so that one transition is taken at a time."""
         return len(self.regions) == 1
+
+    @cached_property
+    def forgotten(self) -> tuple[tuple[int, ...], ...]:
+        """By state: those of its histories that hold nothing while it is active."""
+        return forgotten_histories(self.chart)
 
     @cached_property
     def inner(self) -> tuple[list[Region], ...]:

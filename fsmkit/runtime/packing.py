@@ -212,13 +212,16 @@ class _Reader:
         timers = self._timers()
         invoked = tuple(self._invoked(inner) for inner in image.inner)
         was_started = bool(status or fault or any(numbers))
+        active = _configuration(image, numbers) if was_started else frozenset()
+        unread = {h for state in active for h in image.plan.forgotten[state]}
         return Snapshot(
-            configuration=_configuration(image, numbers) if was_started else frozenset(),
+            configuration=active,
             data=values[:owned],
             inputs=values[owned:],
             history=tuple(
                 (history, _remembered(self._chart, history, states))
                 for history, states in sorted(recorded.items())
+                if history not in unread
             ),
             queue=queue,
             deferred=deferred,

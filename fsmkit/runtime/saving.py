@@ -11,6 +11,7 @@ from fsmkit.model.chart import Chart, Data
 from fsmkit.model.statements import Destination
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
+from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.values import from_python, to_python
 
 __all__ = ["fingerprint", "restore", "save"]
@@ -63,14 +64,16 @@ def restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
 
 
 def _restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
-    history = saved["history"]
+    active = _indices(chart, saved["configuration"])
+    unread = {h for state in active for h in index_of(chart).forgotten[state]}
+    history = ((chart.state_index[name], ids) for name, ids in saved["history"].items())
     invoked = zip(chart.invocations, saved.get("invoked", ()), strict=True)
     return Snapshot(
-        configuration=_indices(chart, saved["configuration"]),
+        configuration=active,
         data=_read(_declared((*chart.data, *chart.outputs)), saved["data"]),
         inputs=_read(_declared(chart.inputs), saved["inputs"]),
         history=tuple(
-            sorted((chart.state_index[name], _indices(chart, ids)) for name, ids in history.items())
+            sorted((state, _indices(chart, ids)) for state, ids in history if state not in unread)
         ),
         queue=tuple(_restore_event(chart, event) for event in saved["queue"]),
         deferred=tuple(_restore_event(chart, event) for event in saved["deferred"]),

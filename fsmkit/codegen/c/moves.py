@@ -30,6 +30,8 @@ class MovePrinter(LeavePrinter):
         """Print the number, the timers and the entry handlers of a state."""
         region = self.plan.region_of[state]
         out.line(f"m->{self.names.regions[region]} = {self.plan.number[state]}u;")
+        for history in self.plan.forgotten[state]:
+            self.forget(out, history)
         self.entry(out, state)
 
     def entry(self, out: Emitter, state: int) -> None:
@@ -146,6 +148,8 @@ class MovePrinter(LeavePrinter):
                     self.take_content(out, transition)
                 case Branch(history, recorded, unrecorded):
                     with out.block(f"if ({self.is_recorded(history)}) {{"):
+                        if any(isinstance(op, Restore) for op in recorded):
+                            self._keep(out, history)
                         self.ops(out, recorded)
                     with out.block("else {"):
                         self.ops(out, unrecorded)
@@ -156,6 +160,24 @@ class MovePrinter(LeavePrinter):
         """Return the test whether a history holds something."""
         region = self.plan.recorded_regions[history][0]
         return f"m->{self.names.histories[history, region]} != 0u"
+
+    def forget(self, out: Emitter, history: int) -> None:
+        """Print that a history holds nothing any more."""
+        for region in self.plan.recorded_regions[history]:
+            out.line(f"m->{self.names.histories[history, region]} = 0u;")
+
+    def _keep(self, out: Emitter, history: int) -> None:
+        """Print local copies of what a history holds, if entering its parent makes it forget."""
+        for region in self.plan.recorded_regions[history]:
+            member = f"m->{self.names.histories[history, region]}"
+            if (held := self._held(history, region)) != member:
+                out.line(f"const {self._ctype(self.plan.regions[region])} {held} = {member};")
+
+    def _held(self, history: int, region: int) -> str:
+        """Return what a history recorded in a region, where that is entered."""
+        name = self.names.histories[history, region]
+        is_forgotten = history in self.plan.forgotten[self.chart.states[history].parent or 0]
+        return name if is_forgotten else f"m->{name}"
 
     def take_content(self, out: Emitter, transition: int) -> None:
         """Print the hook and the content of a default transition."""
@@ -168,7 +190,7 @@ class MovePrinter(LeavePrinter):
         chart, plan = self.chart, self.plan
         if chart.states[history].kind is Kind.SHALLOW_HISTORY:
             region = plan.region_of[below]
-            with out.block(f"switch (m->{self.names.histories[history, region]}) {{"):
+            with out.block(f"switch ({self._held(history, region)}) {{"):
                 for child in chart.states[below].children:
                     if chart.states[child].is_history:
                         continue
@@ -187,7 +209,7 @@ class MovePrinter(LeavePrinter):
         self, out: Emitter, history: int, region: Region, top: int, *, include_top: bool
     ) -> None:
         chart = self.chart
-        with out.block(f"switch (m->{self.names.histories[history, region.index]}) {{"):
+        with out.block(f"switch ({self._held(history, region.index)}) {{"):
             for leaf in region.states:
                 kind = chart.states[leaf].kind
                 inside = leaf == top if include_top else False

@@ -8,6 +8,7 @@ from fsmkit.codegen.c.content import ROUTES
 from fsmkit.codegen.c.header import NOTICE, event_type
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import Member
+from fsmkit.codegen.c.leaving import ungrouped
 from fsmkit.codegen.c.names import Names, comment
 from fsmkit.codegen.c.values import Values
 from fsmkit.emit import Emitter
@@ -295,6 +296,17 @@ class _Saver:
         out.line(f"for (uint8_t i = 0u; i < {room}u; i++)")
         out.line(f"    {self._names.prefix}_put_event(w, &m->{queue}[i]);")
 
+    def _forget(self, out: Emitter) -> None:
+        """Print that histories hold nothing that cannot be read; older versions kept it."""
+        names, image = self._names, self._image
+        for state in image.chart.states:
+            wanted = image.plan.forgotten[state.index]
+            held = (names.histories[h, r] for h, r in image.histories if h in wanted)
+            kept = [member for member in held if member in self._members]
+            if kept:
+                with out.block(f"if ({ungrouped(names.in_state('m', state.index))}) {{"):
+                    out.lines(f"m->{member} = 0u;" for member in kept)
+
     def _get_machine(self, out: Emitter) -> None:
         names, image = self._names, self._image
         has = self._members
@@ -311,6 +323,7 @@ class _Saver:
                 out.line(f"m->{member} = ({ctype})fsm_take(r, 2u, 0u, {most}u);")
             else:
                 out.line("(void)fsm_get(r, 2u);")
+        self._forget(out)
         for field in image.values:
             self._values.get(out, field.type, f"m->{names.variables[field.name]}")
         self._get_queue(out, "queue", names.chart.capacities.queue)

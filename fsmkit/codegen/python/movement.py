@@ -134,11 +134,14 @@ class Mover:
 
         Apart from the content of its defaults.
         """
-        is_busy = self._timed(state) or any(state.on_entry) or state.invokes
+        forgets = self._plan.forgotten[state.index]
+        is_busy = self._timed(state) or any(state.on_entry) or state.invokes or forgets
         return not is_busy and state.kind is not Kind.FINAL
 
     def entering(self, state: State) -> None:
         """Print what is done when a state is entered, before its defaults."""
+        for history in self._plan.forgotten[state.index]:
+            self._out.line(f"self._history_{self._names.bare[history]} = 0")
         for t in self._timed(state):
             self._out.line(f"self._insert({t.index}, {t.delay}, NOTHING, 0, None)")
         if state.invokes:
@@ -304,7 +307,8 @@ class Mover:
             self._enter_all(coming)
             match op:
                 case Branch(history, recorded, unrecorded):
-                    with self._out.suite(f"if self._history_{self._names.bare[history]}:"):
+                    self._ask(history)
+                    with self._out.suite(f"if {self._held(history)}:"):
                         self.enter(recorded)
                     with self._out.suite("else:"):
                         self.enter(unrecorded)
@@ -323,9 +327,21 @@ class Mover:
             self._out.line(f"self._enter({states}, {bits(defaults) if defaults else 0})")
             coming.clear()
 
+    def _ask(self, history: int) -> None:
+        """Keep what a history holds, if entering its parent makes it forget that."""
+        if self._is_forgotten(history):
+            self._out.line(f"{self._held(history)} = self._history_{self._names.bare[history]}")
+
+    def _held(self, history: int) -> str:
+        bare = self._names.bare[history]
+        return f"held_{bare}" if self._is_forgotten(history) else f"self._history_{bare}"
+
+    def _is_forgotten(self, history: int) -> bool:
+        return history in self._plan.forgotten[self._chart.states[history].parent or 0]
+
     def _restore(self, history: int, below: int) -> None:
         """Enter what a history recorded strictly below a state."""
-        held = f"self._history_{self._names.bare[history]}"
+        held = self._held(history)
         if self._chart.states[history].kind is Kind.DEEP_HISTORY:
             inside = real_below(self._chart, below)
             sure = self._sure(history, below)

@@ -75,8 +75,11 @@ def print_histories(out: Lines, image: Image, names: Names) -> None:
         out.line(")")
     doc = "Let the history of an entry of `_RECORDED` remember some states more."
     with out.method("_remember", doc, "place: int, states: int"):
-        for place, name in enumerate(held):
-            with out.suite(f"if place == {place}:"):
+        for place, (name, (history, _)) in enumerate(zip(held, image.histories, strict=True)):
+            parent = image.chart.states[history].parent or 0
+            is_forgotten = history in image.plan.forgotten[parent]
+            unread = f" and not self._active & {names.states[parent]}" if is_forgotten else ""
+            with out.suite(f"if place == {place}{unread}:"):
                 out.line(f"{name} |= states")
 
 

@@ -22,6 +22,8 @@ Where the standard or SEMANTICS leaves a choice, these hold on every runtime:
 * *Entry.* Nothing is entered that does not lie below a transition's domain, where everything was
   left. (Appendix D's addDescendantStatesToEnter adds all that lies between a history's parent and
   what it stands for, with all regions, also where the history was taken from within.)
+* *Histories* are forgotten when their parent is entered, if no transition from within it leads to
+  them: while it is active nothing can ask for them then, and leaving it records them anew.
 * *Order.* Content of the transitions of one microstep runs in document order.
 * *Delayed sends*, also with a delay of 0, are timers; when due they go to the end of their queue.
 * *Faults* (``internal``: the internal queue is full; ``microsteps``: the rounds of a macrostep are

@@ -62,6 +62,8 @@ def enter_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
     for index in entries:
         state = g.chart.states[index]
         g.configuration.add(index)
+        for history in g.index.forgotten[index]:
+            g.history.pop(history, None)
         g.effects.append(Entered(index))
         if g.index.timed[index]:
             timers.arm(g, index)

@@ -9,6 +9,7 @@ from fsmkit.diagnostics import Span
 from fsmkit.expressions import Storage, Value, Variable, default_value
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Trigger
+from fsmkit.model.histories import forgotten_histories
 from fsmkit.model.structure import is_internal, lcca
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 
@@ -46,6 +47,8 @@ class Index:
     children: tuple[tuple[int, ...], ...]
     """getChildStates: without histories."""
     histories: tuple[tuple[int, ...], ...]
+    forgotten: tuple[tuple[int, ...], ...]
+    """For each state those of its histories that entering it makes forget."""
     leaves: frozenset[int]
     domains: tuple[int | None, ...]
     """The domain of each transition without a history among its targets; else None."""
@@ -91,6 +94,7 @@ def _build(chart: Chart) -> Index:
         invocations=_invocations(chart),
         children=tuple(_children(chart, state, histories=False) for state in states),
         histories=tuple(_children(chart, state, histories=True) for state in states),
+        forgotten=forgotten_histories(chart),
         leaves=frozenset(state.index for state in states if state.is_leaf),
         domains=tuple(
             None if dynamic else static_domain(chart, transition)

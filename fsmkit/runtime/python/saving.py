@@ -198,6 +198,7 @@ class Saving(Machine):
         for states in self._REGIONS:
             number = self._take(read, "H", 0, len(states))
             active |= self._ABOVE[states[number - 1]] if number else 0
+        self._active = active
         for place, (region, _, kept, is_whole) in enumerate(self._RECORDED):
             number = self._take(read, "H", 0, len(self._REGIONS[region]))
             if number:
@@ -223,7 +224,6 @@ class Saving(Machine):
                 self._children[slot]._get_machine(iter(within), now)
             else:
                 self._children[slot]._forget(now)
-        self._active = active
         self._running, self._finished = status & 1 == 1, status & 2 == 2
         self._fault = self._FAULTS[fault] or None
 

@@ -176,7 +176,7 @@ class SmallPrinter(MovePrinter):
             "Places of states to enter; each path ends with 0.",
         )
         if not specials:
-            self._fill(out, WALK_PLAIN)
+            self._fill(out, WALK_PLAIN, FORGET=self._forget_all())
             return
         out.line("/* What is asked or done on a path; returns how much of it to skip. */")
         out.line(f"static uint16_t {p}_path_step({p} *m, uint16_t code)")
@@ -189,7 +189,19 @@ class SmallPrinter(MovePrinter):
                         out.lines(lines)
                 out.lines(["default:", "    return 0u;"])
         out.line()
-        self._fill(out, WALK)
+        self._fill(out, WALK, FORGET=self._forget_all())
+
+    def _forget_all(self) -> str:
+        """Return what makes histories hold nothing whose parents are active after a path."""
+        out = Emitter()
+        with out.indented():
+            for state, histories in enumerate(self.plan.forgotten):
+                if histories:
+                    test = ungrouped(self.names.in_state("m", state))
+                    with out.block(f"if ({test}) {{"):
+                        for history in histories:
+                            self.forget(out, history)
+        return out.finish() if any(self.plan.forgotten) else ""
 
     # --- transitions ----------------------------------------------------------------------
 

@@ -69,7 +69,7 @@ static void @_enter_path(@ *m, uint32_t at)
 {
     $WALK
         @_enter_place(m, @_path_places[at]);
-}
+$FORGET}
 """
 
 WALK = """
@@ -80,7 +80,7 @@ static void @_enter_path(@ *m, uint32_t at)
             @_enter_place(m, ($NUMBER)@_path_places[at]);
         else
             at += @_path_step(m, @_path_places[at]);
-}
+$FORGET}
 """
 
 FIND = """

@@ -191,10 +191,11 @@ def _note(
 ) -> None:
     after: History = ()
     if path.target.running:
-        after = tuple(sorted({**dict(history), **dict(path.written)}.items()))
+        held = {**dict(history), **dict(path.written)}
+        after = tuple(sorted((h, value) for h, value in held.items() if value is not None))
     for state, value in path.written:
         known = found.recorded.setdefault(state, [])
-        if value not in known:
+        if value is not None and value not in known:
             known.append(value)
     histories = found.keys.setdefault(path.target, [])
     if after not in histories:

@@ -95,11 +95,11 @@ History = tuple[tuple[int, frozenset[int]], ...]
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """One way through a macrostep. ``written``: the histories that it records."""
+    """One way through a macrostep. ``written``: the histories that it records, or forgets."""
 
     entries: tuple[Entry, ...]
     target: Key
-    written: History
+    written: tuple[tuple[int, frozenset[int] | None], ...]
     fresh: tuple[Armed, ...]
     took: bool
     happened: bool

@@ -13,6 +13,7 @@ from fsmkit.runtime.interpreter.run import step_timer
 from fsmkit.runtime.interpreter.snapshot import (
     Delayed,
     Emitted,
+    Entered,
     Exited,
     Macrostep,
     Occurrence,
@@ -177,15 +178,19 @@ class Paths:
             after.running,
             _fault(after.fault),
         )
-        histories = index_of(self.chart).histories
-        exited = (e.state for e in done.effects if isinstance(e, Exited))
-        written = {h for state in exited for h in histories[state]} if after.running else set()
+        index = index_of(self.chart)
+        written: set[int] = set()
+        for effect in done.effects if after.running else ():
+            if isinstance(effect, Exited):
+                written.update(index.histories[effect.state])
+            elif isinstance(effect, Entered):
+                written.update(index.forgotten[effect.state])
         recorded = dict(after.history)
         took = any(small.transitions for small in done.microsteps)
         return Path(
             tuple(entries),
             target,
-            tuple(sorted((h, recorded[h]) for h in written)),
+            tuple((h, recorded.get(h)) for h in sorted(written)),
             tuple(fresh) if after.running else (),
             took,
             took or target != key,
