@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -57,3 +59,11 @@ def test_targets(capsys: pytest.CaptureFixture[str]) -> None:
     document = json.loads(capsys.readouterr().out)
     assert {"name": "scxml", "suffixes": [".scxml", ".xml"]} in document["notations"]
     assert all(target["summary"] for target in document["targets"])
+
+
+def test_python_runs_the_package_as_the_command_line() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "fsmkit", "targets"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0
+    assert "python" in done.stdout
