@@ -137,6 +137,7 @@ def check(
     memory: int = 4 << 30,
     seconds: float = 0,
     cores: int = 1,
+    no_reduction: tuple[str, ...] = (),
     findings: Findings | None = None,
 ) -> Report:
     """Explore a chart alone, or a system, and return what holds.
@@ -147,6 +148,8 @@ def check(
     the greatest common divisor of all delays. ``engine``: ``c``, ``python``, or C where there is a
     compiler. ``memory`` in bytes and ``seconds`` (0: none) bound the exploration; where it ends
     early, what was not decided is undecided. ``cores`` (0: all) does not change what is found.
+    ``no_reduction``: reductions to switch off, which changes no verdict (there is ``dead``: data
+    that nothing can read any more count as at their start).
 
     The report's ``verdict`` is the worst of all, ``results`` has each with its counterexample,
     ``exploration`` the figures. Raises `FsmkitError` where the subject cannot be read or explored.
@@ -170,6 +173,7 @@ def check(
         silent=assume_watchdogs_silent,
         limits=limits,
         zones=zones and not untimed,
+        without=frozenset(no_reduction),
     )
     return explore(subject, found, manner=manner, names=frozenset(properties))
 

@@ -19,7 +19,7 @@ from fsmkit.diagnostics import Diagnostic, Findings
 from fsmkit.model.chart import Chart
 from fsmkit.verify.counterexample import as_json
 from fsmkit.verify.cover import cover, told
-from fsmkit.verify.explore import Limits, Manner, asking_only, check
+from fsmkit.verify.explore import REDUCTIONS, Limits, Manner, asking_only, check
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.pictures import demand_notation, pictures
@@ -85,6 +85,14 @@ def read_replacements(
 )
 @click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
 @click.option(
+    "--no-reduction",
+    "without",
+    multiple=True,
+    type=click.Choice(REDUCTIONS),
+    help="Switch a reduction off; verdicts stay the same. Dead: data that nothing can read any "
+    "more count as at their start.",
+)
+@click.option(
     "--replace",
     "replacing",
     multiple=True,
@@ -139,6 +147,7 @@ def command(
     memory: int,
     cores: int,
     timeout: float,
+    without: tuple[str, ...],
     replacing: Mapping[str, Path],
     save_trace: Path | None,
     drawings: tuple[Path, ...],
@@ -157,7 +166,8 @@ def command(
     if silent and time_mode != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     if base is not None:
-        if any((names, silent, engine, replacing, save_trace, drawings, tests, cover_folder)):
+        others = (names, silent, engine, without, replacing, save_trace, drawings, tests)
+        if any((*others, cover_folder)):
             raise click.UsageError("--refines goes only with --timeout and --json")
         return compare(file, base, timeout, as_json=as_json_document)
     if spin_trail is not None:
@@ -179,6 +189,7 @@ def command(
         limits=Limits(memory, timeout, cores),
         zones=time_mode == "zones",
         covers=cover_folder is not None,
+        without=frozenset(without),
     )
     with Progress(
         SpinnerColumn(),

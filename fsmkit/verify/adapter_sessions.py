@@ -13,6 +13,7 @@ from fsmkit.expressions import Field
 from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_values import Built, members_of
 from fsmkit.verify.closed import Closed
+from fsmkit.verify.dead_variables import Mortal
 
 HOOKS = r"""
 #undef FSM_HOOK_BEGIN
@@ -79,6 +80,11 @@ class SessionAdapter(MachineAdapter):
         self._dump()
         self._exported()
         return self.out.finish()
+
+    @property
+    def _mortal(self) -> tuple[Mortal, ...]:
+        """None: the data of an invoked machine are not analysed."""
+        return ()
 
     def _note_sent(self, port: int, fields: tuple[Field, ...]) -> None:
         """Write nothing: no wire begins at an invoked machine."""

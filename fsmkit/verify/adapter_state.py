@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.types import storage
+from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.expressions import (
     ArrayType,
     RecordType,
@@ -14,6 +15,7 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart, Data
 from fsmkit.verify.adapter_values import ValueWriter
+from fsmkit.verify.dead_variables import Mortal
 from fsmkit.verify.monitors import look_event
 from fsmkit.verify.readiness import resting
 from fsmkit.verify.sessions import charts_within
@@ -174,6 +176,9 @@ class StateWriter(ValueWriter):
                         out.line(f"m->{name} = 0u;")
                 for name in self.names.histories.values():
                     out.line(f"m->{name} = 0u;")
+                for region in self.names.shared:
+                    name = self.names.regions[region]
+                    out.line(f"m->{name} = m->{name} & {RECORDED}u ? 0u : m->{name};")
                 for names, slot in zip(self.names.invoked, self.names.slots, strict=True):
                     out.line(f"{names.prefix}_init(&m->{slot});")
             for slot, table in self.sessions:
@@ -181,7 +186,21 @@ class StateWriter(ValueWriter):
                 out.line(f"    {table}.settle(&m->{slot});")
             if self.closed.untimed and "timer_count" in members:
                 self._sort_timers()
+            self._reset_dead()
         out.line()
+
+    @property
+    def _mortal(self) -> tuple[Mortal, ...]:
+        """The data that are reset where they are dead."""
+        return self.closed.mortal[self.built.number] if self.closed.mortal else ()
+
+    def _reset_dead(self) -> None:
+        """Write what sets data that nothing reads any more to their start values."""
+        for mortal in self._mortal:
+            data = self.chart.data[mortal.data]
+            alive = " || ".join(self.in_state(state) for state in sorted(mortal.live)) or "false"
+            with self.out.block(f"if (!{self.running} || !({alive})) {{"):
+                self.assign(f"m->{self.names.variables[data.name]}", data.type, mortal.init)
 
     def _sort_timers(self) -> None:
         """Write what makes equal sets of timers equal bytes, without their deadlines."""

@@ -5,6 +5,7 @@ what is deferred), timers with the time they have left, the invoked machines wit
 inputs. The inputs of an open chart are
 arbitrary whenever it moves, so they count as state only if a property reads them. ``untimed``: of a
 timer only that it is armed counts. A machine stopped by a fault keeps configuration and data only.
+Data that nothing can read any more count as at their start (`verify.dead_variables`).
 
 **Start.** All machines start at time 0, those of the environment first, then in the order of the
 file. Outputs reach the inputs they are wired to at once, here and after every step; events sent
@@ -61,6 +62,7 @@ from fsmkit.verify.alphabet import (
     uses_of,
     values_of,
 )
+from fsmkit.verify.dead_variables import Mortal, mortal_variables
 from fsmkit.verify.monitors import looking, with_monitors
 from fsmkit.verify.schedule import turns_of, with_scheduler
 from fsmkit.verify.sessions import charts_within, demand_alone, demand_explorable
@@ -104,6 +106,8 @@ class Closed:
     """Time is dense, see ``core/timed.h``; ``unit`` then only divides all delays."""
     covers: bool = False
     """Each transition taken and each state entered is marked, so that a way there is known."""
+    mortal: tuple[tuple[Mortal, ...], ...] = ()
+    """For each machine the data that are reset where they are dead; empty: none of any."""
 
     def __post_init__(self) -> None:
         """Refuse what is not explored."""
@@ -148,10 +152,11 @@ def close(
     silent: bool = False,
     zones: bool = False,
     covers: bool = False,
+    keeps_dead: bool = False,
 ) -> Closed:
     """Prepare a system for exploration; `FsmkitError` where it cannot be.
 
-    Without delays ``zones`` makes no difference.
+    Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset.
     """
     for machine in system.machines:
         demand_explorable(machine.chart)
@@ -190,6 +195,7 @@ def close(
         samples=tuple(dict.fromkeys(samples)),
         zones=zones and unit > 0,
         covers=covers,
+        mortal=() if keeps_dead else mortal_variables(system, charts, possible),
     )
 
 

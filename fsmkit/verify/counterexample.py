@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from fsmkit.expressions import Field, Value
@@ -63,7 +63,7 @@ class TraceStep:
     chosen: tuple[str, ...] = ()
     deliveries: tuple[Delivery, ...] = ()
     checked: tuple[str, ...] = ()
-    """What generated C must print for this step."""
+    """What generated C prints for this step."""
     step: Step | None = field(default=None, compare=False, repr=False)
     done: Macrostep | None = field(default=None, compare=False, repr=False)
     messages: tuple[Message, ...] = field(default=(), compare=False, repr=False)
@@ -87,12 +87,15 @@ class ReplayError(Exception):
 
 
 class Replay:
-    """Performs steps of a closed system in the interpreter, one after another."""
+    """Performs steps of a closed system in the interpreter, one after another.
+
+    Its data are those that real machines have: none is reset because it is dead.
+    """
 
     def __init__(self, closed: Closed) -> None:
         """Stand before the start."""
         self._closed = closed
-        self._local = LocalSteps(closed)
+        self._local = LocalSteps(replace(closed, mortal=()))
         self._machines = closed.system.machines
         self._snapshots: list[Snapshot] = [
             self._local.settled(m, self._local.initial(m)) for m in range(len(closed.charts))
@@ -240,6 +243,18 @@ def checked_state(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
         if child is not None:
             for line in checked_state(invocation.chart, child):
                 yield f"{invocation.id}: {line}"
+
+
+def as_explored(closed: Closed, steps: Iterable[TraceStep]) -> Iterator[tuple[str, ...]]:
+    """Yield what the explorer prints for each step: of data only what counts as state."""
+    local = LocalSteps(closed)
+    for told in steps:
+        if told.step is None or told.done is None:
+            yield told.checked
+            continue
+        chart = closed.charts[told.step.machine]
+        after = local.settled(told.step.machine, told.done.after)
+        yield (*checked_lines(chart, told.done), *checked_state(chart, after))
 
 
 def plain(value: Value) -> str:

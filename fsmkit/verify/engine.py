@@ -26,7 +26,7 @@ from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_sessions import session_files
 from fsmkit.verify.adapter_values import Built, describe, prefix_of
 from fsmkit.verify.closed import Closed, with_greatest_delays
-from fsmkit.verify.counterexample import Counterexample
+from fsmkit.verify.counterexample import Counterexample, as_explored
 from fsmkit.verify.exploration import AT_ONCE, Answer, End, Exploration, Figures, Mark, Trail
 from fsmkit.verify.instants import Armed, Performed, scheduled
 from fsmkit.verify.moves import Action, Step
@@ -314,9 +314,10 @@ class CEngine:
     def confirm(self, found: Counterexample, path: tuple[int, ...]) -> Counterexample:
         """Compare a path in the interpreter with the same in generated C, line by line."""
         performed = self._replayed(path)
-        for number, (step, (_, lines)) in enumerate(zip(found.steps, performed, strict=True), 1):
-            if step.checked != lines:
-                ours, theirs = _difference(step.checked, lines)
+        expected = as_explored(self._closed, found.steps)
+        for number, (checked, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
+            if checked != lines:
+                ours, theirs = _difference(checked, lines)
                 reason = f"in step {number} the interpreter says `{ours}`, generated C `{theirs}`"
                 return replace(found, replayed=(), differs=reason)
         return replace(found, replayed=(*found.replayed, "generated C"))

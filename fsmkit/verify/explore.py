@@ -19,6 +19,11 @@ from fsmkit.verify.verdict import Report, conclude
 WATCHED = 16
 """Delays are told apart up to so many units beyond what they may be."""
 
+DEAD = "dead"
+"""The reduction that resets data which nothing can read any more (`verify.dead_variables`)."""
+REDUCTIONS = (DEAD,)
+"""The names of all reductions."""
+
 Progress = Callable[[int, int, int], None]
 """Called now and then with states, transitions and depth."""
 
@@ -58,6 +63,28 @@ class Manner:
     """Time is dense; the engine in Python, which has no zones, lets it pass by units instead."""
     covers: bool = False
     """A way to each transition and each state is kept, for `verify.cover`."""
+    without: frozenset[str] = frozenset()
+    """Reductions (of `REDUCTIONS`) that are switched off; verdicts do not depend on them."""
+
+    def __post_init__(self) -> None:
+        """Refuse reductions that there are not."""
+        for name in sorted(self.without - set(REDUCTIONS)):
+            raise fail(
+                "no-such-reduction",
+                f"there is no reduction `{name}`",
+                help=f"use one of {', '.join(REDUCTIONS)}",
+            )
+
+    def closed(self, system: System, *, zones: bool) -> Closed:
+        """Return a system closed to be explored in this manner; ``zones`` as the engine has it."""
+        return close(
+            system,
+            untimed=self.untimed,
+            silent=self.silent,
+            zones=zones,
+            covers=self.covers,
+            keeps_dead=DEAD in self.without,
+        )
 
 
 def check(
@@ -73,9 +100,7 @@ def check(
     _demand_known(system, names)
     engine = manner.engine or ("c" if compiler() is not None else "python")
     zones = manner.zones and engine == "c"
-    closed = close(
-        system, untimed=manner.untimed, silent=manner.silent, zones=zones, covers=manner.covers
-    )
+    closed = manner.closed(system, zones=zones)
     if not manner.engine and engine == "python":
         findings.add(
             "no-compiler",
@@ -188,7 +213,7 @@ def explored(
 ) -> Exploration:
     """Return what an exploration finds, without judging it."""
     zones = manner.zones and manner.engine != "python"
-    closed = close(system, untimed=manner.untimed, silent=manner.silent, zones=zones)
+    closed = manner.closed(system, zones=zones)
     if manner.engine == "python":
         found, _ = explore_in_python(
             closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress

@@ -334,7 +334,7 @@ def _agree(given: Group, wanted: Group) -> bool:
 
 def _ready(chart: Chart) -> tuple[Closed, LocalSteps]:
     """Return a chart alone, untimed, whose inputs are chosen when they are read."""
-    closed = close(system_of(chart), untimed=True)
+    closed = close(system_of(chart), untimed=True, keeps_dead=True)
     alone = replace(closed.system, is_open=False, properties=())
     ready = replace(closed, system=alone, free_inputs=(), keeps_inputs=False)
     return ready, LocalSteps(ready)
