@@ -1,10 +1,11 @@
 """A network of automata as a jani-model (https://jani-spec.org).
 
-Each step of the explorer is one edge, with an action that names it and no other automaton takes
-part in; so Storm has the same states. Local states and queues are global variables, which guards
-of others and properties read and which a step changes in several machines at once, in the order of
-the ``index`` of its assignments. Each edge has one destination. The type is ``mdp``, of which a
-labelled transition system is the case without chance: Storm reads that, and no ``lts``.
+Each step of the explorer is a step of one edge, with an action that names it and no other automaton
+takes part in; so Storm has the same states. Steps that do the same share an edge, see `sharing`.
+Local states and queues are global variables, which guards of others and properties read and which
+a step changes in several machines at once, in the order of the ``index`` of its assignments. Each
+edge has one destination. The type is ``mdp``, of which a labelled transition system is the case
+without chance: Storm reads that, and no ``lts``.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Iterator, Mapping
 
 from fsmkit.verify.closed import PATIENCE
 from fsmkit.verify.export.jani.properties import properties_of
+from fsmkit.verify.export.jani.sharing import Run, edges_of, runs_of
 from fsmkit.verify.export.jani.spelling import UNFORESEEN, Spelling
 from fsmkit.verify.export.jani.terms import (
     Json,
@@ -60,7 +62,7 @@ class _Writer:
         automata: list[Json] = []
         for machine, automaton in enumerate(self._automata):
             actions |= {self._action(machine, move): machine for move in automaton.moves}
-            edges = [self._edge(machine, automaton, move) for move in automaton.moves]
+            edges = [self._edge(machine, automaton, moves) for moves in edges_of(automaton)]
             automata.append(_automaton(self._spelling.machines[machine], edges, automaton.name))
         if network.closed.unit:
             actions[TICK] = len(self._automata)
@@ -189,46 +191,40 @@ class _Writer:
                 yield self._map(machine, name, automaton.elapsed, "a unit of time passes")
 
     def _map(self, machine: int, name: str, maps: Mapping[int, int], note: str) -> Json:
-        runs: list[tuple[int, int, int]] = []
-        for before, after in sorted(maps.items()):
-            first = before
-            if runs and runs[-1][2] == after - before:
-                first = runs.pop()[0]
-            runs.append((first, before, after - before))
-        body = self._shifted(machine, runs)
+        body = self._shifted(machine, runs_of(maps), "before")
         parameters: list[Json] = [{"name": "before", "type": "int"}]
         return {**_function(name, "int", body, parameters), "comment": note}
 
-    def _shifted(self, machine: int, runs: list[tuple[int, int, int]]) -> Json:
-        """Return the local state after ``before``: found by halving; what lies in a run shifts."""
+    def _shifted(self, machine: int, runs: list[Run], before: str) -> Json:
+        """Return the local state after ``before``: found by halving."""
         if len(runs) > 1:
             half = len(runs) // 2
-            test = binary("<", "before", self._spelling.local(machine, runs[half][0]))
-            parts = (self._shifted(machine, part) for part in (runs[:half], runs[half:]))
+            test = binary("<", before, self._spelling.local(machine, runs[half].first))
+            parts = (self._shifted(machine, part, before) for part in (runs[:half], runs[half:]))
             return choice(test, *parts)
-        ((first, last, shift),) = runs
-        if not shift:
-            return "before"
-        alone = self._spelling.local(machine, first + shift)
-        return alone if first == last else binary("+", "before", shift)
+        (run,) = runs
+        if not run.shifts:
+            return self._spelling.local(machine, run.after)
+        return binary("+", before, run.shift) if run.shift else before
 
     # --- steps -----------------------------------------------------------------------------------
 
     def _action(self, machine: int, move: Move) -> str:
         return f"{self._automata[machine].name}: {move.label}"
 
-    def _edge(self, machine: int, automaton: Automaton, move: Move) -> Json:
-        spelling = self._spelling
+    def _edge(self, machine: int, automaton: Automaton, moves: tuple[Move, ...]) -> Json:
+        spelling, move = self._spelling, moves[0]
         at, slots = spelling.at(machine), spelling.slots(machine)
-        guard = [equal(at, spelling.local(machine, move.source))]
+        maps = {move.source: move.target for move in moves}
+        guard = [spelling.is_in(machine, maps)]
         steps: list[dict[str, Json]] = [{}]
         if move.taken is not None:
             guard.append(equal(slots[0], spelling.message(machine, move.taken)))
             steps[0] |= dict(zip(slots, (*slots[1:], 0), strict=True))
         elif move.needs_empty and slots:
             guard.append(equal(slots[0], 0))
-        if move.target != move.source:
-            steps[0][at] = spelling.local(machine, move.target)
+        if not is_idle(maps):
+            steps[0][at] = self._shifted(machine, runs_of(maps), at)
         guard.append(self._turn(machine, automaton, move))
         if move.from_outside:
             guard.append(call(FEW_WAIT))

@@ -1,13 +1,13 @@
 """Moves that one option of a process performs: from several local states to one, all else alike.
 
-A chart that stands open has a hundred ways into each state of its error; an option for each of them
-would be a verifier that no compiler finishes.
+An option for each move would be a verifier that no compiler finishes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from fsmkit.verify.export.deeds import deed
 from fsmkit.verify.export.network import Automaton, Move, Network, Sent
 
 Option = tuple[Move, ...]
@@ -17,16 +17,9 @@ def options(automaton: Automaton) -> tuple[Option, ...]:
     """Return the moves of a machine by what an option of its process does, in their order."""
     found: dict[object, list[Move]] = {}
     for move in automaton.moves:
-        found.setdefault(_deed(automaton, move), []).append(move)
+        target = None if move.target == move.source else move.target
+        found.setdefault((target, deed(automaton, move)), []).append(move)
     return tuple(map(tuple, found.values()))
-
-
-def _deed(automaton: Automaton, move: Move) -> object:
-    """Return all of a move but where it comes from, and what it is called."""
-    stops = automaton.locals[move.source].running and not automaton.locals[move.target].running
-    target = None if move.target == move.source else move.target
-    when = move.action, move.taken, move.needs_empty, move.from_outside
-    return when, target, move.sent, move.faults, stops
 
 
 class Walk:
