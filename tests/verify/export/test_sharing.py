@@ -18,9 +18,8 @@ from tests.verify.export.judges import has_storm
 from tests.verify.export.test_options import CHART
 
 
-@pytest.mark.parametrize("untimed", [True, False], ids=["untimed", "discrete"])
-def test_moves_share_an_edge_where_they_do_the_same(untimed: bool) -> None:
-    network = network_of(load_any(CHART, Findings()), Wanted(untimed=untimed))
+def test_moves_share_an_edge_where_they_do_the_same() -> None:
+    network = network_of(load_any(CHART, Findings()), Wanted(untimed=True))
     (automaton,) = network.automata
     found = edges_of(automaton)
     moves = [move for edge in found for move in edge]
@@ -63,8 +62,5 @@ def test_runs_are_few() -> None:
     assert runs_of({1: 4, 2: 5, 7: 10}) == [Run(1, 7, 4, shifts=True)]
     assert runs_of({1: 4, 3: 4, 4: 4}) == [Run(1, 4, 4, shifts=False)]
     assert runs_of({3: 3, 5: 5}) == [Run(3, 5, 3, shifts=True)]
-    last = Run(2, 3, 8, shifts=True)
-    assert runs_of({0: 2, 1: 2, 2: 8, 3: 9}) == [
-        Run(0, 1, 2, shifts=False),
-        Run(2, 3, 8, shifts=True),
-    ]
+    both = [Run(0, 1, 2, shifts=False), Run(2, 3, 8, shifts=True)]
+    assert runs_of({0: 2, 1: 2, 2: 8, 3: 9}) == both
