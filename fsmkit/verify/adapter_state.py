@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.codegen.c.content import quoted
+from fsmkit.codegen.c.sharing import number_of
 from fsmkit.codegen.c.types import storage
-from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.expressions import (
     ArrayType,
     RecordType,
@@ -177,8 +177,8 @@ class StateWriter(ValueWriter):
                 for name in self.names.histories.values():
                     out.line(f"m->{name} = 0u;")
                 for region in self.names.shared:
-                    name = self.names.regions[region]
-                    out.line(f"m->{name} = m->{name} & {RECORDED}u ? 0u : m->{name};")
+                    place = f"m->{self.names.regions[region]}"
+                    out.line(f"{place} = (uint8_t)({number_of(place)});")
                 for names, slot in zip(self.names.invoked, self.names.slots, strict=True):
                     out.line(f"{names.prefix}_init(&m->{slot});")
             for slot, table in self.sessions:

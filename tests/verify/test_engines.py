@@ -131,6 +131,20 @@ states:
            on: {done.state.second: last, c: first}}
   last: {final: true}
 """,
+    "remembers": """
+chart: Remembers
+events: {in: [on, back, next, leave, end]}
+initial: off
+states:
+  off: {on: {on: work, back: memory, end: over}}
+  work:
+    on: {leave: off, end: over}
+    regions:
+      memory: {history: deep, initial: [one, left]}
+      first: {states: {one: {on: {next: two}}, two: {on: {next: {if: In(left), target: one}}}}}
+      second: {states: {left: {on: {next: right}}, right: {on: {next: left}}}}
+  over: {final: true}
+""",
 }  # fmt: skip
 
 

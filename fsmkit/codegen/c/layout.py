@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reserved import TO_INVOKE
+from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.codegen.c.types import storage
 from fsmkit.plan.image import timeouts_at_once
 
@@ -88,6 +89,9 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
         ctype = "uint16_t" if wide else "uint8_t"
         top = chart.states[region.top].id if region.index else chart.name
         note = f"deepest active state of {top}"
+        if region.index in names.shared:
+            held = chart.states[names.shared[region.index]].id
+            note += f", or recorded by {held}, with {RECORDED} more"
         found.append(Member(f"{ctype} {names.regions[region.index]}", 1 + wide, 1 + wide, note))
     for (history, region_), name in names.histories.items():
         wide = len(names.plan.regions[region_].states) > 255

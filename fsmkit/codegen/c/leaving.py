@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import observes
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.emit import Emitter
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Plan, Region
@@ -22,7 +23,9 @@ class LeavePrinter:
         self.chart = names.chart
         self.content = content
         self.prefix = names.prefix
-        self._histories = tuple(state for state in self.chart.states if state.is_history)
+        own = {history for history, _ in names.histories}
+        self._histories = tuple(self.chart.states[history] for history in sorted(own))
+        """Those with a member of their own."""
 
     def leave_state(self, out: Emitter, state: int) -> None:
         """Print the hook, the timers and the exit handlers of a state."""
@@ -56,6 +59,8 @@ class LeavePrinter:
         out.line(f"static void {name}({self.prefix} *m, {number} until, bool keep)")
         with out.block("{"):
             out.line(f"{number} at = {variable};")
+            if region.index in names.shared:
+                out.line(f"const {number} was = at;")
             with out.block("while (at > until) {"):
                 with out.block("switch (at) {"):
                     for state in region.states:
@@ -76,6 +81,10 @@ class LeavePrinter:
                 out.line("if (!keep)")
                 with out.indented():
                     out.line(f"{variable} = at;")
+            if region.index in names.shared:
+                out.line("if (until == 0u && !keep)")
+                with out.indented():
+                    out.line(self._keep_record(region))
         out.line()
 
     def _inner(self, state: int) -> list[Region]:
@@ -97,7 +106,10 @@ class LeavePrinter:
         variable = f"m->{names.regions[region.index]}"
         out.line(f"static void {self.prefix}_leave_all_{region.index}({self.prefix} *m)")
         with out.block("{"):
-            with out.block(f"switch ({variable}) {{"):
+            is_shared = region.index in names.shared
+            if is_shared:
+                out.line(f"const uint8_t was = {variable};")
+            with out.block(f"switch ({'was' if is_shared else variable}) {{"):
                 for state in region.states:
                     if self.chart.states[state].kind is Kind.COMPOUND:
                         continue
@@ -110,8 +122,14 @@ class LeavePrinter:
                                 out.line(self.set_active(each))
                             out.line(f"{names.function('exit', each)}(m);")
                 self._default_case(out)
-            out.line(f"{variable} = 0u;")
+            out.line(self._keep_record(region) if is_shared else f"{variable} = 0u;")
         out.line()
+
+    def _keep_record(self, region: Region) -> str:
+        """Return the statement by which a region that is left keeps what was active."""
+        note = f"recorded by {self.chart.states[self.names.shared[region.index]].id}"
+        member = self.names.regions[region.index]
+        return f"m->{member} = (uint8_t)(was | {RECORDED}u); /* {comment(note)} */"
 
     def exit_call(self, state: int) -> str:
         """Return the call of what is done when a state is left."""
@@ -139,12 +157,11 @@ class LeavePrinter:
 
     def record(self, out: Emitter) -> None:
         """Print the function that records the histories of the states about to be left."""
-        histories = [state for state in self.chart.states if state.is_history]
-        if not histories:
+        if not self._histories:
             return
         out.line(f"static void {self.prefix}_record({self.prefix} *m, uint16_t domain)")
         with out.block("{"):
-            for history in histories:
+            for history in self._histories:
                 parent = history.parent
                 assert parent is not None  # noqa: S101
                 above = [a for a in self.chart.ancestors(parent) if self._can_be_domain(a)]
@@ -182,6 +199,8 @@ class LeavePrinter:
         names, plan = self.names, self.plan
         is_deep = self.chart.states[history].kind is Kind.DEEP_HISTORY
         for region in plan.recorded_regions[history]:
+            if (history, region) not in names.histories:
+                continue
             kept = f"m->{names.histories[history, region]}"
             variable = f"m->{names.regions[region]}"
             if is_deep:
@@ -201,8 +220,8 @@ class LeavePrinter:
                 ctype = self._ctype(plan.regions[region])
                 out.line(f"{kept} = ({ctype})({text});")
 
-    def _case(self, out: Emitter, state: int):  # type: ignore[no-untyped-def]
-        return _Case(out, f"case {self.plan.number[state]}u: {self.names.note(state)}")
+    def _case(self, out: Emitter, state: int, more: int = 0):  # type: ignore[no-untyped-def]
+        return _Case(out, f"case {self.plan.number[state] + more}u: {self.names.note(state)}")
 
     def _default_case(self, out: Emitter) -> None:
         with _Case(out, "default:"):

@@ -6,6 +6,7 @@ from fsmkit.codegen.c.effects import can_fail
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.leaving import LeavePrinter, ungrouped
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.codegen.c.taking import TAKE_SINGLE
 from fsmkit.codegen.c.transfer import Place, copy, put_default
 from fsmkit.emit import Emitter
@@ -159,25 +160,27 @@ class MovePrinter(LeavePrinter):
     def is_recorded(self, history: int) -> str:
         """Return the test whether a history holds something."""
         region = self.plan.recorded_regions[history][0]
-        return f"m->{self.names.histories[history, region]} != 0u"
+        return f"m->{self.names.recorded(history, region)} != 0u"
 
     def forget(self, out: Emitter, history: int) -> None:
         """Print that a history holds nothing any more."""
         for region in self.plan.recorded_regions[history]:
-            out.line(f"m->{self.names.histories[history, region]} = 0u;")
+            if (history, region) in self.names.histories:
+                out.line(f"m->{self.names.histories[history, region]} = 0u;")
 
     def _keep(self, out: Emitter, history: int) -> None:
         """Print local copies of what a history holds, if entering its parent makes it forget."""
         for region in self.plan.recorded_regions[history]:
-            member = f"m->{self.names.histories[history, region]}"
+            member = f"m->{self.names.recorded(history, region)}"
             if (held := self._held(history, region)) != member:
                 out.line(f"const {self._ctype(self.plan.regions[region])} {held} = {member};")
 
     def _held(self, history: int, region: int) -> str:
         """Return what a history recorded in a region, where that is entered."""
-        name = self.names.histories[history, region]
+        name = self.names.recorded(history, region)
         is_forgotten = history in self.plan.forgotten[self.chart.states[history].parent or 0]
-        return name if is_forgotten else f"m->{name}"
+        is_overwritten = is_forgotten and self.names.shared.get(region) != history
+        return name if is_overwritten else f"m->{name}"
 
     def take_content(self, out: Emitter, transition: int) -> None:
         """Print the hook and the content of a default transition."""
@@ -209,6 +212,7 @@ class MovePrinter(LeavePrinter):
         self, out: Emitter, history: int, region: Region, top: int, *, include_top: bool
     ) -> None:
         chart = self.chart
+        more = RECORDED if self.names.shared.get(region.index) == history else 0
         with out.block(f"switch ({self._held(history, region.index)}) {{"):
             for leaf in region.states:
                 kind = chart.states[leaf].kind
@@ -222,7 +226,7 @@ class MovePrinter(LeavePrinter):
                     if leaf == top or not (ancestor == top or chart.is_descendant(ancestor, top)):
                         break
                     path.append(ancestor)
-                with self._case(out, leaf):
+                with self._case(out, leaf, more):
                     for state in reversed(path):
                         out.line(f"{self.names.function('enter', state)}(m);")
                     for inner in self._inner(leaf):

@@ -21,6 +21,7 @@ from fsmkit.codegen.c.reserved import (
     NUMBERED,
     TO_INVOKE,
 )
+from fsmkit.codegen.c.sharing import shared_bytes
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.expressions import EnumType, RecordType
 from fsmkit.model.chart import Chart, Operation
@@ -51,7 +52,7 @@ class Names:
     enumerations: dict[str, str]
     regions: tuple[str, ...]
     histories: dict[tuple[int, int], str]
-    """By history and region."""
+    """By history and region: the members that have nothing else to tell."""
     fields: dict[str, str]
     """Of records, payloads and operations alike."""
     symbols: list[str] = field(default_factory=lambda: [""])
@@ -74,6 +75,8 @@ class Names:
     options: Options = field(default_factory=Options)
     does: dict[str, bool] = field(default_factory=dict)
     """What the machine does at all; known when all content is printed (see `StepPrinter`)."""
+    shared: dict[int, int] = field(default_factory=dict)
+    """By region: the history whose record its byte holds (`codegen.c.sharing`)."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
     """Numbers of the sets of slots that events are sent to."""
 
@@ -177,11 +180,16 @@ class Names:
         first, last = plan.number[state], plan.last_number[state]
         if first == last:
             return f"{variable} == {first}u"
-        if last == len(plan.regions[plan.region_of[state]].states):
+        region = plan.regions[plan.region_of[state]]
+        if last == len(region.states) and region.index not in self.shared:
             return f"{variable} >= {first}u"
         if first == 1:
             return f"({variable} != 0u && {variable} <= {last}u)"
         return f"({variable} >= {first}u && {variable} <= {last}u)"
+
+    def recorded(self, history: int, region: int) -> str:
+        """Return the member with what a history recorded of a region, 0 for nothing."""
+        return self.histories.get((history, region), self.regions[region])
 
     def place(self, span: object) -> str:
         """Return where something was written, as a comment says it."""
@@ -208,6 +216,9 @@ def name_everything(plan: Plan, prefix: str | None, options: Options | None = No
 def _choose(names: Names, options: Options) -> None:
     """Keep the options of a machine; those in its slots are whole, and as small."""
     names.options = options
+    names.shared = {} if options.is_small else shared_bytes(names.plan)
+    for region, history in names.shared.items():
+        del names.histories[history, region]
     for inner in names.invoked:
         _choose(inner, Options(is_small=options.is_small))
 

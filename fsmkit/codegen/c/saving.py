@@ -10,6 +10,7 @@ from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import Member
 from fsmkit.codegen.c.leaving import ungrouped
 from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.sharing import number_of, record_of, take_record
 from fsmkit.codegen.c.values import Values
 from fsmkit.emit import Emitter
 from fsmkit.model.document import Trigger
@@ -241,11 +242,20 @@ class _Saver:
 
     # --- machines -------------------------------------------------------------------------
 
-    def _numbers(self) -> list[tuple[str, int]]:
-        """Return the members with the states of regions and histories, and their greatest."""
-        names, regions = self._names, self._image.plan.regions
-        found = [(names.regions[r.index], len(r.states)) for r in regions]
-        found += [(names.histories[h, r], len(regions[r].states)) for h, r in self._image.histories]
+    def _numbers(self) -> list[tuple[str, int, bool | None]]:
+        """Return the members with the states of regions and histories, and their greatest.
+
+        And of one that tells both whether it is asked for what was recorded.
+        """
+        names, regions, shared = self._names, self._image.plan.regions, self._names.shared
+        found = [
+            (names.regions[r.index], len(r.states), False if r.index in shared else None)
+            for r in regions
+        ]
+        found += [
+            (names.recorded(h, r), len(regions[r].states), True if shared.get(r) == h else None)
+            for h, r in self._image.histories
+        ]
         return found
 
     def _put_machine(self, out: Emitter) -> None:
@@ -256,8 +266,11 @@ class _Saver:
         out.line("(void)now;")
         out.line(f"fsm_put(w, {status}, 1u);")
         out.line(f"fsm_put(w, {'m->fault' if 'fault' in self._members else '0u'}, 1u);")
-        for member, _ in self._numbers():
-            out.line(f"fsm_put(w, {f'm->{member}' if member in self._members else '0u'}, 2u);")
+        for member, _, is_record in self._numbers():
+            text = f"m->{member}" if member in self._members else "0u"
+            if is_record is not None:
+                text = record_of(text) if is_record else number_of(text)
+            out.line(f"fsm_put(w, {text}, 2u);")
         for field in image.values:
             self._values.put(out, field.type, f"m->{names.variables[field.name]}")
         with out.block(f"if ({names.running}) {{"):
@@ -301,7 +314,7 @@ class _Saver:
         names, image = self._names, self._image
         for state in image.chart.states:
             wanted = image.plan.forgotten[state.index]
-            held = (names.histories[h, r] for h, r in image.histories if h in wanted)
+            held = (name for (h, _), name in names.histories.items() if h in wanted)
             kept = [member for member in held if member in self._members]
             if kept:
                 with out.block(f"if ({ungrouped(names.in_state('m', state.index))}) {{"):
@@ -317,8 +330,10 @@ class _Saver:
                 out.line(f"m->{member} = (status & {1 + (member == 'finished')}u) != 0u;")
         out.line("(void)status;")
         out.line("m->fault = (uint8_t)fault;" if "fault" in has else "(void)fault;")
-        for member, most in self._numbers():
-            if member in has:
+        for member, most, is_record in self._numbers():
+            if is_record:
+                take_record(out, f"m->{member}", most)
+            elif member in has:
                 ctype = "uint16_t" if most > 255 else "uint8_t"
                 out.line(f"m->{member} = ({ctype})fsm_take(r, 2u, 0u, {most}u);")
             else:

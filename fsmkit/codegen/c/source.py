@@ -323,12 +323,11 @@ class SourcePrinter:
         out.line()
 
     def _print_start(self) -> None:
-        out, names, chart = self.steps, self.names, self.chart
+        out, names = self.steps, self.names
         if not names.plan.is_single and self.reactions.shapes.is_general:
             self._tables(out)
-            has_histories = any(s.is_history for s in chart.states)
             record = ""
-            if has_histories:
+            if names.histories:
                 record = (
                     "    for (uint8_t i = 0u; i < found->count; i++)\n"
                     "        @_record(m, domains[i]);"

@@ -180,7 +180,6 @@ class StepPrinter:
         """Print how transitions are taken that are not straight code, and who answers an event."""
         names, reactions = self.names, self.reactions
         single = names.plan.is_single
-        has_histories = any(s.is_history for s in self.chart.states)
         remembered = len(self.selection.remembered)
         forget = (
             f"for (uint8_t i = 0u; i < {remembered}u; i++)\n        m->asked[i] = 0u;"
@@ -211,7 +210,7 @@ class StepPrinter:
                 out.lines(self.answers.finish().rstrip("\n").split("\n"))
                 out.line()
                 continue
-            record = "@_record(m, domain);" if has_histories else "~"
+            record = "@_record(m, domain);" if names.histories else "~"
             out.lines(
                 fill(
                     names,
