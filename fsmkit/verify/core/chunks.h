@@ -1,5 +1,5 @@
 /* chunks.h: arrays that grow and never move, so that what was put there can be read while more is
- * added. Each chunk is twice as large as the one before. */
+ * added. Each chunk is twice as large as the one before, and begins with a cache line. */
 #ifndef FSM_CHUNKS_H
 #define FSM_CHUNKS_H
 
@@ -10,11 +10,13 @@
 
 enum {
     FSM_FIRST_CHUNK_BITS = 6,
-    FSM_CHUNKS = 33 - FSM_FIRST_CHUNK_BITS
+    FSM_CHUNKS = 33 - FSM_FIRST_CHUNK_BITS,
+    FSM_CACHE_LINE = 64
 };
 
 typedef struct {
     void *chunks[FSM_CHUNKS];
+    void *blocks[FSM_CHUNKS]; /* of memory, that they are in */
 } fsm_chunks;
 
 static inline unsigned fsm_chunk_of(uint32_t number)
@@ -41,16 +43,21 @@ static inline uint64_t fsm_chunks_room(uint32_t number)
 static inline bool fsm_chunks_make_room(fsm_chunks *self, uint32_t number, size_t size)
 {
     unsigned chunk = fsm_chunk_of(number);
-    if (self->chunks[chunk] == NULL)
-        self->chunks[chunk] = malloc(size << (chunk + FSM_FIRST_CHUNK_BITS));
-    return self->chunks[chunk] != NULL;
+    if (self->chunks[chunk] != NULL)
+        return true;
+    char *block = malloc((size << (chunk + FSM_FIRST_CHUNK_BITS)) + FSM_CACHE_LINE);
+    if (block == NULL)
+        return false;
+    self->blocks[chunk] = block;
+    self->chunks[chunk] = block + (FSM_CACHE_LINE - (uintptr_t)block % FSM_CACHE_LINE);
+    return true;
 }
 
 static inline void fsm_chunks_free(fsm_chunks *self)
 {
     for (unsigned i = 0; i < FSM_CHUNKS; i++)
-        free(self->chunks[i]);
-    *self = (fsm_chunks){{NULL}};
+        free(self->blocks[i]);
+    *self = (fsm_chunks){{NULL}, {NULL}};
 }
 
 #endif

@@ -299,6 +299,7 @@ static void expand_chunk(const fsm_crew *self, hand *h, chunk *c, uint32_t numbe
     for (size_t i = first; i < end && i < self->end && h->outcome == FSM_COMPLETE; i++) {
         fsm_found at = {fsm_layer_states(self->layer)[i], search->depth, search->checkpoint_count - 1,
                         fsm_layer_tags(self->layer)[i]};
+        fsm_search_fetch(search, self->layer, i);
         h->outcome = expand_state(search, h, c, number, at, &pipe);
     }
     if (h->outcome == FSM_COMPLETE && !drain(search, h, c, &pipe, 0))

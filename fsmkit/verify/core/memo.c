@@ -31,10 +31,15 @@ void fsm_memo_tidy(fsm_memo *self)
     self->bytes = table_bytes(self->table->capacity);
 }
 
-static inline size_t find_slot(const fsm_memo_table *table, uint64_t key, uint64_t *held)
+static inline size_t first_slot(const fsm_memo_table *table, uint64_t key)
 {
     uint64_t h = (key ^ (key >> 32)) * 0xd6e8feb86659fd93u;
-    size_t slot = (size_t)(h ^ (h >> 32)) & (table->capacity - 1);
+    return (size_t)(h ^ (h >> 32)) & (table->capacity - 1);
+}
+
+static inline size_t find_slot(const fsm_memo_table *table, uint64_t key, uint64_t *held)
+{
+    size_t slot = first_slot(table, key);
     for (;;) {
         *held = __atomic_load_n(&table->slots[slot].key, __ATOMIC_ACQUIRE);
         if (*held == 0 || *held == key + 1)
@@ -51,6 +56,13 @@ const uint64_t *fsm_memo_find(const fsm_memo *self, uint64_t key)
     uint64_t held;
     size_t slot = find_slot(table, key, &held);
     return held == 0 ? NULL : &table->slots[slot].value;
+}
+
+void fsm_memo_fetch(const fsm_memo *self, uint64_t key)
+{
+    const fsm_memo_table *table = __atomic_load_n(&self->table, __ATOMIC_ACQUIRE);
+    if (table != NULL)
+        __builtin_prefetch(&table->slots[first_slot(table, key)]);
 }
 
 static bool grow(fsm_memo *self)

@@ -33,6 +33,9 @@ void fsm_memo_tidy(fsm_memo *self);
 /* The value of a key (not UINT64_MAX), or NULL. */
 const uint64_t *fsm_memo_find(const fsm_memo *self, uint64_t key);
 
+/* Fetches from memory where a key is, or would be. */
+void fsm_memo_fetch(const fsm_memo *self, uint64_t key);
+
 /* Adds a key, unless it is there. False if memory ran out. */
 bool fsm_memo_add(fsm_memo *self, uint64_t key, uint64_t value);
 

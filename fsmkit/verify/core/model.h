@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FSM_MODEL_ABI 4u
+#define FSM_MODEL_ABI 5u
 
 #define FSM_NONE UINT32_MAX
 
@@ -74,6 +74,11 @@ typedef struct {
      * (then `failure` says why). */
     bool (*initial)(void *self, fsm_steps *steps);
     bool (*successors)(void *self, fsm_state state, fsm_steps *steps);
+
+    /* Fetches what the steps of a state will need of memory, a state a few places on in a layer: first what
+     * the state refers to, then, nearer to it, what that refers to. NULL: nothing is fetched. */
+    void (*fetch_first)(const void *self, fsm_state state);
+    void (*fetch_next)(const void *self, fsm_state state);
 
     /* The set of marks that hold at a state (FSM_NONE if memory ran out), and the marks of a set. */
     uint32_t (*marks)(void *self, fsm_state state);

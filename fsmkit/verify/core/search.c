@@ -271,6 +271,18 @@ static bool drain(fsm_search *self, fsm_layer *next, pipeline *pipe, uint32_t le
     return true;
 }
 
+void fsm_search_fetch(const fsm_search *self, const fsm_layer *layer, size_t at)
+{
+    enum { FIRST = 16, NEXT = 8 };
+    const fsm_model *model = self->model;
+    if (model->fetch_first == NULL)
+        return;
+    if (at + FIRST < layer->count)
+        model->fetch_first(model->self, fsm_layer_states(layer)[at + FIRST]);
+    if (at + NEXT < layer->count)
+        model->fetch_next(model->self, fsm_layer_states(layer)[at + NEXT]);
+}
+
 static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
 {
     const fsm_model *model = self->model;
@@ -324,6 +336,7 @@ static bool expand_alone(fsm_search *self, const fsm_layer *layer, size_t first,
     for (size_t i = first; fine && i < first + count; i++) {
         self->at = (fsm_found){fsm_layer_states(layer)[i], self->depth, self->checkpoint_count - 1,
                                fsm_layer_tags(layer)[i]};
+        fsm_search_fetch(self, layer, i);
         fine = (!each || may_go_on(self)) && (self->expanded % ASK_EVERY != 0 || is_within_limits(self))
             && expand(self, next, &pipe);
     }

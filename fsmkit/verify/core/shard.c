@@ -14,7 +14,8 @@ enum {
     FIRST_BITS = 9, /* of each half */
     MOST_BITS = 31, /* of each half */
     LINE = 512,     /* pairs in a cache line */
-    FIRST_BUCKETS = 64
+    FIRST_BUCKETS = 64,
+    SMALL = 64 << 20 /* bytes: less than this may be dense whatever it would be hashed */
 };
 
 #define LOAD(buckets) ((buckets) * BUCKET / 5 * 4)
@@ -204,6 +205,21 @@ static bool has_cell(const fsm_shard *self, uint64_t cell)
     return (((const unsigned char *)self->region.base)[cell / 8] >> cell % 8 & 1) != 0;
 }
 
+/* Sixty-four cells at a time. Those of the last word that are no cells are empty. */
+static uint64_t next_cell(const fsm_shard *self, uint64_t cell, uint64_t cells)
+{
+    const unsigned char *bytes = self->region.base;
+    for (; cell < cells; cell = (cell / 64 + 1) * 64) {
+        uint64_t word = 0;
+        for (unsigned i = 0; i < 8; i++)
+            word |= (uint64_t)bytes[cell / 64 * 8 + i] << 8 * i;
+        word &= UINT64_MAX << cell % 64;
+        if (word != 0)
+            return cell / 64 * 64 + (unsigned)__builtin_ctzll(word);
+    }
+    return cells;
+}
+
 static void set_cell(fsm_shard *self, uint64_t cell)
 {
     unsigned char *byte = (unsigned char *)self->region.base + cell / 8;
@@ -289,17 +305,19 @@ static size_t needed(const fsm_shard *self)
 static bool prefers_dense(const fsm_shard *dense, size_t hashed)
 {
     size_t most = hashed < SIZE_MAX / 2 ? 2 * hashed : SIZE_MAX;
-    if (most < dense->limit / 64)
-        most = dense->limit / 64;
+    size_t small = dense->limit / 64 < SMALL ? dense->limit / 64 : SMALL;
+    if (most < small)
+        most = small;
     return dense->rows <= dense->limit / (dense->width / 8) && needed(dense) <= most;
 }
 
 uint64_t fsm_shard_next(const fsm_shard *self, uint64_t place)
 {
-    const unsigned char *bytes = self->region.base;
     uint64_t places = fsm_shard_places(self);
+    if (self->dense)
+        return next_cell(self, place, places);
     while (place < places && !fsm_shard_taken(self, place))
-        place += self->dense && place % 8 == 0 && bytes[place / 8] == 0 ? 8 : 1;
+        place++;
     return place;
 }
 

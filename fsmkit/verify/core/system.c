@@ -127,6 +127,42 @@ typedef struct {
     fsm_part part;
 } moves_of_both;
 
+static void fetch_first(const void *context, fsm_state state)
+{
+    const fsm_tree *tree = ((const fsm_composition *)context)->tree;
+    __builtin_prefetch(fsm_node_at(tree->root_left, fsm_left(state)));
+    if (tree->root_right != NULL)
+        __builtin_prefetch(fsm_node_at(tree->root_right, fsm_right(state)));
+}
+
+static void fetch_moves(const fsm_node *node, uint32_t state)
+{
+    const fsm_node_state *at = fsm_node_at(node, state);
+    for (fsm_part part = FSM_OWN; part <= FSM_OPEN; part++) {
+        const char *moves = (const char *)__atomic_load_n(&at->moves[part], __ATOMIC_ACQUIRE);
+        if (moves == NULL)
+            continue;
+        __builtin_prefetch(moves);
+        __builtin_prefetch(moves + FSM_CACHE_LINE);
+    }
+}
+
+static void fetch_next(const void *context, fsm_state state)
+{
+    const fsm_tree *tree = ((const fsm_composition *)context)->tree;
+    fetch_moves(tree->root_left, fsm_left(state));
+    if (tree->root_right != NULL)
+        fetch_moves(tree->root_right, fsm_right(state));
+}
+
+/* Fetches what becomes of a half by what the other half sends it. */
+static void fetch_deliveries(const fsm_node *half, uint32_t state, const fsm_moves *moves)
+{
+    for (uint32_t i = 0; i < moves->count; i++)
+        if (moves->items[i].sent != 0)
+            fsm_memo_fetch(&half->delivered, fsm_join(state, moves->items[i].sent));
+}
+
 static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_part part, moves_of_both *found)
 {
     static const fsm_moves none = {0};
@@ -134,7 +170,13 @@ static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_par
     found->left = fsm_node_moves(tree, thread, tree->root_left, fsm_left(state), part);
     found->right = tree->root_right == NULL ? &none
                                             : fsm_node_moves(tree, thread, tree->root_right, fsm_right(state), part);
-    return found->left != NULL && found->right != NULL;
+    if (found->left == NULL || found->right == NULL)
+        return false;
+    if (tree->root_right != NULL) {
+        fetch_deliveries(tree->root_right, fsm_right(state), found->left);
+        fetch_deliveries(tree->root_left, fsm_left(state), found->right);
+    }
+    return true;
 }
 
 /* What both halves show, and which steps can be taken. */
@@ -424,7 +466,8 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
     self->model = (fsm_model){
         .abi = FSM_MODEL_ABI, .mark_count = fsm_first_mark(system, count), .self = self,
         .action_count = first_timer(system, count),
-        .initial = initial, .successors = successors, .marks = marks, .mark_set = mark_set,
+        .initial = initial, .successors = successors,
+        .fetch_first = fetch_first, .fetch_next = fetch_next, .marks = marks, .mark_set = mark_set,
         .configuration = configuration, .at_rest = at_rest, .owed = owed, .memory = memory, .failure = failure};
     self->tree = fine && self->lock != NULL ? fsm_tree_make(self) : NULL;
     if (self->tree != NULL && self->before != NULL && self->after != NULL)

@@ -240,8 +240,9 @@ static bool adopt(fsm_tree *self, fsm_node *node, uint32_t local)
         fsm_view view = fsm_info(c, node->first, number)->view;
         *state = (fsm_node_state){.left = number, .elapsed = FSM_NONE};
         state->aspect = fsm_store_insert(&node->seen, self->seen, SIZE_MAX, NULL);
-        state->summary = (fsm_summary){view.waiting, m->monitor ? 0 : view.awaited, view.awaited > 0,
-                                       view.waiting > 0 ? first : FSM_OWN, view.faulted, view.at_rest};
+        state->summary = (fsm_summary){view.waiting, m->monitor ? 0 : view.awaited,
+                                       (unsigned char)(view.waiting > 0 ? first : FSM_OWN), view.awaited > 0, view.faulted,
+                                       view.at_rest};
         if (state->aspect == FSM_NONE)
             return out_of_memory(self);
     }
@@ -294,9 +295,8 @@ static uint32_t aspect_of(fsm_tree *self, fsm_node *node, uint32_t left, uint32_
 
 static fsm_summary both(fsm_summary a, fsm_summary b)
 {
-    return (fsm_summary){a.waiting + b.waiting, a.awaited + b.awaited, a.ticking || b.ticking,
-                         a.first < b.first ? a.first : b.first, a.faulted || b.faulted,
-                         a.at_rest && b.at_rest};
+    return (fsm_summary){a.waiting + b.waiting, a.awaited + b.awaited, a.first < b.first ? a.first : b.first,
+                         a.ticking || b.ticking, a.faulted || b.faulted, a.at_rest && b.at_rest};
 }
 
 /* Number of a group's state, by who has the lock. */

@@ -36,17 +36,18 @@ typedef struct {
 /* What is seen of a state of a node without asking for its steps. */
 typedef struct {
     uint32_t waiting, awaited; /* events; timers, without those of monitors */
+    unsigned char first;       /* an fsm_part, whose steps come first: those of monitors, of the environment, or all */
     bool ticking;              /* there are timers, those of monitors among them */
-    fsm_part first;            /* whose steps come first: those of monitors, of the environment, or all */
     bool faulted, at_rest;
 } fsm_summary;
 
+/* One cache line. */
 typedef struct {
+    fsm_moves *moves[FSM_PARTS];
     uint32_t left, right; /* children's states; of a machine: the local state, and 0 */
     uint32_t elapsed;     /* after a unit of time; FSM_NONE: not asked yet */
     uint32_t aspect;      /* number of what properties see of it */
     fsm_summary summary;
-    fsm_moves *moves[FSM_PARTS];
 } fsm_node_state;
 
 /* Numbers of a group's states, plus one; 0 is empty. */
