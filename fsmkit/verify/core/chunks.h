@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "region.h"
+
 enum {
     FSM_FIRST_CHUNK_BITS = 6,
     FSM_CHUNKS = 33 - FSM_FIRST_CHUNK_BITS,
@@ -45,9 +47,11 @@ static inline bool fsm_chunks_make_room(fsm_chunks *self, uint32_t number, size_
     unsigned chunk = fsm_chunk_of(number);
     if (self->chunks[chunk] != NULL)
         return true;
-    char *block = malloc((size << (chunk + FSM_FIRST_CHUNK_BITS)) + FSM_CACHE_LINE);
+    size_t bytes = (size << (chunk + FSM_FIRST_CHUNK_BITS)) + FSM_CACHE_LINE;
+    char *block = malloc(bytes);
     if (block == NULL)
         return false;
+    fsm_region_advise(block, bytes);
     self->blocks[chunk] = block;
     self->chunks[chunk] = block + (FSM_CACHE_LINE - (uintptr_t)block % FSM_CACHE_LINE);
     return true;

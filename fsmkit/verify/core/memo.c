@@ -1,5 +1,7 @@
 #include "memo.h"
 
+#include "region.h"
+
 #include <stdlib.h>
 
 static void free_tables(fsm_memo_table *table)
@@ -73,6 +75,7 @@ static bool grow(fsm_memo *self)
     uint64_t held;
     if (bigger == NULL)
         return false;
+    fsm_region_advise(bigger, table_bytes(capacity));
     bigger->capacity = capacity;
     bigger->older = old;
     for (size_t i = 0; old != NULL && i < old->capacity; i++)

@@ -1,13 +1,27 @@
 #define _DEFAULT_SOURCE
 #include "region.h"
 
+#include <stdint.h>
+
 #include <sys/mman.h>
 
 #ifndef MAP_NORESERVE
 #define MAP_NORESERVE 0
 #endif
 
-enum { LEAST = 1 << 20 };
+enum { LEAST = 1 << 20, PAGE = 4096 };
+
+void fsm_region_advise(void *memory, size_t bytes)
+{
+#ifdef MADV_HUGEPAGE
+    size_t skipped = (PAGE - (uintptr_t)memory % PAGE) % PAGE;
+    if (bytes > LEAST)
+        (void)madvise((char *)memory + skipped, bytes - skipped, MADV_HUGEPAGE);
+#else
+    (void)memory;
+    (void)bytes;
+#endif
+}
 
 bool fsm_region_reserve(fsm_region *self, size_t bytes)
 {
@@ -17,9 +31,7 @@ bool fsm_region_reserve(fsm_region *self, size_t bytes)
                           MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (base == MAP_FAILED)
             continue;
-#ifdef MADV_HUGEPAGE
-        (void)madvise(base, most, MADV_HUGEPAGE); /* the search jumps about: fewer address misses */
-#endif
+        fsm_region_advise(base, most);
         *self = (fsm_region){base, most};
         return true;
     }

@@ -63,9 +63,6 @@ static void free_pairs(fsm_pairs *pairs)
 
 static void free_node(fsm_node *node)
 {
-    for (uint32_t i = 0; i < node->count; i++)
-        for (int part = 0; part < FSM_PARTS; part++)
-            free(fsm_node_at(node, i)->moves[part]);
     fsm_chunks_free(&node->states);
     free_pairs(node->pairs);
     fsm_memo_free(&node->delivered);
@@ -85,6 +82,7 @@ void fsm_tree_free(fsm_tree *self)
     for (uint32_t i = 0; i < self->node_count; i++)
         free_node(&self->nodes[i]);
     free(self->nodes);
+    fsm_arena_free(&self->moves);
     fsm_lists_free(&self->messages);
     fsm_lists_free(&self->marks);
     fsm_memo_free(&self->judged);
@@ -271,6 +269,7 @@ static bool grow_pairs(fsm_tree *self, fsm_node *node)
     fsm_pairs *pairs = capacity == 0 ? NULL : calloc(1, pairs_bytes(capacity));
     if (pairs == NULL)
         return out_of_memory(self);
+    fsm_region_advise(pairs, pairs_bytes(capacity));
     pairs->capacity = capacity;
     pairs->older = node->pairs;
     self->node_bytes += pairs_bytes(capacity);
@@ -578,19 +577,20 @@ static fsm_moves **clear_scratch(fsm_tree *self, uint32_t thread, const fsm_node
 static const fsm_moves *keep(fsm_tree *self, const fsm_node *node, uint32_t state, fsm_part part,
                              const fsm_moves *moves)
 {
-    size_t bytes = sizeof *moves + moves->count * sizeof moves->items[0];
-    fsm_moves *kept = node->left == NULL || is_room_for(self, bytes) ? malloc(bytes) : NULL, *other = NULL;
-    if (kept == NULL)
+    size_t bytes = sizeof *moves + moves->count * sizeof moves->items[0], used = 0;
+    fsm_moves **place = &fsm_node_at(node, state)->moves[part];
+    if (node->left != NULL && !is_room_for(self, bytes))
         return moves;
-    memcpy(kept, moves, bytes);
-    kept->room = kept->count;
-    if (__atomic_compare_exchange_n(&fsm_node_at(node, state)->moves[part], &other, kept, false, __ATOMIC_ACQ_REL,
-                                    __ATOMIC_ACQUIRE)) {
-        (void)__atomic_fetch_add(&self->kept, bytes + 16, __ATOMIC_RELAXED);
-        return kept;
+    fsm_lock_take(self->composition->lock);
+    fsm_moves *kept = *place; /* another thread may have found them out meanwhile */
+    if (kept == NULL && (kept = fsm_arena_take(&self->moves, bytes, &used)) != NULL) {
+        memcpy(kept, moves, bytes);
+        kept->room = kept->count;
+        (void)__atomic_fetch_add(&self->kept, used, __ATOMIC_RELAXED);
+        __atomic_store_n(place, kept, __ATOMIC_RELEASE);
     }
-    free(kept);
-    return other; /* found out by another thread meanwhile */
+    fsm_lock_leave(self->composition->lock);
+    return kept != NULL ? kept : moves;
 }
 
 const fsm_moves *fsm_node_find_moves(fsm_tree *self, uint32_t thread, fsm_node *node, uint32_t state, fsm_part part)

@@ -11,6 +11,7 @@
 #ifndef FSM_TREE_H
 #define FSM_TREE_H
 
+#include "arena.h"
 #include "composition.h"
 #include "lists.h"
 #include "workers.h"
@@ -78,6 +79,7 @@ typedef struct fsm_tree {
     fsm_node *nodes, *root_left, *root_right; /* the right one is NULL if there is one machine */
     uint32_t node_count;
     fsm_lists messages, marks;
+    fsm_arena moves; /* those that are kept */
     fsm_memo judged; /* aspects of both halves -> list of marks */
     size_t kept, most_kept; /* bytes of steps and deliveries that are kept */
     size_t node_bytes;
