@@ -33,40 +33,6 @@ void fsm_memo_tidy(fsm_memo *self)
     self->bytes = table_bytes(self->table->capacity);
 }
 
-static inline size_t first_slot(const fsm_memo_table *table, uint64_t key)
-{
-    uint64_t h = (key ^ (key >> 32)) * 0xd6e8feb86659fd93u;
-    return (size_t)(h ^ (h >> 32)) & (table->capacity - 1);
-}
-
-static inline size_t find_slot(const fsm_memo_table *table, uint64_t key, uint64_t *held)
-{
-    size_t slot = first_slot(table, key);
-    for (;;) {
-        *held = __atomic_load_n(&table->slots[slot].key, __ATOMIC_ACQUIRE);
-        if (*held == 0 || *held == key + 1)
-            return slot;
-        slot = (slot + 1) & (table->capacity - 1);
-    }
-}
-
-const uint64_t *fsm_memo_find(const fsm_memo *self, uint64_t key)
-{
-    const fsm_memo_table *table = __atomic_load_n(&self->table, __ATOMIC_ACQUIRE);
-    if (table == NULL)
-        return NULL;
-    uint64_t held;
-    size_t slot = find_slot(table, key, &held);
-    return held == 0 ? NULL : &table->slots[slot].value;
-}
-
-void fsm_memo_fetch(const fsm_memo *self, uint64_t key)
-{
-    const fsm_memo_table *table = __atomic_load_n(&self->table, __ATOMIC_ACQUIRE);
-    if (table != NULL)
-        __builtin_prefetch(&table->slots[first_slot(table, key)]);
-}
-
 static bool grow(fsm_memo *self)
 {
     fsm_memo_table *old = self->table;
@@ -80,7 +46,7 @@ static bool grow(fsm_memo *self)
     bigger->older = old;
     for (size_t i = 0; old != NULL && i < old->capacity; i++)
         if (old->slots[i].key != 0)
-            bigger->slots[find_slot(bigger, old->slots[i].key - 1, &held)] = old->slots[i];
+            bigger->slots[fsm_memo_slot_of(bigger, old->slots[i].key - 1, &held)] = old->slots[i];
     self->bytes += table_bytes(capacity);
     __atomic_store_n(&self->table, bigger, __ATOMIC_RELEASE);
     return true;
@@ -91,7 +57,7 @@ bool fsm_memo_add(fsm_memo *self, uint64_t key, uint64_t value)
     uint64_t held;
     if ((self->table == NULL || 2 * (self->count + 1) > self->table->capacity) && !grow(self))
         return false;
-    fsm_memo_slot *slot = &self->table->slots[find_slot(self->table, key, &held)];
+    fsm_memo_slot *slot = &self->table->slots[fsm_memo_slot_of(self->table, key, &held)];
     if (held != 0)
         return true;
     slot->value = value;

@@ -30,11 +30,42 @@ void fsm_memo_free(fsm_memo *self);
 /* Frees what only readers needed. Nobody may be reading. */
 void fsm_memo_tidy(fsm_memo *self);
 
+static inline size_t fsm_memo_first_slot(const fsm_memo_table *table, uint64_t key)
+{
+    uint64_t h = (key ^ (key >> 32)) * 0xd6e8feb86659fd93u;
+    return (size_t)(h ^ (h >> 32)) & (table->capacity - 1);
+}
+
+/* The slot that holds a key, or the empty one where it belongs; and what it holds. */
+static inline size_t fsm_memo_slot_of(const fsm_memo_table *table, uint64_t key, uint64_t *held)
+{
+    size_t slot = fsm_memo_first_slot(table, key);
+    for (;;) {
+        *held = __atomic_load_n(&table->slots[slot].key, __ATOMIC_ACQUIRE);
+        if (*held == 0 || *held == key + 1)
+            return slot;
+        slot = (slot + 1) & (table->capacity - 1);
+    }
+}
+
 /* The value of a key (not UINT64_MAX), or NULL. */
-const uint64_t *fsm_memo_find(const fsm_memo *self, uint64_t key);
+static inline const uint64_t *fsm_memo_find(const fsm_memo *self, uint64_t key)
+{
+    const fsm_memo_table *table = __atomic_load_n(&self->table, __ATOMIC_ACQUIRE);
+    if (table == NULL)
+        return NULL;
+    uint64_t held;
+    size_t slot = fsm_memo_slot_of(table, key, &held);
+    return held == 0 ? NULL : &table->slots[slot].value;
+}
 
 /* Fetches from memory where a key is, or would be. */
-void fsm_memo_fetch(const fsm_memo *self, uint64_t key);
+static inline void fsm_memo_fetch(const fsm_memo *self, uint64_t key)
+{
+    const fsm_memo_table *table = __atomic_load_n(&self->table, __ATOMIC_ACQUIRE);
+    if (table != NULL)
+        __builtin_prefetch(&table->slots[fsm_memo_first_slot(table, key)]);
+}
 
 /* Adds a key, unless it is there. False if memory ran out. */
 bool fsm_memo_add(fsm_memo *self, uint64_t key, uint64_t value);

@@ -468,7 +468,7 @@ fsm_put fsm_shard_put(fsm_shard *self, fsm_state state)
     return self->dense ? dense_put(self, state, home) : hashed_put(self, state, home);
 }
 
-fsm_put fsm_shard_put_home(fsm_shard *self, fsm_state state, uint64_t home, uint32_t edition)
+fsm_put fsm_shard_put_new_home(fsm_shard *self, fsm_state state, uint64_t home, uint32_t edition)
 {
     if (home == FSM_NOWHERE || edition != self->edition || fsm_left(state) > self->most_left
         || fsm_right(state) > self->most_right)

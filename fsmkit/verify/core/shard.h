@@ -75,7 +75,14 @@ static inline bool fsm_shard_has(const fsm_shard *self, uint64_t home)
 fsm_put fsm_shard_put(fsm_shard *self, fsm_state state);
 
 /* The same, knowing its home in an edition. */
-fsm_put fsm_shard_put_home(fsm_shard *self, fsm_state state, uint64_t home, uint32_t edition);
+fsm_put fsm_shard_put_new_home(fsm_shard *self, fsm_state state, uint64_t home, uint32_t edition);
+
+static inline fsm_put fsm_shard_put_home(fsm_shard *self, fsm_state state, uint64_t home, uint32_t edition)
+{
+    if (self->dense && edition == self->edition && fsm_shard_has(self, home))
+        return FSM_KNOWN; /* as most are */
+    return fsm_shard_put_new_home(self, state, home, edition);
+}
 
 size_t fsm_shard_bytes(const fsm_shard *self);
 

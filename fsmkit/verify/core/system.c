@@ -127,6 +127,8 @@ typedef struct {
     fsm_part part;
 } moves_of_both;
 
+enum { CACHED = 2 << 20 }; /* bytes of states of nodes that are soon all in the caches */
+
 static void fetch_first(const void *context, fsm_state state)
 {
     const fsm_tree *tree = ((const fsm_composition *)context)->tree;
@@ -172,7 +174,7 @@ static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_par
                                             : fsm_node_moves(tree, thread, tree->root_right, fsm_right(state), part);
     if (found->left == NULL || found->right == NULL)
         return false;
-    if (tree->root_right != NULL) {
+    if (tree->root_right != NULL && tree->node_bytes > CACHED) {
         fetch_deliveries(tree->root_right, fsm_right(state), found->left);
         fetch_deliveries(tree->root_left, fsm_left(state), found->right);
     }
