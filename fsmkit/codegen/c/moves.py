@@ -180,7 +180,7 @@ class MovePrinter(LeavePrinter):
         name = self.names.recorded(history, region)
         is_forgotten = history in self.plan.forgotten[self.chart.states[history].parent or 0]
         is_overwritten = is_forgotten and self.names.shared.get(region) != history
-        return name if is_overwritten else f"m->{name}"
+        return f"was_{history}_{region}" if is_overwritten else f"m->{name}"
 
     def take_content(self, out: Emitter, transition: int) -> None:
         """Print the hook and the content of a default transition."""

@@ -36,8 +36,8 @@ class Agreement:
 
 
 def agreement(system: System, *, untimed: bool = True, most: int = 10**7) -> Agreement:
-    """Compare; untimed, watchdogs are silent."""
-    closed = close(system, untimed=untimed, silent=untimed)
+    """Compare; untimed, watchdogs are silent. The network resets no data, so none are reset."""
+    closed = close(system, untimed=untimed, silent=untimed, keeps_dead=True)
     with closing(CEngine(closed, Findings())) as engine:
         found = engine.explore(MEMORY, 0, None)
     assert found.end.value == "complete"
