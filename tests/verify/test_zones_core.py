@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(not COMPILERS, reason="there is no C compiler")
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("zones") / "zones_test"
-    sources = [ROOT / "tests/c/zones_test.c", CORE / "zones.c", CORE / "store.c"]
+    sources = [ROOT / "tests/c/zones_test.c", CORE / "zones.c", CORE / "store.c", CORE / "region.c"]
     subprocess.run(
         [COMPILERS[0], *STRICT, "-O2", "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
          "-I", CORE, *sources, "-o", made],

@@ -105,9 +105,10 @@ size_t fsm_search_bytes(const fsm_search *self);
 /* What the threads of a search tell it (crew.h). */
 bool fsm_witness_note(fsm_witness *self, fsm_found at, uint32_t step); /* whether it is the first time */
 void fsm_search_note_mark(fsm_search *self, uint32_t mark, fsm_found at, uint32_t step);
+void fsm_search_note_group(fsm_search *self, uint32_t group, fsm_found found);
+
 /* Fetches from memory what states a few places after one in a layer will need. */
 void fsm_search_fetch(const fsm_search *self, const fsm_layer *layer, size_t at);
-void fsm_search_note_group(fsm_search *self, uint32_t group, fsm_found found);
 
 /* The group of a state that was not found yet, or FSM_NONE. */
 uint32_t fsm_search_group_of(const fsm_search *self, fsm_state state);

@@ -174,7 +174,7 @@ static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_par
                                             : fsm_node_moves(tree, thread, tree->root_right, fsm_right(state), part);
     if (found->left == NULL || found->right == NULL)
         return false;
-    if (tree->root_right != NULL && tree->node_bytes > CACHED) {
+    if (tree->root_right != NULL && __atomic_load_n(&tree->node_bytes, __ATOMIC_RELAXED) > CACHED) {
         fetch_deliveries(tree->root_right, fsm_right(state), found->left);
         fetch_deliveries(tree->root_left, fsm_left(state), found->right);
     }

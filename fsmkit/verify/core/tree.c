@@ -218,7 +218,7 @@ static fsm_node_state *new_state(fsm_tree *self, fsm_node *node)
 {
     if (!fsm_chunks_make_room(&node->states, node->count, sizeof(fsm_node_state)))
         return NULL;
-    self->node_bytes += sizeof(fsm_node_state);
+    (void)__atomic_fetch_add(&self->node_bytes, sizeof(fsm_node_state), __ATOMIC_RELAXED);
     return fsm_node_at(node, node->count++);
 }
 
@@ -272,7 +272,7 @@ static bool grow_pairs(fsm_tree *self, fsm_node *node)
     fsm_region_advise(pairs, pairs_bytes(capacity));
     pairs->capacity = capacity;
     pairs->older = node->pairs;
-    self->node_bytes += pairs_bytes(capacity);
+    (void)__atomic_fetch_add(&self->node_bytes, pairs_bytes(capacity), __ATOMIC_RELAXED);
     for (uint32_t i = 0; i < node->count; i++)
         *pair_slot(node, pairs, fsm_node_at(node, i)->left, fsm_node_at(node, i)->right, &held) = i + 1;
     __atomic_store_n(&node->pairs, pairs, __ATOMIC_RELEASE);
