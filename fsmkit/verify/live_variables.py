@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Direction, Kind, Trigger
+from fsmkit.model.reachability import entered
 from fsmkit.model.statements import Block, Destination, Raise, Send
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.verify.accesses import NONE, Accesses, Names, accesses, reads_of
@@ -170,29 +171,21 @@ class _Tree:
 
     def entered(self, transition: Transition) -> frozenset[int]:
         """Return the states that a transition can enter, and the histories on the way."""
-        chart = self.chart
-        found: set[int] = set()
-        pending = list(transition.targets)
-        while pending:
-            number = pending.pop()
-            if number in found:
-                continue
-            found.add(number)
-            state = chart.states[number]
-            if state.initial is not None:
-                pending += chart.transitions[state.initial].targets
-            if state.is_history:
-                parent = chart.states[state.parent or 0]
-                pending += range(parent.index + 1, parent.last_descendant + 1)
-            if state.kind is Kind.PARALLEL:
-                pending += [c for c in state.children if not chart.states[c].is_history]
-            for ancestor in chart.ancestors(number):
-                if chart.states[ancestor].kind is Kind.PARALLEL:
-                    pending.append(ancestor)
-                else:
-                    found.add(ancestor)
+        chart, wanted = self.chart, frozenset(transition.targets)
+        while True:
+            found = entered(chart, wanted)
+            more = wanted.union(*(self._beside(state) for state in found))
+            if more == wanted:
+                break
+            wanted = more
         domain = self._domain(transition)
         return frozenset(s for s in found if domain is None or chart.is_descendant(s, domain))
+
+    def _beside(self, number: int) -> range:
+        """Return all that a history can stand for; of other states nothing."""
+        state = self.chart.states[number]
+        parent = self.chart.states[state.parent or 0]
+        return range(parent.index + 1, parent.last_descendant + 1) if state.is_history else range(0)
 
     # --- what is seen of a step that changes nothing else ----------------------------------------
 

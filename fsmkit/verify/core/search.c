@@ -273,9 +273,9 @@ static bool drain(fsm_search *self, fsm_layer *next, pipeline *pipe, uint32_t le
 
 void fsm_search_fetch(const fsm_search *self, const fsm_layer *layer, size_t at)
 {
-    enum { FIRST = 16, NEXT = 8, CACHED = 4 << 20 };
+    enum { FIRST = 16, NEXT = 8 };
     const fsm_model *model = self->model;
-    if (model->fetch_first == NULL || self->model_bytes < CACHED)
+    if (model->fetch_first == NULL)
         return;
     if (at + FIRST < layer->count)
         model->fetch_first(model->self, fsm_layer_states(layer)[at + FIRST]);

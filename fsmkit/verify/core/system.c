@@ -127,14 +127,20 @@ typedef struct {
     fsm_part part;
 } moves_of_both;
 
-enum { CACHED = 2 << 20 }; /* bytes of states of nodes that are soon all in the caches */
+/* Whether states of nodes are more than soon are all in the caches. */
+static bool is_worth_fetching(const fsm_tree *tree)
+{
+    enum { CACHED = 2 << 20 };
+    return tree->root_right != NULL && __atomic_load_n(&tree->node_bytes, __ATOMIC_RELAXED) > CACHED;
+}
 
 static void fetch_first(const void *context, fsm_state state)
 {
     const fsm_tree *tree = ((const fsm_composition *)context)->tree;
+    if (!is_worth_fetching(tree))
+        return;
     __builtin_prefetch(fsm_node_at(tree->root_left, fsm_left(state)));
-    if (tree->root_right != NULL)
-        __builtin_prefetch(fsm_node_at(tree->root_right, fsm_right(state)));
+    __builtin_prefetch(fsm_node_at(tree->root_right, fsm_right(state)));
 }
 
 static void fetch_moves(const fsm_node *node, uint32_t state)
@@ -152,9 +158,10 @@ static void fetch_moves(const fsm_node *node, uint32_t state)
 static void fetch_next(const void *context, fsm_state state)
 {
     const fsm_tree *tree = ((const fsm_composition *)context)->tree;
+    if (!is_worth_fetching(tree))
+        return;
     fetch_moves(tree->root_left, fsm_left(state));
-    if (tree->root_right != NULL)
-        fetch_moves(tree->root_right, fsm_right(state));
+    fetch_moves(tree->root_right, fsm_right(state));
 }
 
 /* Fetches what becomes of a half by what the other half sends it. */
@@ -174,7 +181,7 @@ static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_par
                                             : fsm_node_moves(tree, thread, tree->root_right, fsm_right(state), part);
     if (found->left == NULL || found->right == NULL)
         return false;
-    if (tree->root_right != NULL && __atomic_load_n(&tree->node_bytes, __ATOMIC_RELAXED) > CACHED) {
+    if (is_worth_fetching(tree)) {
         fetch_deliveries(tree->root_right, fsm_right(state), found->left);
         fetch_deliveries(tree->root_left, fsm_left(state), found->right);
     }

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from fsmkit.diagnostics import Findings
-from fsmkit.verify.export.collect import network_of
-from fsmkit.verify.export.exporter import Wanted
+from fsmkit.verify.export.network import Network
 from fsmkit.verify.export.promela.options import options
-from fsmkit.verify.replay import load_any
-
-CHART = Path(__file__).parents[3] / "machines/production_cell/supervisor.yaml"
 
 
-def test_moves_share_an_option_where_they_do_the_same() -> None:
-    network = network_of(load_any(CHART, Findings()), Wanted(untimed=True))
-    (automaton,) = network.automata
+def test_moves_share_an_option_where_they_do_the_same(supervisor: Network) -> None:
+    (automaton,) = supervisor.automata
     found = options(automaton)
     moves = [move for option in found for move in option]
     assert sorted(map(repr, moves)) == sorted(map(repr, automaton.moves))

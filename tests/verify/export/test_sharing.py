@@ -7,20 +7,15 @@ from random import Random
 
 import pytest
 
-from fsmkit.diagnostics import Findings
-from fsmkit.verify.export.collect import network_of
 from fsmkit.verify.export.deeds import deed
-from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.jani.model import model_of
 from fsmkit.verify.export.jani.sharing import Run, edges_of, runs_of
-from fsmkit.verify.replay import load_any
+from fsmkit.verify.export.network import Network
 from tests.verify.export.judges import has_storm
-from tests.verify.export.test_options import CHART
 
 
-def test_moves_share_an_edge_where_they_do_the_same() -> None:
-    network = network_of(load_any(CHART, Findings()), Wanted(untimed=True))
-    (automaton,) = network.automata
+def test_moves_share_an_edge_where_they_do_the_same(supervisor: Network) -> None:
+    (automaton,) = supervisor.automata
     found = edges_of(automaton)
     moves = [move for edge in found for move in edge]
     assert sorted(map(repr, moves)) == sorted(map(repr, automaton.moves))
@@ -30,15 +25,14 @@ def test_moves_share_an_edge_where_they_do_the_same() -> None:
         assert len({(move.label, deed(automaton, move)) for move in edge}) == 1
 
 
-def test_storm_has_each_state_and_each_step() -> None:
+def test_storm_has_each_state_and_each_step(supervisor: Network) -> None:
     if not has_storm():
         pytest.skip("`stormpy` is not installed (make tools)")
     import stormpy
 
-    network = network_of(load_any(CHART, Findings()), Wanted(untimed=True))
-    model, _ = stormpy.parse_jani_model_from_string(json.dumps(model_of(network)))
+    model, _ = stormpy.parse_jani_model_from_string(json.dumps(model_of(supervisor)))
     built = stormpy.build_model(model)
-    assert (built.nr_states, built.nr_transitions) == (network.states, network.transitions)
+    assert (built.nr_states, built.nr_transitions) == (supervisor.states, supervisor.transitions)
 
 
 def value(runs: list[Run], before: int) -> int:
