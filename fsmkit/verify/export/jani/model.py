@@ -1,11 +1,11 @@
 """A network of automata as a jani-model (https://jani-spec.org).
 
 Each step of the explorer is a step of one edge, with an action that names it and no other automaton
-takes part in; so Storm has the same states. Steps that do the same share an edge, see `sharing`.
-Local states and queues are global variables, which guards of others and properties read and which
-a step changes in several machines at once, in the order of the ``index`` of its assignments. Each
-edge has one destination. The type is ``mdp``, of which a labelled transition system is the case
-without chance: Storm reads that, and no ``lts``.
+takes part in; so Storm has the same states. Steps that do the same share an edge, see `edges`.
+Components of local states, and queues, are global variables, which guards of others and properties
+read and which a step changes in several machines at once, in the order of the ``index`` of its
+assignments. Each edge has one destination. The type is ``mdp``, of which a labelled transition
+system is the case without chance: Storm reads that, and no ``lts``.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fsmkit.verify.closed import PATIENCE
+from fsmkit.verify.export.changes import Joint, by_themselves, changes
+from fsmkit.verify.export.jani.edges import edges_of
 from fsmkit.verify.export.jani.properties import properties_of
-from fsmkit.verify.export.jani.sharing import Run, edges_of, runs_of
 from fsmkit.verify.export.jani.spelling import UNFORESEEN, Spelling
 from fsmkit.verify.export.jani.terms import (
     Json,
@@ -62,7 +63,8 @@ class _Writer:
         automata: list[Json] = []
         for machine, automaton in enumerate(self._automata):
             actions |= {self._action(machine, move): machine for move in automaton.moves}
-            edges = [self._edge(machine, automaton, moves) for moves in edges_of(automaton)]
+            joint = edges_of(automaton, self._spelling.parts.codes[machine])
+            edges = [self._edge(machine, automaton, moves) for moves in joint]
             automata.append(_automaton(self._spelling.machines[machine], edges, automaton.name))
         if network.closed.unit:
             actions[TICK] = len(self._automata)
@@ -79,7 +81,7 @@ class _Writer:
             "constants": list(self._constants()),
             "variables": list(self._variables()),
             **self._initial(),
-            "functions": [*self._rules(), *self._changes()],
+            "functions": list(self._rules()),
             "properties": properties,
             "automata": automata,
             "system": {
@@ -112,9 +114,11 @@ class _Writer:
 
     def _constants(self) -> Iterator[Json]:
         for machine, automaton in enumerate(self._automata):
-            for number, local in enumerate(automaton.locals):
-                note = {"comment": local.text} if local.text != local.name else {}
-                yield _constant(self._spelling.local(machine, number), number, note)
+            for part, component in enumerate(self._spelling.parts.components[machine]):
+                for number in () if component.plain else component.texts:
+                    note = component.note(number)
+                    name = self._spelling.constant(machine, part, number)
+                    yield _constant(name, number, {"comment": note} if note else {})
             for number, arrival in enumerate(automaton.arrivals if automaton.queue else ()):
                 if arrival.is_event:
                     name = self._spelling.message(machine, number)
@@ -123,9 +127,10 @@ class _Writer:
     def _variables(self) -> Iterator[Json]:
         starts = [dict(zip(self._names(), self._values(n), strict=True)) for n in self._starts()]
         for machine, automaton in enumerate(self._automata):
-            most = len(automaton.locals) - 1
-            greatest = dict.fromkeys(self._spelling.slots(machine), len(automaton.arrivals))
-            for name, bound in {self._spelling.at(machine): most, **greatest}.items():
+            components = enumerate(self._spelling.parts.components[machine])
+            bounds = {self._spelling.component(machine, n): max(c.texts) for n, c in components}
+            bounds |= dict.fromkeys(self._spelling.slots(machine), len(automaton.arrivals))
+            for name, bound in bounds.items():
                 yield {"name": name, "type": bounded(bound), **_first(name, starts)}
         yield {"name": UNFORESEEN, "type": "bool", **_first(UNFORESEEN, starts)}
 
@@ -134,13 +139,15 @@ class _Writer:
 
     def _names(self) -> Iterator[str]:
         for machine in range(len(self._automata)):
-            yield self._spelling.at(machine)
+            for component in range(len(self._spelling.parts.components[machine])):
+                yield self._spelling.component(machine, component)
             yield from self._spelling.slots(machine)
         yield UNFORESEEN
 
     def _values(self, start: int) -> Iterator[Json]:
         for machine, place in enumerate(self._network.initial[start]):
-            yield self._spelling.local(machine, place.local)
+            code = enumerate(self._spelling.parts.codes[machine][place.local])
+            yield from (self._spelling.value(machine, n, number) for n, number in code)
             waiting = [self._spelling.message(machine, message) for message in place.queue]
             yield from waiting
             yield from (0 for _ in self._spelling.slots(machine)[len(waiting) :])
@@ -178,53 +185,21 @@ class _Writer:
                 of = {n for n, local in enumerate(automaton.locals) if local.waiting == waiting}
                 yield choice(self._spelling.is_in(machine, of), waiting, 0)
 
-    def _changes(self) -> Iterator[Json]:
-        """Yield what messages that are not queued, and time, do to local states."""
-        for machine, automaton in enumerate(self._automata):
-            for number, arrival in enumerate(automaton.arrivals):
-                maps = changed(automaton, number)
-                if maps and not is_idle(maps):
-                    name = self._spelling.after(machine, number)
-                    yield self._map(machine, name, maps, arrival.text)
-            if self._network.closed.unit and not is_idle(automaton.elapsed):
-                name = self._spelling.elapsed(machine)
-                yield self._map(machine, name, automaton.elapsed, "a unit of time passes")
-
-    def _map(self, machine: int, name: str, maps: Mapping[int, int], note: str) -> Json:
-        body = self._shifted(machine, runs_of(maps), "before")
-        parameters: list[Json] = [{"name": "before", "type": "int"}]
-        return {**_function(name, "int", body, parameters), "comment": note}
-
-    def _shifted(self, machine: int, runs: list[Run], before: str) -> Json:
-        """Return the local state after ``before``: found by halving."""
-        if len(runs) > 1:
-            half = len(runs) // 2
-            test = binary("<", before, self._spelling.local(machine, runs[half].first))
-            parts = (self._shifted(machine, part, before) for part in (runs[:half], runs[half:]))
-            return choice(test, *parts)
-        (run,) = runs
-        if not run.shifts:
-            return self._spelling.local(machine, run.after)
-        return binary("+", before, run.shift) if run.shift else before
-
     # --- steps -----------------------------------------------------------------------------------
 
     def _action(self, machine: int, move: Move) -> str:
         return f"{self._automata[machine].name}: {move.label}"
 
-    def _edge(self, machine: int, automaton: Automaton, moves: tuple[Move, ...]) -> Json:
-        spelling, move = self._spelling, moves[0]
-        at, slots = spelling.at(machine), spelling.slots(machine)
-        maps = {move.source: move.target for move in moves}
-        guard = [spelling.is_in(machine, maps)]
-        steps: list[dict[str, Json]] = [{}]
+    def _edge(self, machine: int, automaton: Automaton, joint: Joint) -> Json:
+        spelling, move = self._spelling, joint.moves[0]
+        slots = spelling.slots(machine)
+        guard = [spelling.is_in(machine, joint.sources)]
+        steps = [spelling.becomes(machine, joint.change)]
         if move.taken is not None:
             guard.append(equal(slots[0], spelling.message(machine, move.taken)))
             steps[0] |= dict(zip(slots, (*slots[1:], 0), strict=True))
         elif move.needs_empty and slots:
             guard.append(equal(slots[0], 0))
-        if not is_idle(maps):
-            steps[0][at] = self._shifted(machine, runs_of(maps), at)
         guard.append(self._turn(machine, automaton, move))
         if move.from_outside:
             guard.append(call(FEW_WAIT))
@@ -253,9 +228,25 @@ class _Writer:
         if automaton.queue and automaton.arrivals[sent.message].is_event:
             return self._post(machine, automaton, spelling.message(machine, sent.message))
         maps = changed(automaton, sent.message)
-        at = spelling.at(machine)
-        found = {} if is_idle(maps) else {at: call(spelling.after(machine, sent.message), at)}
-        return found | _unforeseen(negated(spelling.is_in(machine, maps)))
+        return self._becomes(machine, maps) | _unforeseen(negated(spelling.is_in(machine, maps)))
+
+    def _becomes(self, machine: int, maps: Mapping[int, int]) -> dict[str, Json]:
+        """Return what each component is after something that happens to each local state."""
+        spelling, steps = self._spelling, list(maps.items())
+        codes = spelling.parts.codes[machine]
+        alone = by_themselves(codes, steps)
+        found: dict[str, Json] = {}
+        for component, shifts in alone.items():
+            name = spelling.component(machine, component)
+            found[name] = name
+            for shift, numbers in shifts.items():
+                there = spelling.has(machine, component, numbers)
+                found[name] = choice(there, binary("+", name, shift), found[name])
+        for change, places in changes(codes, steps, but=alone):
+            before = spelling.is_in(machine, {steps[place][0] for place in places})
+            for name, after in spelling.becomes(machine, change).items():
+                found[name] = choice(before, after, found.get(name, name))
+        return found
 
     def _post(self, machine: int, automaton: Automaton, message: str) -> dict[str, Json]:
         """Return what an event changes that goes to a queue: the first slot that is empty."""
@@ -284,8 +275,7 @@ class _Writer:
             guard += [equal(slot, 0) for slot in spelling.slots(machine)[:1]]
             guard.append(spelling.is_in(machine, idle))
             if not is_idle(automaton.elapsed):
-                at = spelling.at(machine)
-                step[at] = call(spelling.elapsed(machine), at)
+                step |= self._becomes(machine, automaton.elapsed)
                 unknown.append(negated(spelling.is_in(machine, automaton.elapsed)))
         step |= _unforeseen(disjunction(unknown))
         return _edge(TICK, conjunction((disjunction(armed), *guard)), [step])

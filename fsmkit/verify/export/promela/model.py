@@ -2,20 +2,21 @@
 
 Each step of the explorer is one ``d_step`` of the process of the machine that moves (shared by
 steps that do the same, see `options`), so SPIN has the same states, and one more before the start.
+A local state is a structure of its components.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.emit import Emitter
 from fsmkit.verify.closed import PATIENCE
+from fsmkit.verify.export.changes import Change, Joint, by_themselves, changes
 from fsmkit.verify.export.formula import condition_of, deadlock, goal_of
-from fsmkit.verify.export.local_states import ranges
 from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Automaton, Move, Network, Place, Sent
-from fsmkit.verify.export.promela.options import Option, options
+from fsmkit.verify.export.promela.options import options
 from fsmkit.verify.export.promela.spelling import Spelling
 from fsmkit.verify.moves import Action
 from fsmkit.verify.system import JUDGED_AT_STATES, Property, PropertyKind
@@ -24,8 +25,8 @@ HEADER = """\
 /* {name}, for SPIN; written by fsmkit. It belongs to whoever had it written.
  *
  * {states} states and {transitions} steps{time}, one more state before the machines start.
- * A machine is a process, its local state a number, its queue a channel. A step of a machine, with
- * all that it tells others, is one d_step; states from which it does the same share it.
+ * A machine is a process, its local state a structure, its queue a channel. A step of a machine,
+ * with all that it tells others, is one d_step; states from which it does the same share it.
  * Local states that the explorer never saw are not here; an assertion fails where one were needed.
  *
  *   spin -a FILE
@@ -91,10 +92,18 @@ class _Writer:
     def _declarations(self, machine: int, automaton: Automaton) -> None:
         out, spelling = self._out, self._spelling
         out.line(f"/* {_comment(automaton.name)} */")
-        for number, local in enumerate(automaton.locals):
-            note = f"  /* {_comment(local.text)} */" if local.text != local.name else ""
-            out.line(f"#define {spelling.local(machine, number)} {number}{note}")
-        out.line(f"{_type(len(automaton.locals))} {spelling.at(machine)};")
+        components = spelling.parts.components[machine]
+        for part, component in enumerate(components):
+            for number in () if component.plain else component.texts:
+                note = _comment(component.note(number))
+                name = spelling.value(machine, part, number)
+                out.line(f"#define {name} {number}" + (f"  /* {note} */" if note else ""))
+        if components:
+            with out.block(f"typedef {spelling.machines[machine]}_local {{", "};"):
+                for part, component in enumerate(components):
+                    type_ = _type(max(component.texts) + 1)
+                    out.line(f"{type_} {spelling.field(machine, part)}")
+            out.line(f"{spelling.machines[machine]}_local {spelling.at(machine)};")
         events = [n for n, arrival in enumerate(automaton.arrivals) if arrival.is_event]
         if automaton.queue and events:
             for number in events:
@@ -156,27 +165,17 @@ class _Writer:
                 full = {local for local, (_, is_full) in maps.items() if is_full}
                 if full:
                     out.line(f":: {spelling.is_in(machine, full)} -> NO_ROOM")
-                moved = {n: after for n, (after, is_full) in maps.items() if not is_full}
-                out.lines(self._shifts(machine, moved))
+                moved = [(n, after) for n, (after, is_full) in maps.items() if not is_full]
+                for change, places in changes(spelling.parts.codes[machine], moved):
+                    befores = {moved[place][0] for place in places}
+                    out.line(f":: {self._changes(machine, befores, change)}")
                 out.lines([":: else -> assert(false)", "fi"])
         out.line()
 
-    def _shifts(self, machine: int, moved: Mapping[int, int]) -> Iterator[str]:
-        """Yield an option for each run of local states that change alike."""
-        at = self._spelling.at(machine)
-        by_shift: dict[int, list[int]] = {}
-        for before, after in moved.items():
-            by_shift.setdefault(after - before, []).append(before)
-        for shift, locals_ in sorted(by_shift.items()):
-            runs = list(ranges(locals_))
-            for first, last in runs:
-                test = self._spelling.is_in(machine, range(first, last + 1))
-                if shift == 0:
-                    yield f":: {test}"
-                elif first == last:
-                    yield f":: {test} -> {at} = {self._spelling.local(machine, first + shift)}"
-                else:
-                    yield f":: {test} -> {at} = {at} {'+' if shift > 0 else '-'} {abs(shift)}"
+    def _changes(self, machine: int, befores: Collection[int], change: Change) -> str:
+        """Return a test of local states, and what changes there."""
+        made = "; ".join(self._spelling.becomes(machine, change))
+        return self._spelling.is_in(machine, befores) + (f" -> {made}" if made else "")
 
     def _tell(self, sent: Sent) -> str:
         automaton, spelling = self._automata[sent.target], self._spelling
@@ -201,7 +200,9 @@ class _Writer:
 
     def _placed(self, machine: int, place: Place) -> Iterator[str]:
         spelling = self._spelling
-        yield f"{spelling.at(machine)} = {spelling.local(machine, place.local)}"
+        yield from spelling.becomes(
+            machine, dict(enumerate(spelling.parts.codes[machine][place.local]))
+        )
         for message in place.queue:
             yield f"{spelling.queue(machine)}!{spelling.message(machine, message)}"
 
@@ -211,17 +212,17 @@ class _Writer:
         out, spelling = self._out, self._spelling
         with out.block(f"active proctype {spelling.machines[machine]}_machine() {{", "}"):
             out.lines(["end:", "do"])
-            for option in options(automaton):
+            for option in options(spelling, machine):
                 out.line(f"/* {_comment(_told(automaton, option))} */")
                 out.line(self._option(machine, automaton, option))
             out.line("od")
         out.line()
 
-    def _option(self, machine: int, automaton: Automaton, option: Option) -> str:
-        spelling, move = self._spelling, option[0]
-        at, queue = spelling.at(machine), spelling.queue(machine)
+    def _option(self, machine: int, automaton: Automaton, option: Joint) -> str:
+        spelling, move = self._spelling, option.moves[0]
+        queue = spelling.queue(machine)
         guard = [
-            spelling.is_in(machine, {m.source for m in option}),
+            spelling.is_in(machine, option.sources),
             self._turn(machine, automaton, move),
         ]
         body = []
@@ -233,8 +234,7 @@ class _Writer:
             guard.append(f"len({queue}) == 0")
         if move.from_outside:
             guard.append("FEW_WAIT")
-        if move.target != move.source:
-            body.append(f"{at} = {spelling.local(machine, move.target)}")
+        body += spelling.becomes(machine, option.change)
         if move.faults:
             body.append("FAULT")
         stops = automaton.locals[move.source].running and not automaton.locals[move.target].running
@@ -277,13 +277,31 @@ class _Writer:
             out.lines(["end:", "do"])
             out.line(f":: d_step {{ started && {' && '.join(guard)} ->")
             for machine, automaton in enumerate(self._automata):
-                if all(before == after for before, after in automaton.elapsed.items()):
-                    continue
-                out.line("   if")
-                out.lines(f"   {line}" for line in self._shifts(machine, automaton.elapsed))
-                out.lines(["   :: else -> assert(false)", "   fi;"])
+                if any(before != after for before, after in automaton.elapsed.items()):
+                    out.lines(f"   {line}" for line in self._elapses(machine, automaton.elapsed))
             out.lines(["   skip }", "od"])
         out.line()
+
+    def _elapses(self, machine: int, elapsed: Mapping[int, int]) -> Iterator[str]:
+        """Yield what a unit of time changes.
+
+        The time that a timer has left is a function of itself; so are most components that change.
+        The others come first, while these still are what they were.
+        """
+        spelling = self._spelling
+        codes, steps = spelling.parts.codes[machine], list(elapsed.items())
+        alone = by_themselves(codes, steps)
+        yield "if"
+        for change, places in changes(codes, steps, but=alone):
+            befores = {steps[place][0] for place in places}
+            yield f":: {self._changes(machine, befores, change)}"
+        yield from (":: else -> assert(false)", "fi;")
+        for component, shifts in alone.items():
+            name = spelling.component(machine, component)
+            yield "if"
+            for shift, numbers in shifts.items():
+                yield f":: {spelling.has(machine, component, numbers)} -> {name} = {name} {shift:+}"
+            yield from (":: else", "fi;")
 
     # --- properties ------------------------------------------------------------------------------
 
@@ -337,10 +355,10 @@ def _never_comes(name: str, begins: str, goal: str) -> Iterator[str]:
     yield "}"
 
 
-def _told(automaton: Automaton, option: Option) -> str:
+def _told(automaton: Automaton, option: Joint) -> str:
     """Return where an option comes from, and by what; of many, the first and how many more."""
-    sources = dict.fromkeys(automaton.locals[move.source].text for move in option)
-    labels = dict.fromkeys(move.label for move in option)
+    sources = dict.fromkeys(automaton.locals[move.source].text for move in option.moves)
+    labels = dict.fromkeys(move.label for move in option.moves)
     return f"{_first_of(list(sources))}: {_first_of(list(labels))}"
 
 

@@ -1,25 +1,20 @@
-"""Moves that one option of a process performs: from several local states to one, all else alike.
-
-An option for each move would be a verifier that no compiler finishes.
-"""
+"""What the processes of a model do, option by option, and where the machines are on a path."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 
+from fsmkit.verify.export.changes import Joint, joined
 from fsmkit.verify.export.deeds import deed
-from fsmkit.verify.export.network import Automaton, Move, Network, Sent
+from fsmkit.verify.export.network import Move, Network, Sent
+from fsmkit.verify.export.promela.spelling import Spelling
 
-Option = tuple[Move, ...]
 
-
-def options(automaton: Automaton) -> tuple[Option, ...]:
-    """Return the moves of a machine by what an option of its process does, in their order."""
-    found: dict[object, list[Move]] = {}
-    for move in automaton.moves:
-        target = None if move.target == move.source else move.target
-        found.setdefault((target, deed(automaton, move)), []).append(move)
-    return tuple(map(tuple, found.values()))
+def options(spelling: Spelling, machine: int) -> tuple[Joint, ...]:
+    """Return the moves of a machine by what an option of its process does."""
+    automaton = spelling.network.automata[machine]
+    return joined(automaton.moves, partial(deed, automaton), spelling.parts.codes[machine])
 
 
 class Walk:
@@ -30,9 +25,9 @@ class Walk:
         self._network = network
         self._at = [place.local for place in network.initial[start]]
 
-    def take(self, machine: int, option: Option) -> Move | None:
+    def take(self, machine: int, option: Joint) -> Move | None:
         """Perform the move of an option that comes from here; None: there is none."""
-        found = next((move for move in option if move.source == self._at[machine]), None)
+        found = next((move for move in option.moves if move.source == self._at[machine]), None)
         if found is not None:
             self._at[machine] = found.target
             self._tell(found.sent)
@@ -55,8 +50,8 @@ class Walk:
                 self._at[target] = after
 
 
-def performers(network: Network) -> Iterator[tuple[int, Option]]:
+def performers(spelling: Spelling) -> Iterator[tuple[int, Joint]]:
     """Yield all options with their machines, in the order of the model."""
-    for machine, automaton in enumerate(network.automata):
-        for option in options(automaton):
+    for machine in range(len(spelling.network.automata)):
+        for option in options(spelling, machine):
             yield machine, option

@@ -6,37 +6,68 @@ Constants hold a double underscore, which no other name does; what is made from 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from typing import assert_never
 
+from fsmkit.codegen.c.reserved import KEYWORDS
+from fsmkit.verify.export.components import Component
+from fsmkit.verify.export.cubes import Cube
 from fsmkit.verify.export.formula import All, Any, Constant, Formula, In, Not, QueueEmpty
-from fsmkit.verify.export.local_states import ranges
+from fsmkit.verify.export.local_states import word
 from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Network
+from fsmkit.verify.export.parts import Parts
 
-FEW = 3
-"""So many local states are listed one by one."""
+WORDS = KEYWORDS | {
+    *("active", "always", "assert", "atomic", "bit", "bool", "byte", "chan", "d_proctype"),
+    *("d_step", "empty", "enabled", "eval", "eventually", "false", "fi", "full", "get_priority"),
+    *("hidden", "implies", "init", "inline", "len", "local", "ltl", "mtype", "nempty", "never"),
+    *("nfull", "notrace", "np_", "od", "of", "pc_value", "pid", "printf", "printm", "priority"),
+    *("proctype", "provided", "run", "select", "set_priority", "show", "skip", "stronguntil"),
+    *("timeout", "trace", "true", "typedef", "unless", "until", "weakuntil", "xr", "xs"),
+}
+"""What no field is called: words of Promela, and of C, in which SPIN writes its verifier."""
 
 
 class Spelling:
     """The names of a network."""
 
     def __init__(self, network: Network) -> None:
-        """Choose names for the machines."""
+        """Take local states apart, and choose names."""
         self.network = network
         self.machines = identifiers(automaton.name for automaton in network.automata)
+        self.parts = Parts(network)
+        self._fields = tuple(identifiers(map(_field, c)) for c in self.parts.components)
 
     def at(self, machine: int) -> str:
         """Return the variable that holds the local state."""
         return f"{self.machines[machine]}_at"
 
+    def field(self, machine: int, component: int) -> str:
+        """Return the name of a component in the type of local states."""
+        return self._fields[machine][component]
+
+    def component(self, machine: int, component: int) -> str:
+        """Return the variable that holds a component of the local state."""
+        return f"{self.at(machine)}.{self.field(machine, component)}"
+
+    def value(self, machine: int, component: int, number: int) -> str:
+        """Return the constant of a value, or the value."""
+        what = self.parts.components[machine][component]
+        if what.plain:
+            return what.words[number]
+        field = self.field(machine, component)
+        return f"{self.machines[machine]}__{field}__{what.words[number]}"
+
+    def becomes(self, machine: int, change: Mapping[int, int]) -> Iterator[str]:
+        """Yield the assignments that give components their values."""
+        for component, number in change.items():
+            name = self.component(machine, component)
+            yield f"{name} = {self.value(machine, component, number)}"
+
     def queue(self, machine: int) -> str:
         """Return the channel."""
         return f"{self.machines[machine]}_queue"
-
-    def local(self, machine: int, number: int) -> str:
-        """Return the constant of a local state."""
-        return f"{self.machines[machine]}__{self.network.automata[machine].locals[number].name}"
 
     def message(self, machine: int, number: int) -> str:
         """Return the constant of a message, or the name of what a value does."""
@@ -46,18 +77,31 @@ class Spelling:
 
     def is_in(self, machine: int, locals_: Collection[int]) -> str:
         """Return whether the machine is in one of some local states."""
-        at = self.at(machine)
-        if len(locals_) == len(self.network.automata[machine].locals):
+        cubes = self.parts.cover(machine, locals_)
+        if cubes is None:
             return "true"
+        return f"({' || '.join(self._cube(machine, cube) for cube in cubes)})" if cubes else "false"
+
+    def _cube(self, machine: int, cube: Cube) -> str:
+        tests = (self.has(machine, component, values) for component, values in cube.items())
+        return _joined(list(tests), "&&")
+
+    def has(self, machine: int, component: int, values: Collection[int]) -> str:
+        """Return whether a component has one of some values; of those that there are."""
+        name = self.component(machine, component)
+        if self.parts.is_truth(machine, component):
+            return name if 1 in values else f"!{name}"
+        excluded = self.parts.excluded(machine, component, values)
+        if excluded is not None:
+            return f"{name} != {self.value(machine, component, excluded)}"
         tests = []
-        for first, last in ranges(locals_):
-            if last - first < FEW:
-                each = (f"{at} == {self.local(machine, n)}" for n in range(first, last + 1))
-                tests.append(" || ".join(each))
-            else:
-                ends = self.local(machine, first), self.local(machine, last)
-                tests.append(f"({ends[0]} <= {at} && {at} <= {ends[1]})")
-        return f"({' || '.join(tests)})" if tests else "false"
+        for run in self.parts.runs(machine, component, values):
+            first, last = (self.value(machine, component, number) for number in run)
+            alone = run[0] == run[1]
+            tests.append(
+                f"{name} == {first}" if alone else f"({first} <= {name} && {name} <= {last})"
+            )
+        return _joined(tests, "||")
 
     def formula(self, formula: Formula) -> str:
         """Return a condition, in parentheses."""
@@ -76,3 +120,13 @@ class Spelling:
                 return f"({' || '.join(map(self.formula, parts))})"
             case _:
                 assert_never(formula)
+
+
+def _field(component: Component) -> str:
+    name = word(component.name)
+    return f"{name}_" if name in WORDS else name
+
+
+def _joined(tests: list[str], operator: str) -> str:
+    """Join tests by an operator, in parentheses if there are several."""
+    return tests[0] if len(tests) == 1 else f"({f' {operator} '.join(tests)})"

@@ -22,6 +22,7 @@ from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Network
 from fsmkit.verify.export.promela.model import written
 from fsmkit.verify.export.promela.options import Walk, performers
+from fsmkit.verify.export.promela.spelling import Spelling
 from fsmkit.verify.global_steps import GlobalSteps
 from fsmkit.verify.moves import Action, Step
 from fsmkit.verify.system import Property, System
@@ -81,7 +82,7 @@ def _trail(network: Network, text: str, printed: str, path: Path) -> Trail:
     lines = [n for n, line in enumerate(text.splitlines(), 1) if line.lstrip().startswith(OPTION)]
     starts = {line: number for number, line in enumerate(lines[: len(network.starts)])}
     clock = lines.pop() if network.closed.unit else None
-    options = dict(zip(lines[len(starts) :], performers(network), strict=True))
+    options = dict(zip(lines[len(starts) :], performers(Spelling(network)), strict=True))
     found: dict[str, tuple[Step, ...]] = {}
     walk: Walk | None = None
     performed = printed.partition("spin: trail ends")[0]

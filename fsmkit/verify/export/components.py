@@ -1,0 +1,151 @@
+"""What a local state is made of: where its regions are, what its variables hold, its timers.
+
+A notation with variables says a local state by its components, so that a move names what it changes
+and nothing else. With a number for the whole it would need a move for each value of all the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from fsmkit.model.chart import OPEN_ENDED, Chart
+from fsmkit.model.document import Kind
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.runtime.values import show
+from fsmkit.verify.counterexample import occurrence_text
+from fsmkit.verify.export.local_states import timer_text, word
+
+Code = tuple[int, ...]
+"""A local state: a number for each component."""
+LARGEST = 255
+"""Whole numbers up to this stand for themselves."""
+ARMED_FIRST = "armed_first"
+"""The order in which timers were armed: a component only where the others do not tell it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """A part of local states. ``texts`` says what its numbers mean, ``words`` in identifiers.
+
+    ``plain``: the word is the number itself, or ``true`` or ``false``.
+    """
+
+    name: str
+    texts: Mapping[int, str]
+    words: Mapping[int, str]
+    plain: bool
+
+    def note(self, number: int) -> str:
+        """Return what a number means, if its word does not tell."""
+        text = self.texts[number]
+        return "" if text.replace(" ", "_") == self.words[number] else text
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A component in one local state. ``rank`` orders its values."""
+
+    rank: tuple[int, float | str]
+    text: str
+
+
+ABSENT = Fact((-1, 0), "none")
+"""A region that is not active, a timer that is not armed."""
+
+
+def components_of(
+    chart: Chart, snapshots: Sequence[Snapshot]
+) -> tuple[tuple[Component, ...], tuple[Code, ...]]:
+    """Return the components in which local states differ, and each local state by them."""
+    found = [dict(_facts(chart, snapshot)) for snapshot in snapshots]
+    columns: dict[str, list[Fact]] = {}
+    for name in dict.fromkeys(name for facts in found for name in facts):
+        column = [facts.get(name, ABSENT) for facts in found]
+        if len(set(column)) > 1:
+            columns[name] = column
+    others = [column for name, column in columns.items() if name != ARMED_FIRST]
+    if len(set(zip(*others, strict=True))) == len(snapshots):
+        columns.pop(ARMED_FIRST, None)
+    numbered = [_numbered(name, column) for name, column in columns.items()]
+    codes = zip(*(numbers for _, numbers in numbered), strict=True) if numbered else [()]
+    return tuple(component for component, _ in numbered), tuple(codes)
+
+
+def _numbered(name: str, column: Sequence[Fact]) -> tuple[Component, list[int]]:
+    """Return a component, and its number in each local state; whole numbers by themselves."""
+    values = sorted(set(column), key=lambda fact: fact.rank)
+    texts = [fact.text for fact in values]
+    if all(text.isdecimal() and int(text) <= LARGEST for text in texts):
+        numbers = {fact: int(fact.text) for fact in values}
+        plain = True
+    else:
+        numbers = {fact: number for number, fact in enumerate(values)}
+        plain = texts == ["false", "true"]
+    words: dict[str, None] = {}
+    for text in texts:
+        chosen = text if plain else word(text)
+        while chosen in words:
+            chosen += "_"
+        words[chosen] = None
+    meaning = dict(zip(numbers.values(), texts, strict=True))
+    names = dict(zip(numbers.values(), words, strict=True))
+    return Component(name, meaning, names, plain), [numbers[fact] for fact in column]
+
+
+# --- what there is -------------------------------------------------------------------------------
+
+
+def _facts(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
+    if not snapshot.running:
+        yield "stopped", Fact((0, snapshot.fault or ""), snapshot.fault or "finished")
+    yield from _regions(chart, snapshot)
+    tick = chart.capacities.tick
+    declared = (*chart.data, *chart.outputs, *chart.inputs)
+    for variable, value in zip(declared, (*snapshot.data, *snapshot.inputs), strict=True):
+        rank = value if isinstance(value, int | float) else repr(value)
+        yield variable.name, Fact((isinstance(rank, str), rank), show(value, variable.type, tick))
+    for state, past in snapshot.history:
+        ids = "_".join(chart.states[s].id for s in sorted(past) if chart.states[s].is_leaf)
+        yield f"past of {chart.states[state].id}", Fact((0, repr(sorted(past))), ids)
+    yield from _timers(chart, snapshot)
+    if snapshot.queue or snapshot.deferred:
+        waiting = (snapshot.deferred, snapshot.queue)
+        text = " then ".join(" ".join(occurrence_text(chart, o) for o in part) for part in waiting)
+        yield "waiting", Fact((0, repr(waiting)), text)
+    for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
+        if child is not None:
+            for name, fact in _facts(invocation.chart, child):
+                yield f"{invocation.id} {name}", fact
+            yield f"{invocation.id} runs", Fact((0, 0), "here")
+
+
+def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
+    """Yield the state that each active region is in: a leaf, or one that is divided further."""
+    for state in sorted(snapshot.configuration):
+        parent = chart.states[state].parent
+        if parent is not None and chart.states[parent].kind is not Kind.PARALLEL:
+            continue
+        inner = state
+        while chart.states[inner].kind is not Kind.PARALLEL:
+            active = [s for s in chart.states[inner].children if s in snapshot.configuration]
+            if not active:
+                break
+            (inner,) = active
+        name = "state" if parent is None else chart.states[state].id
+        yield name, Fact((0, inner), chart.states[inner].id)
+
+
+def _timers(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
+    """Yield when each timer is due, from now on, and the order of all."""
+    counts: dict[str, int] = {}
+    order = []
+    for timer in snapshot.timers:
+        text = timer_text(chart, timer)
+        counts[text] = counts.get(text, 0) + 1
+        name = f"{text} {counts[text]}" if counts[text] > 1 else text
+        left = timer.deadline - snapshot.now
+        due = f"in {left}" if left < OPEN_ENDED else f"in {left - OPEN_ENDED} or later"
+        yield name, Fact((0, left), due)
+        order.append(name)
+    yield ARMED_FIRST, Fact((0, " ".join(order)), " ".join(order) or "none")
