@@ -73,6 +73,27 @@ def test_a_machine_that_stops_forgets_its_queue(
     assert found.holds == {"over": True}
 
 
+NAMED = """
+chart: Named
+data:
+  {enabled: bool = false, FAULT: bool = false, skip: 0..3 = 0, register: 0..3 = 0, bad_P: 0..9 = 0}
+events: {in: [on]}
+initial: here
+states:
+  here:
+    on:
+      on:
+        if: enabled or skip + register + bad_P < 12 or not FAULT
+        do: [enabled = not enabled, skip = 2, register = 3, FAULT = true, bad_P = 7]
+"""
+
+
+def test_names_that_mean_something_there(load: Load, require_tool: Callable[[str], str]) -> None:
+    require_tool("spin")
+    network = network_of(load(named=NAMED), Wanted())
+    assert by_spin(network).states == network.states + 1 == 4
+
+
 @pytest.mark.parametrize("option", ["QUEUES", "FAULTS"])
 def test_what_may_be_asked_for_besides(
     load: Load, require_tool: Callable[[str], str], tmp_path: Path, option: str

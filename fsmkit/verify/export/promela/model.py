@@ -101,8 +101,8 @@ class _Writer:
         if components:
             with out.block(f"typedef {spelling.machines[machine]}_local {{", "};"):
                 for part, component in enumerate(components):
-                    type_ = _type(max(component.texts) + 1)
-                    out.line(f"{type_} {spelling.field(machine, part)}")
+                    bits = max(component.texts).bit_length()
+                    out.line(f"unsigned {spelling.field(machine, part)} : {bits}")
             out.line(f"{spelling.machines[machine]}_local {spelling.at(machine)};")
         events = [n for n, arrival in enumerate(automaton.arrivals) if arrival.is_event]
         if automaton.queue and events:

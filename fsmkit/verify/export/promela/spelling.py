@@ -27,6 +27,11 @@ WORDS = KEYWORDS | {
     *("timeout", "trace", "true", "typedef", "unless", "until", "weakuntil", "xr", "xs"),
 }
 """What no field is called: words of Promela, and of C, in which SPIN writes its verifier."""
+MACROS = (
+    *("CALM", "FAULT", "FEW_WAIT", "MONITORS_WAIT", "NO_ROOM", "PLANT_WAITS", "QUEUES"),
+    *("bad_", "begins_", "goal_"),
+)
+"""How names of macros begin, which would stand for something else in a field."""
 
 
 class Spelling:
@@ -124,7 +129,7 @@ class Spelling:
 
 def _field(component: Component) -> str:
     name = word(component.name)
-    return f"{name}_" if name in WORDS else name
+    return f"{name}_value" if name in WORDS or name.startswith(MACROS) else name
 
 
 def _joined(tests: list[str], operator: str) -> str:
