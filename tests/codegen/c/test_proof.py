@@ -17,8 +17,11 @@ from tests.codegen.c.proving import prove
 
 QUICK = ("flat", "nested", "apart", "chart_a", "chart_b")
 PROVED = [n for n in CHARTS if n in QUICK or os.environ.get("FSMKIT_PROVE")]
-REACHED = 90
-"""Percent of the statements that the analysis must reach: a host that stops at once proves none."""
+REACHED = 85
+"""Percent of the statements that the analysis must reach: a host that stops at once proves none.
+
+The rest guards against what EVA knows not to happen; the smaller a machine, the more that weighs.
+"""
 
 
 @pytest.mark.parametrize("name", PROVED)
