@@ -18,8 +18,8 @@ from fsmkit.verify.export.local_states import timer_text, word
 
 Code = tuple[int, ...]
 """A local state: a number for each component."""
-LARGEST = 255
-"""Whole numbers up to this stand for themselves."""
+NUMBERS = frozenset(map(str, range(256)))
+"""Values that stand for themselves."""
 ARMED_FIRST = "armed_first"
 """The order in which timers were armed: a component only where the others do not tell it."""
 
@@ -76,7 +76,7 @@ def _numbered(name: str, column: Sequence[Fact]) -> tuple[Component, list[int]]:
     """Return a component, and its number in each local state; whole numbers by themselves."""
     values = sorted(set(column), key=lambda fact: fact.rank)
     texts = [fact.text for fact in values]
-    if all(text.isdecimal() and int(text) <= LARGEST for text in texts):
+    if set(texts) <= NUMBERS and len(set(texts)) == len(texts):
         numbers = {fact: int(fact.text) for fact in values}
         plain = True
     else:
