@@ -68,7 +68,9 @@ void fsm_note_mark(uint32_t note)
     for (uint32_t i = 0; i < self->note_count; i++)
         if (self->notes[i] == note)
             return;
-    if (self->note_count < FSM_MOST_NOTES)
+    if (self->note_count == FSM_MOST_NOTES)
+        self->too_much = "too much to note in one step";
+    else
         self->notes[self->note_count++] = note;
 }
 
