@@ -138,6 +138,7 @@ def check(
     seconds: float = 0,
     cores: int = 1,
     no_reduction: tuple[str, ...] = (),
+    storage: str = "exact",
     findings: Findings | None = None,
 ) -> Report:
     """Explore a chart alone, or a system, and return what holds.
@@ -149,7 +150,8 @@ def check(
     compiler. ``memory`` in bytes and ``seconds`` (0: none) bound the exploration; where it ends
     early, what was not decided is undecided. ``cores`` (0: all) does not change what is found.
     ``no_reduction``: reductions to switch off, which changes no verdict (there is ``dead``: data
-    that nothing can read any more count as at their start).
+    that nothing can read any more count as at their start). ``storage``: ``exact``, or
+    ``hash-compact`` or ``bitstate``, which may miss states: what was not found is then undecided.
 
     The report's ``verdict`` is the worst of all, ``results`` has each with its counterexample,
     ``exploration`` the figures. Raises `FsmkitError` where the subject cannot be read or explored.
@@ -159,6 +161,7 @@ def check(
     from fsmkit.verify.explore import Limits, Manner
     from fsmkit.verify.explore import check as explore
     from fsmkit.verify.replay import load_any
+    from fsmkit.verify.storage import read_storage
     from fsmkit.verify.system import system_of
 
     found = Findings() if findings is None else findings
@@ -174,6 +177,7 @@ def check(
         limits=limits,
         zones=zones and not untimed,
         without=frozenset(no_reduction),
+        storage=read_storage(storage),
     )
     return explore(subject, found, manner=manner, names=frozenset(properties))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 
 import click
@@ -19,6 +20,7 @@ from fsmkit.diagnostics import Diagnostic, Findings
 from fsmkit.model.chart import Chart
 from fsmkit.verify.counterexample import as_json
 from fsmkit.verify.cover import cover, told
+from fsmkit.verify.exploration import End, Exploration
 from fsmkit.verify.explore import REDUCTIONS, Limits, Manner, asking_only, check
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.links import without_channels
@@ -26,6 +28,7 @@ from fsmkit.verify.pictures import demand_notation, pictures
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.save import save
 from fsmkit.verify.show import summary
+from fsmkit.verify.storage import LossyTable, Storage, expected_omissions, omission_probability
 from fsmkit.verify.suites import covering, demand_language, suite, traces
 from fsmkit.verify.system import System
 from fsmkit.verify.verdict import Report, Result, Verdict
@@ -74,6 +77,15 @@ def read_replacements(
 @click.option("--engine", type=click.Choice(["c", "python"]), help="What explores.  [default: c]")
 @click.option(
     "--memory", callback=read_size, default="4G", show_default=True, help="The most to use."
+)
+@click.option(
+    "--storage",
+    type=click.Choice([storage.value for storage in Storage]),
+    default=Storage.EXACT.value,
+    show_default=True,
+    help="What is kept of a state: all of it; a hash of 24 bits; or 3 bits. The latter two, in a "
+    "table of three quarters of the memory, may miss states: then nothing is proved, and it is "
+    "told what the probability of a miss is. What they find is real.",
 )
 @click.option(
     "--workers",
@@ -145,6 +157,7 @@ def command(
     silent: bool,
     engine: str | None,
     memory: int,
+    storage: str,
     cores: int,
     timeout: float,
     without: tuple[str, ...],
@@ -167,7 +180,7 @@ def command(
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     if base is not None:
         others = (names, silent, engine, without, replacing, save_trace, drawings, tests)
-        if any((*others, cover_folder)):
+        if any((*others, cover_folder, storage != Storage.EXACT.value)):
             raise click.UsageError("--refines goes only with --timeout and --json")
         return compare(file, base, timeout, as_json=as_json_document)
     if spin_trail is not None:
@@ -190,6 +203,7 @@ def command(
         zones=time_mode == "zones",
         covers=cover_folder is not None,
         without=frozenset(without),
+        storage=Storage(storage),
     )
     with Progress(
         SpinnerColumn(),
@@ -251,8 +265,9 @@ def document(found: Report) -> Mapping[str, object]:
         "engine": explored.engine,
         "cores": explored.cores,
         "time": time_of(found),
-        "exact": True,
-        "complete": explored.end.value == "complete",
+        "exact": explored.table is None,
+        "storage": _stored(explored, explored.table),
+        "complete": explored.end is End.COMPLETE and explored.table is None,
         "properties": [_result(result) for result in found.results],
         "findings": [_finding(diagnostic) for diagnostic in found.findings],
         "bounds": {
@@ -266,6 +281,21 @@ def document(found: Report) -> Mapping[str, object]:
             )
         },
         "assumptions": list(found.assumptions),
+    }
+
+
+def _stored(explored: Exploration, table: LossyTable | None) -> Mapping[str, object]:
+    """Return the storage, and bounds on what it may have missed (null: without bound)."""
+    if table is None:
+        return {"kind": Storage.EXACT.value}
+    match = table.match_probability
+    omitted = expected_omissions(match, explored.states)
+    return {
+        "kind": table.storage.value,
+        "bytes": table.bytes,
+        "match_probability": match,
+        "expected_omissions": omitted if isfinite(omitted) else None,
+        "omission_probability": omission_probability(match, explored.depth),
     }
 
 

@@ -63,6 +63,8 @@ def _demand_whole(report: Report) -> None:
     why = ""
     if found.end is not End.COMPLETE:
         why = f"{ENDS[found.end]} after {found.expanded} states"
+    elif found.table is not None:
+        why = f"{found.table.storage.value} storage may miss states"
     elif closed.samples:
         why = f"only samples of {', '.join(closed.samples)} were tried"
     for number, machine in enumerate(closed.system.machines):

@@ -165,6 +165,8 @@ def _uncovered(closed: Closed, found: Exploration, item: Item) -> Uncovered:
         reason = NOT_SHOWN
     elif found.end is not End.COMPLETE:
         reason = "not seen before the exploration ended"
+    elif found.table is not None:
+        reason = f"not seen, but {found.table.storage.value} storage may miss states"
     elif item.is_state:
         reason = _why_never_entered(chart, figures, item.number)
     else:

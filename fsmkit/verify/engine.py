@@ -30,6 +30,7 @@ from fsmkit.verify.counterexample import Counterexample, as_explored
 from fsmkit.verify.exploration import AT_ONCE, Answer, End, Exploration, Figures, Mark, Trail
 from fsmkit.verify.instants import Armed, Performed, scheduled
 from fsmkit.verify.moves import Action, Step
+from fsmkit.verify.storage import Storage, read_table
 from fsmkit.verify.system import PropertyKind, goal_place, temporal_properties
 from fsmkit.verify.wiring import system_file
 
@@ -132,16 +133,16 @@ class CEngine:
         progress: Progress | None,
         until: frozenset[int] = frozenset(),
         cores: int = 1,
+        storage: Storage = Storage.EXACT,
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early."""
-        command = [str(self.program), "--livelock", "--memory", str(memory)]
-        command += ["--cores", str(cores)]
+        command = [str(self.program), "--livelock", "--cores", str(cores)]
+        command += ["--memory", str(memory), "--storage", storage.value]
         if seconds:
             command += ["--timeout", str(seconds)]
         if until:
             command += ["--until", ",".join(map(str, sorted(until)))]
-        if self._closed.is_open:
-            command.append("--traps")
+        command += ["--traps"] if self._closed.is_open else []
         if progress is not None:
             command.append("--progress")
         command += self._temporal()
@@ -253,6 +254,7 @@ class CEngine:
             cores=told.get("cores", 1),
             parts=told.get("parts", 0),
             doubt=told.get("doubt", ""),
+            table=read_table(told.get("table")),
             temporal=tuple(
                 self._answer(number, answer)
                 for number, answer in zip(

@@ -11,6 +11,7 @@ from enum import Enum
 
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.moves import UNHANDLED, Step
+from fsmkit.verify.storage import LossyTable
 from fsmkit.verify.system import judged
 
 DEADLOCK = 0
@@ -98,6 +99,8 @@ class Exploration:
     doubt: str = ""
     """Why a livelock or a trap is not known, if that is not for want of memory."""
     temporal: tuple[Answer, ...] = ()
+    table: LossyTable | None = None
+    """What states were stored in, if not exactly: then some may have been missed."""
 
     def answer(self, property_: int) -> Answer:
         """Return what is known of a temporal property."""

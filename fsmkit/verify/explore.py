@@ -13,6 +13,7 @@ from fsmkit.verify.counterexample import Counterexample, ReplayError, write
 from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.exploration import DEADLOCK, Answer, End, Exploration, Trail
 from fsmkit.verify.oracle import explore_in_python
+from fsmkit.verify.storage import Storage
 from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System, goal_place
 from fsmkit.verify.verdict import Report, conclude
 
@@ -65,6 +66,8 @@ class Manner:
     """A way to each transition and each state is kept, for `verify.cover`."""
     without: frozenset[str] = frozenset()
     """Reductions (of `REDUCTIONS`) that are switched off; verdicts do not depend on them."""
+    storage: Storage = Storage.EXACT
+    """What is kept of a state; if not all, some may be missed, and it is told how likely."""
 
     def __post_init__(self) -> None:
         """Refuse reductions that there are not."""
@@ -101,6 +104,7 @@ def check(
     engine = manner.engine or ("c" if compiler() is not None else "python")
     zones = manner.zones and engine == "c"
     closed = manner.closed(system, zones=zones)
+    _demand_stored(manner.storage, engine, closed)
     if not manner.engine and engine == "python":
         findings.add(
             "no-compiler",
@@ -120,11 +124,27 @@ def check(
         return conclude(closed, found, _shower(closed, trail_of), names, findings)
     with closing(CEngine(closed, findings)) as built:
         limits = manner.limits
-        found = built.explore(limits.memory, limits.seconds, progress, until, limits.threads)
+        found = built.explore(
+            limits.memory, limits.seconds, progress, until, limits.threads, manner.storage
+        )
         if closed.zones:
             found = replace(found, temporal=tuple(_delays(built, closed, manner.limits, names)))
         show = _shower(closed, built.trail, built.confirm)
         return conclude(closed, found, show, names, findings)
+
+
+def _demand_stored(storage: Storage, engine: str, closed: Closed) -> None:
+    """Refuse what is not exact where there is no such storage."""
+    if storage is Storage.EXACT or (engine != "python" and not closed.zones):
+        return
+    what, way_out = "zones are kept", "use `--time discrete` or `--time untimed`"
+    if engine == "python":
+        what, way_out = "the engine in Python keeps states", "use the engine in C"
+    raise fail(
+        "no-such-storage",
+        f"there is no storage `{storage.value}` here: {what} exactly",
+        help=f"{way_out}, or leave `--storage` out",
+    )
 
 
 def _delays(
@@ -214,6 +234,7 @@ def explored(
     """Return what an exploration finds, without judging it."""
     zones = manner.zones and manner.engine != "python"
     closed = manner.closed(system, zones=zones)
+    _demand_stored(manner.storage, manner.engine, closed)
     if manner.engine == "python":
         found, _ = explore_in_python(
             closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress
@@ -221,4 +242,6 @@ def explored(
         return found
     with closing(CEngine(closed, findings)) as built:
         limits = manner.limits
-        return built.explore(limits.memory, limits.seconds, progress, cores=limits.threads)
+        return built.explore(
+            limits.memory, limits.seconds, progress, cores=limits.threads, storage=manner.storage
+        )

@@ -11,9 +11,10 @@ from rich.text import Text
 from fsmkit.diagram.sequence import terminal
 from fsmkit.runtime.clock import duration_text
 from fsmkit.verify.counterexample import Counterexample, TraceStep
-from fsmkit.verify.exploration import End
+from fsmkit.verify.exploration import End, Exploration
 from fsmkit.verify.moves import Action
 from fsmkit.verify.sequence import sequence
+from fsmkit.verify.storage import LossyTable, expected_omissions
 from fsmkit.verify.verdict import Report, Result, Verdict
 
 STYLES = {
@@ -57,6 +58,7 @@ def figures(report: Report) -> Iterator[Text]:
     found = report.exploration
     rate = f"{found.states / found.seconds:,.0f} states/s" if found.seconds > 0.05 else "at once"
     whole = "all" if found.end is End.COMPLETE else "the first"
+    whole = whole if found.table is None else "at least"
     engine = "generated C" if found.engine == "c" else "interpreter, in Python"
     engine += f", {found.cores} cores" if found.cores > 1 else ""
     states = f"{found.states:,} states"
@@ -66,6 +68,8 @@ def figures(report: Report) -> Iterator[Text]:
         f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
         f"{found.seconds:.1f} s, {rate} ({engine})"
     )
+    if found.table is not None:
+        yield _risk(found, found.table)
     for machine, bounds in zip(report.closed.system.machines, found.machines, strict=True):
         capacities = machine.chart.capacities
         yield Text(
@@ -76,6 +80,16 @@ def figures(report: Report) -> Iterator[Text]:
         )
     for assumption in report.assumptions:
         yield Text(f"assumed: {assumption}", "dim")
+
+
+def _risk(found: Exploration, table: LossyTable) -> Text:
+    match = table.match_probability
+    omitted = expected_omissions(match, found.states)
+    return Text(
+        f"{table.storage.value} storage, a table of {table.bytes:,} bytes: a new state was taken "
+        f"for a known one with probability at most {match:.2g}; at most {omitted:.2g} such states "
+        "are to be expected, and besides what only they lead to"
+    )
 
 
 def diagram(report: Report, result: Result, width: int) -> RenderableType | None:

@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fsmkit.diagnostics import Findings, Severity, Span
-from fsmkit.model.chart import State, Transition
-from fsmkit.model.document import Trigger
 from fsmkit.runtime.clock import duration_text
 from fsmkit.verify.alphabet import delays_of
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.exploration import DEADLOCK, Answer, End, Exploration, Mark, first_mark
-from fsmkit.verify.monitors import errors_of
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
 from fsmkit.verify.schedule import spelled_schedule
+from fsmkit.verify.storage import NEEDS_EXACT, omission_probability
 from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
+from fsmkit.verify.unreached import never_entered, never_taken
 
 Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample]
 """Makes a counterexample of a path and a cycle."""
@@ -79,6 +78,7 @@ ENDS = {
 }
 
 
+MEMORY_RAN_OUT = "memory ran out"
 LATER = {
     PropertyKind.RECOVERABLE: "from the end of this path on it never holds again",
     PropertyKind.LEADS_TO: "on this path, and as it goes on, the second never follows the first",
@@ -138,6 +138,28 @@ class _Judge:
     @property
     def _doubt(self) -> str:
         """Why what was not seen may still be there; empty if it is not."""
+        return "; ".join(doubt for doubt in (self._unexplored, self._risk) if doubt)
+
+    @property
+    def _doubt_of_graph(self) -> str:
+        """Why nothing is told of what all of the graph decides together; empty if something is."""
+        return self._unexplored or (NEEDS_EXACT if self.found.table is not None else "")
+
+    @property
+    def _risk(self) -> str:
+        """What a search that ended by itself may have missed."""
+        table, found = self.found.table, self.found
+        if table is None or found.end is not End.COMPLETE:
+            return ""
+        missed = omission_probability(table.match_probability, found.depth)
+        return (
+            f"nothing found in {found.states:,} states, but {table.storage.value} storage misses "
+            f"any one state with probability at most {missed:.2g}"
+        )
+
+    @property
+    def _unexplored(self) -> str:
+        """Why the search did not come to what was not seen; empty if it went everywhere."""
         if self.found.end is not End.COMPLETE:
             why = f" ({self.found.why})" if self.found.why else ""
             return f"{ENDS[self.found.end]}{why} after {self.found.expanded} states"
@@ -145,10 +167,12 @@ class _Judge:
             return f"samples only of {', '.join(self.closed.samples)}"
         return ""
 
-    def _absent(self, name: str, kind: PropertyKind | None, text: str, span: Span | None) -> Result:
+    def _absent(
+        self, name: str, kind: PropertyKind | None, text: str, span: Span | None, doubt: str
+    ) -> Result:
         """Return the verdict on something bad that was not seen."""
-        verdict = Verdict.UNDECIDED if self._doubt else Verdict.HOLDS
-        return Result(name, kind, text, verdict, self._doubt, span=span)
+        verdict = Verdict.UNDECIDED if doubt else Verdict.HOLDS
+        return Result(name, kind, text, verdict, doubt, span=span)
 
     def _seen(self, mark: Mark) -> Counterexample:
         return self.show(mark.path, ())
@@ -181,12 +205,12 @@ class _Judge:
             if mark is not None:
                 trace = self._seen(mark)
                 return Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span)
-            absent = self._absent(name, kind, text, span)
+            absent = self._absent(name, kind, text, span, self._doubt)
             if absent.verdict is Verdict.UNDECIDED:
                 return absent
             return Result(name, kind, text, Verdict.VIOLATED, span=span)
         if mark is None:
-            return self._absent(name, kind, text, span)
+            return self._absent(name, kind, text, span, self._doubt)
         return Result(name, kind, text, Verdict.VIOLATED, trace=self._seen(mark), span=span)
 
     def _doubt_of_monitor(self, index: int, property_: Property) -> str:
@@ -208,7 +232,7 @@ class _Judge:
         """Return the verdict on what the graph decides; of a part of the graph there is none."""
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
         found = self.found.answer(index)
-        doubt = self._doubt
+        doubt = self._doubt_of_graph
         if kind is PropertyKind.WITHIN and self.closed.untimed:
             doubt = doubt or "time does not count when untimed"
         within_by_zones = self.closed.zones and kind is PropertyKind.WITHIN
@@ -217,7 +241,7 @@ class _Judge:
         if not doubt and found.violated and kind is PropertyKind.LEADS_TO:
             doubt = self._doubt_of_turns()
         if not doubt and not found.known:
-            doubt = self.found.doubt or "memory ran out"
+            doubt = self.found.doubt or MEMORY_RAN_OUT
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
         reason = self._seen_of(property_, found)
@@ -249,7 +273,7 @@ class _Judge:
             return self._trap(name, kind, span)
         mark = self.found.mark(DEADLOCK)
         if mark is None:
-            return self._absent(name, kind, text, span)
+            return self._absent(name, kind, text, span, self._doubt)
         return Result(name, kind, text, Verdict.VIOLATED, trace=self._seen(mark), span=span)
 
     def _trap(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
@@ -259,21 +283,16 @@ class _Judge:
             if len({step.after for step in trace.steps}) == 1 and not trace.differs:
                 continue  # the chart has never been anywhere else: it works without states
             return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
-        result = self._absent(name, kind, text, span)
-        if not self.found.traps_known and result.verdict is Verdict.HOLDS:
-            reason = self.found.doubt or "memory ran out"
-            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
-        return result
+        doubt = "" if self.found.traps_known else self.found.doubt or MEMORY_RAN_OUT
+        return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
 
     def _livelock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
         text = "no livelock"
         if self.found.livelock is not None:
             trace = self.show(*self.found.livelock)
             return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
-        result = self._absent(name, kind, text, span)
-        if not self.found.livelock_known and result.verdict is Verdict.HOLDS:
-            return Result(name, kind, text, Verdict.UNDECIDED, "memory ran out", span=span)
-        return result
+        doubt = "" if self.found.livelock_known else MEMORY_RAN_OUT
+        return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
 
     # --- what is said without being asked --------------------------------------------------------
 
@@ -324,7 +343,7 @@ class _Judge:
     def add_findings(self) -> None:
         """Tell what is never reached, what is lost, and what was only sampled."""
         for machine, instance in enumerate(self.closed.system.machines):
-            if self.found.end is End.COMPLETE and not self.closed.samples:
+            if self.found.end is End.COMPLETE and not self._doubt:
                 self._tell_unreached(machine)
             first = first_mark(self.closed, machine) + UNHANDLED
             lost = [
@@ -341,8 +360,8 @@ class _Judge:
 
     def _tell_unreached(self, machine: int) -> None:
         """Tell of dead parts: of one chart each where it stands, of a system together."""
-        states = list(_never_entered(self.closed, self.found, machine))
-        transitions = list(_never_taken(self.closed, self.found, machine))
+        states = list(never_entered(self.closed, self.found, machine))
+        transitions = list(never_taken(self.closed, self.found, machine))
         instance = self.closed.system.machines[machine]
         chart = instance.chart
         if self.closed.is_open:
@@ -366,28 +385,3 @@ class _Judge:
                 f"of its transitions, which leave {names}"
             )
             self.findings.add("never-taken", message, instance.span, severity=Severity.NOTE)
-
-
-def _never_entered(closed: Closed, found: Exploration, machine: int) -> Iterator[State]:
-    """Yield the outermost states that are never entered."""
-    chart, entered = closed.system.machines[machine].chart, found.machines[machine].states
-    hoped = errors_of(closed.system.machines[machine])
-    for state in chart.states[1:]:
-        if state.is_history or state.index in entered or state.index in hoped:
-            continue
-        if not state.parent or state.parent in entered:
-            yield state
-
-
-def _never_taken(closed: Closed, found: Exploration, machine: int) -> Iterator[Transition]:
-    """Yield the transitions that are never taken though their source is entered."""
-    chart, figures = closed.system.machines[machine].chart, found.machines[machine]
-    hoped = errors_of(closed.system.machines[machine])
-    for transition in chart.transitions:
-        reachable = not transition.source or transition.source in figures.states
-        expected = transition.trigger is not Trigger.INITIAL and not closed.is_silent(
-            machine, transition.index
-        )
-        expected = expected and not hoped & {transition.source, *transition.targets}
-        if reachable and expected and transition.index not in figures.transitions:
-            yield transition

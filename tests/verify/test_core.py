@@ -28,7 +28,7 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def build(program: Path, sanitizers: str) -> None:
-    names = "region", "shard", "set", "workers", "crew", "search", "path", "walk", "cycles"
+    names = "region", "shard", "lossy", "set", "workers", "crew", "search", "path", "walk", "cycles"
     sources = [CORE / f"{name}.c" for name in names]
     toy_source = ROOT / "tests/c/explorer_toy.c"
     subprocess.run(

@@ -114,7 +114,7 @@ fsm_crew *fsm_crew_start(fsm_search *search)
     self->search = search;
     self->workers = fsm_workers_start(search->cores);
     self->count = self->workers == NULL ? 0 : fsm_workers_count(self->workers);
-    unsigned shift = shift_for(self->count);
+    unsigned shift = search->passed.lossy != NULL ? search->passed.shift : shift_for(self->count);
     self->shards = 1u << shift;
     bool fine = self->count > 1;
     for (uint32_t i = 0; i < self->count; i++)
@@ -250,10 +250,10 @@ static bool drain(const fsm_search *search, hand *h, chunk *c, pipeline *pipe, u
 {
     while (pipe->count > left) {
         looked_up *at = &pipe->items[pipe->first];
-        uint32_t shard = fsm_set_shard_of(&search->passed, at->what.to);
+        uint32_t shard = fsm_set_part_of(&search->passed, at->what.to);
         pipe->first = (pipe->first + 1) % PIPE;
         pipe->count--;
-        if (fsm_shard_has(&search->passed.shards[shard], at->home)) {
+        if (fsm_set_has(&search->passed, shard, at->home)) {
             h->cyclic = h->cyclic || (at->what.order & 1) != 0;
             continue;
         }
@@ -323,11 +323,19 @@ typedef struct {
     uint32_t at, edition;
 } entering;
 
+/* `shard` is NULL if the set is lossy. */
+static fsm_put put(fsm_search *search, fsm_shard *shard, fsm_state state, const entering *what)
+{
+    return shard == NULL
+        ? fsm_lossy_put(search->passed.lossy, what->home)
+        : fsm_shard_put_home(shard, fsm_set_inner(&search->passed, state), what->home, what->edition);
+}
+
 static bool enter(fsm_search *search, fsm_shard *shard, hand *h, const entering *what)
 {
     candidates *list = what->list;
     candidate *item = &list->items[what->at];
-    switch (fsm_shard_put_home(shard, fsm_set_inner(&search->passed, item->to), what->home, what->edition)) {
+    switch (put(search, shard, item->to, what)) {
     case FSM_KNOWN:
         h->cyclic = h->cyclic || (item->order & 1) != 0;
         return true;
@@ -344,7 +352,7 @@ static bool enter(fsm_search *search, fsm_shard *shard, hand *h, const entering 
 static void fill_shard(fsm_crew *self, hand *h, uint32_t number)
 {
     fsm_search *search = self->search;
-    fsm_shard *shard = &search->passed.shards[number];
+    fsm_shard *shard = search->passed.lossy != NULL ? NULL : &search->passed.shards[number];
     entering pipe[PIPE];
     uint64_t in = 0, out = 0;
     bool fine = true;
@@ -353,8 +361,8 @@ static void fill_shard(fsm_crew *self, hand *h, uint32_t number)
         for (uint32_t i = 0; fine && i < list->count; i++) {
             if (in - out == PIPE)
                 fine = enter(search, shard, h, &pipe[out++ % PIPE]);
-            uint64_t home = fsm_shard_home(shard, fsm_set_inner(&search->passed, list->items[i].to));
-            pipe[in++ % PIPE] = (entering){list, home, i, shard->edition};
+            uint64_t home = fsm_set_home(&search->passed, list->items[i].to);
+            pipe[in++ % PIPE] = (entering){list, home, i, shard == NULL ? 0 : shard->edition};
         }
     }
     while (fine && out < in)

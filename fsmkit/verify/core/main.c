@@ -2,7 +2,7 @@
  * or, with --replay, the steps of one path as the machines perform them.
  *
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
- *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST]
+ *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
  *           [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #define _POSIX_C_SOURCE 200809L
@@ -43,6 +43,7 @@ enum { MOST_TEMPORAL = 256 };
 typedef struct {
     size_t memory;
     uint32_t cores;
+    const char *storage; /* NULL: exact */
     const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
     double timeout; /* seconds; 0: none */
     bool progress, livelock, traps, list, graph;
@@ -191,6 +192,11 @@ typedef struct {
     fsm_lasso lasso;
 } temporal;
 
+static bool has_whole_graph(const fsm_search *search)
+{
+    return search->outcome == FSM_COMPLETE && search->passed.lossy == NULL;
+}
+
 static temporal decide(fsm_search *search, const options *o, const char *option, const char *argument)
 {
     temporal found = {.known = false};
@@ -198,7 +204,7 @@ static temporal decide(fsm_search *search, const options *o, const char *option,
     uint32_t first = (uint32_t)strtoul(argument, &end, 10);
     uint32_t second = *end == ',' ? (uint32_t)strtoul(end + 1, &end, 10) : 0;
     uint32_t third = *end == ',' ? (uint32_t)strtoul(end + 1, &end, 10) : 0;
-    if (search->outcome != FSM_COMPLETE)
+    if (!has_whole_graph(search))
         return found;
     if (strcmp(option, "--within") == 0) {
         fsm_delay delay;
@@ -264,6 +270,32 @@ static void read_share(fsm_search *search, const char *share)
     }
 }
 
+static const char *const storages[] = {"exact", "hash-compact", "bitstate"};
+
+/* Most of the memory is for the table; the rest is for the model and two layers. */
+static bool choose_storage(fsm_search *search, const options *o)
+{
+    const char *comma = strchr(o->storage, ',');
+    size_t length = comma == NULL ? strlen(o->storage) : (size_t)(comma - o->storage);
+    size_t bytes = comma == NULL ? o->memory / 4 * 3 : (size_t)strtoull(comma + 1, NULL, 10);
+    for (int i = FSM_EXACT; i <= FSM_BITSTATE; i++)
+        if (strlen(storages[i]) == length && strncmp(storages[i], o->storage, length) == 0)
+            return i == FSM_EXACT || fsm_search_make_lossy(search, (fsm_storage)i, bytes);
+    return false;
+}
+
+/* Of a lossy table: how full each part is, and how many bits it has, or lines (lossy.h). */
+static void print_table(const fsm_lossy *lossy)
+{
+    if (lossy == NULL)
+        return;
+    printf("\"table\": {\"storage\": \"%s\", \"filled\": [", storages[lossy->storage]);
+    for (uint32_t part = 0; part < FSM_LOSSY_PARTS; part++)
+        printf("%s%" PRIu64, part == 0 ? "" : ", ", fsm_lossy_filled(lossy, part));
+    printf("], \"room\": %" PRIu64 ", \"bytes\": %zu}, ",
+           lossy->lines * (lossy->storage == FSM_BITSTATE ? FSM_LINE_BITS : 1), fsm_lossy_bytes(lossy));
+}
+
 static int explore(fsm_composition *composition, options *o)
 {
     fsm_search search;
@@ -272,6 +304,8 @@ static int explore(fsm_composition *composition, options *o)
     search.cores = o->cores;
     if (o->share != NULL)
         read_share(&search, o->share);
+    if (o->storage != NULL && !choose_storage(&search, o))
+        return 2;
     search.keep_on = keep_on;
     search.context = o;
     bool *awaited = calloc(search.model->mark_count + 1u, sizeof *awaited);
@@ -287,15 +321,16 @@ static int explore(fsm_composition *composition, options *o)
     temporal *answers = decide_all(&search, o);
     fsm_cycle cycle = {.state = FSM_NO_STATE};
     wanted found = {.search = &search};
-    bool complete = search.outcome == FSM_COMPLETE;
-    bool livelock_known = o->livelock && complete && fsm_find_livelock(&search, &cycle);
-    bool traps_known = o->traps && complete && fsm_find_traps(&search, want_trap, &found) && !found.failed;
+    bool whole = has_whole_graph(&search);
+    bool livelock_known = o->livelock && whole && fsm_find_livelock(&search, &cycle);
+    bool traps_known = o->traps && whole && fsm_find_traps(&search, want_trap, &found) && !found.failed;
     const char *why = search.model->failure(search.model->self);
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
            ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, \"cores\": %" PRIu32 ", ",
            fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
            search.transitions, search.depth, fsm_search_bytes(&search), fsm_set_is_dense(&search.passed) ? "true" : "false",
            search.cores_used);
+    print_table(search.passed.lossy);
     print_marks(&search);
     fsm_found groups[MOST_TRAPS + 1] = {{.state = FSM_NO_STATE}};
     uint32_t group_count = found.traps;
@@ -414,6 +449,8 @@ int main(int argc, char **argv)
             o.memory = (size_t)strtoull(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--cores") == 0)
             o.cores = (uint32_t)strtoul(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--storage") == 0)
+            o.storage = argv[++i];
         else if (more && strcmp(argv[i], "--share") == 0)
             o.share = argv[++i];
         else if (more && strcmp(argv[i], "--timeout") == 0)

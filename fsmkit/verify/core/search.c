@@ -48,6 +48,11 @@ bool fsm_search_init(fsm_search *self, const fsm_model *model, size_t memory_lim
     return false;
 }
 
+bool fsm_search_make_lossy(fsm_search *self, fsm_storage storage, size_t bytes)
+{
+    return fsm_set_make_lossy(&self->passed, storage, bytes);
+}
+
 void fsm_search_forget(fsm_search *self)
 {
     fsm_crew_stop(self->crew);
@@ -234,7 +239,7 @@ static bool found_new(fsm_search *self, fsm_layer *next, fsm_found found)
 /* A step on its way into the set. */
 typedef struct {
     fsm_state to;
-    fsm_shard *shard; /* of the set */
+    fsm_shard *shard; /* of the set, if it is exact */
     uint64_t home;
     uint32_t edition, tag;
     fsm_kind kind;
@@ -245,9 +250,14 @@ typedef struct {
     uint32_t first, count;
 } pipeline;
 
-static bool arrive(fsm_search *self, fsm_layer *next, uint32_t depth, pending what)
+/* Whether the set is `lossy` is a constant of each call, and the functions are made for it: so an exact one is not
+ * slowed down by the question. */
+#define SPECIAL static inline __attribute__((always_inline))
+
+SPECIAL bool arrive(fsm_search *self, fsm_layer *next, uint32_t depth, pending what, bool lossy)
 {
-    switch (fsm_set_put_home(&self->passed, what.to, what.shard, what.home, what.edition)) {
+    switch (lossy ? fsm_set_put_lossy(&self->passed, what.home)
+                  : fsm_set_put_home(&self->passed, what.to, what.shard, what.home, what.edition)) {
     case FSM_KNOWN:
         self->maybe_cyclic = self->maybe_cyclic || what.kind == FSM_STEP_INTERNAL;
         return true;
@@ -259,13 +269,13 @@ static bool arrive(fsm_search *self, fsm_layer *next, uint32_t depth, pending wh
     return stop(self, FSM_OUT_OF_MEMORY);
 }
 
-static bool drain(fsm_search *self, fsm_layer *next, pipeline *pipe, uint32_t left)
+SPECIAL bool drain(fsm_search *self, fsm_layer *next, pipeline *pipe, uint32_t left, bool lossy)
 {
     while (pipe->count > left) {
         pending what = pipe->items[pipe->first];
         pipe->first = (pipe->first + 1) % PIPE;
         pipe->count--;
-        if (!arrive(self, next, self->depth + 1, what))
+        if (!arrive(self, next, self->depth + 1, what, lossy))
             return false;
     }
     return true;
@@ -283,7 +293,17 @@ void fsm_search_fetch(const fsm_search *self, const fsm_layer *layer, size_t at)
         model->fetch_next(model->self, fsm_layer_states(layer)[at + NEXT]);
 }
 
-static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
+SPECIAL pending looked_up(const fsm_search *self, const fsm_step *step, bool lossy)
+{
+    const fsm_set *passed = &self->passed;
+    if (lossy)
+        return (pending){step->to, NULL, fsm_lossy_home(passed->lossy, step->to), 0, self->at.tag, step->kind};
+    fsm_shard *shard = fsm_set_shard(passed, step->to);
+    return (pending){step->to, shard, fsm_shard_home(shard, fsm_set_inner(passed, step->to)), shard->edition,
+                     self->at.tag, step->kind};
+}
+
+SPECIAL bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe, bool lossy)
 {
     const fsm_model *model = self->model;
     fsm_steps *steps = &self->steps;
@@ -297,12 +317,9 @@ static bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe)
         const fsm_step *step = &steps->items[i];
         if (step->marks != 0)
             note_marks(self, step->marks, self->at, (uint32_t)i);
-        if (pipe->count == PIPE && !drain(self, next, pipe, PIPE - 1))
+        if (pipe->count == PIPE && !drain(self, next, pipe, PIPE - 1, lossy))
             return false;
-        fsm_shard *shard = fsm_set_shard(&self->passed, step->to);
-        pipe->items[(pipe->first + pipe->count++) % PIPE] =
-            (pending){step->to, shard, fsm_shard_home(shard, fsm_set_inner(&self->passed, step->to)), shard->edition,
-                      self->at.tag, step->kind};
+        pipe->items[(pipe->first + pipe->count++) % PIPE] = looked_up(self, step, lossy);
     }
     self->transitions += steps->count;
     self->expanded++;
@@ -329,7 +346,8 @@ static bool may_go_on(fsm_search *self)
     return !is_decided(self) || stop(self, FSM_DECIDED);
 }
 
-static bool expand_alone(fsm_search *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next)
+SPECIAL bool expand_some(fsm_search *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next,
+                         bool lossy)
 {
     bool each = layer->count < self->large, fine = true;
     pipeline pipe = {.count = 0};
@@ -338,9 +356,15 @@ static bool expand_alone(fsm_search *self, const fsm_layer *layer, size_t first,
                                fsm_layer_tags(layer)[i]};
         fsm_search_fetch(self, layer, i);
         fine = (!each || may_go_on(self)) && (self->expanded % ASK_EVERY != 0 || is_within_limits(self))
-            && expand(self, next, &pipe);
+            && expand(self, next, &pipe, lossy);
     }
-    return drain(self, next, &pipe, 0) && fine;
+    return drain(self, next, &pipe, 0, lossy) && fine;
+}
+
+static bool expand_alone(fsm_search *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next)
+{
+    return self->passed.lossy == NULL ? expand_some(self, layer, first, count, next, false)
+                                      : expand_some(self, layer, first, count, next, true);
 }
 
 static void engage(fsm_search *self)

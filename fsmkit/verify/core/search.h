@@ -87,6 +87,10 @@ struct fsm_search {
 };
 
 bool fsm_search_init(fsm_search *self, const fsm_model *model, size_t memory_limit);
+
+/* Keeps less of states than tells them apart (lossy.h), in a table of so many bytes: then some may be missed, and what
+ * is asked of the whole graph cannot be answered. Asked before it runs. False if they cannot be had. */
+bool fsm_search_make_lossy(fsm_search *self, fsm_storage storage, size_t bytes);
 void fsm_search_free(fsm_search *self);
 
 /* Explores until everything is known or a limit is met; says so in `outcome`. */

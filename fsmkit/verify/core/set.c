@@ -17,8 +17,24 @@ bool fsm_set_init(fsm_set *self, size_t limit)
 
 void fsm_set_free(fsm_set *self)
 {
-    free_shards(self->shards, 1u << self->shift);
+    free_shards(self->shards, self->shards == NULL ? 0 : 1u << self->shift);
+    if (self->lossy != NULL)
+        fsm_lossy_free(self->lossy);
+    free(self->lossy);
     *self = (fsm_set){0};
+}
+
+bool fsm_set_make_lossy(fsm_set *self, fsm_storage storage, size_t bytes)
+{
+    fsm_lossy *lossy = malloc(sizeof *lossy);
+    if (lossy == NULL || !fsm_lossy_init(lossy, storage, bytes)) {
+        free(lossy);
+        return false;
+    }
+    size_t limit = self->limit;
+    fsm_set_free(self);
+    *self = (fsm_set){.limit = limit, .shift = FSM_LOSSY_SHIFT, .lossy = lossy};
+    return true;
 }
 
 static bool put_all(fsm_set *self, const fsm_shard *old)
@@ -32,6 +48,8 @@ static bool put_all(fsm_set *self, const fsm_shard *old)
 
 bool fsm_set_split(fsm_set *self, unsigned shift)
 {
+    if (self->lossy != NULL)
+        return true;
     uint32_t count = 1u << shift;
     const fsm_shard *old = self->shards;
     /* Parts are about equally large; one may be half as large again as the others. */
@@ -51,6 +69,8 @@ bool fsm_set_split(fsm_set *self, unsigned shift)
 
 fsm_put fsm_set_put(fsm_set *self, fsm_state state)
 {
+    if (self->lossy != NULL)
+        return fsm_set_put_lossy(self, fsm_lossy_home(self->lossy, state));
     fsm_put put = fsm_shard_put(&self->shards[fsm_set_shard_of(self, state)], fsm_set_inner(self, state));
     self->count += put == FSM_ADDED;
     return put;
@@ -60,12 +80,12 @@ void fsm_set_count_again(fsm_set *self)
 {
     self->count = 0;
     for (uint32_t i = 0; i < 1u << self->shift; i++)
-        self->count += self->shards[i].count;
+        self->count += self->lossy != NULL ? self->lossy->parts[i].count : self->shards[i].count;
 }
 
 size_t fsm_set_bytes(const fsm_set *self)
 {
-    size_t bytes = 0;
+    size_t bytes = self->lossy == NULL ? 0 : fsm_lossy_bytes(self->lossy);
     for (uint32_t i = 0; self->shards != NULL && i < 1u << self->shift; i++)
         bytes += fsm_shard_bytes(&self->shards[i]);
     return bytes;
@@ -73,7 +93,7 @@ size_t fsm_set_bytes(const fsm_set *self)
 
 bool fsm_set_is_dense(const fsm_set *self)
 {
-    return self->shards[0].dense;
+    return self->lossy == NULL && self->shards[0].dense;
 }
 
 /* --- places: the shard is in the lowest bits ------------------------------------------------------------ */

@@ -1,0 +1,36 @@
+"""What no run of a machine comes to, by what an exploration has covered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fsmkit.model.chart import State, Transition
+from fsmkit.model.document import Trigger
+from fsmkit.verify.closed import Closed
+from fsmkit.verify.exploration import Exploration
+from fsmkit.verify.monitors import errors_of
+
+
+def never_entered(closed: Closed, found: Exploration, machine: int) -> Iterator[State]:
+    """Yield the outermost states that are never entered."""
+    chart, entered = closed.system.machines[machine].chart, found.machines[machine].states
+    hoped = errors_of(closed.system.machines[machine])
+    for state in chart.states[1:]:
+        if state.is_history or state.index in entered or state.index in hoped:
+            continue
+        if not state.parent or state.parent in entered:
+            yield state
+
+
+def never_taken(closed: Closed, found: Exploration, machine: int) -> Iterator[Transition]:
+    """Yield the transitions that are never taken though their source is entered."""
+    chart, figures = closed.system.machines[machine].chart, found.machines[machine]
+    hoped = errors_of(closed.system.machines[machine])
+    for transition in chart.transitions:
+        reachable = not transition.source or transition.source in figures.states
+        expected = transition.trigger is not Trigger.INITIAL and not closed.is_silent(
+            machine, transition.index
+        )
+        expected = expected and not hoped & {transition.source, *transition.targets}
+        if reachable and expected and transition.index not in figures.transitions:
+            yield transition
