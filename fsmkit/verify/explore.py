@@ -33,7 +33,7 @@ Progress = Callable[[int, int, int], None]
 class Limits:
     """What an exploration may use: bytes of memory, seconds (0: no limit), cores (0: all of them).
 
-    What is found does not depend on the cores.
+    What is found does not depend on the cores, unless states are missed (`Manner.storage`).
     """
 
     memory: int = 4 << 30

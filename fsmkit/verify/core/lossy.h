@@ -5,8 +5,9 @@
  * functions a filter of Bloom 1970): three hashes of the state name bits of the table, which are set.
  *
  * A state that is new may so be taken for one that is known, never the other way round. The table has parts, so that as
- * many threads can add to it at once, each to parts of its own. They do not depend on the threads, nor does what is taken
- * for known, if each part is added to in the same order. */
+ * many threads can add to it at once, each to parts of its own; their number is fixed, as no part can be made anew. What
+ * is hashed are the numbers that the model gave: where several threads ask it these depend on who was first, and so does
+ * which states are missed. */
 #ifndef FSM_LOSSY_H
 #define FSM_LOSSY_H
 
