@@ -149,12 +149,18 @@ class CEngine:
         return self._read(self.result(command, progress))
 
     def _temporal(self) -> list[str]:
+        return [] if self._closed.zones else self.temporal_options(self._decidable)
+
+    @property
+    def _decidable(self) -> tuple[int, ...]:
+        properties = self._closed.system.properties
+        return temporal_properties(properties, untimed=self._closed.untimed)
+
+    def temporal_options(self, numbers: Sequence[int]) -> list[str]:
         """Return the options that ask for temporal properties, in their order."""
-        if self._closed.zones:
-            return []
         properties = self._closed.system.properties
         found = ["--timeless"] if self._closed.is_timeless else []
-        for number in temporal_properties(properties, untimed=self._closed.untimed):
+        for number in numbers:
             if properties[number].kind is PropertyKind.RECOVERABLE:
                 found += ["--recoverable", str(1 + number)]
             elif properties[number].kind is PropertyKind.WITHIN:
@@ -256,18 +262,13 @@ class CEngine:
             doubt=told.get("doubt", ""),
             table=read_table(told.get("table")),
             temporal=tuple(
-                self._answer(number, answer)
-                for number, answer in zip(
-                    temporal_properties(
-                        self._closed.system.properties, untimed=self._closed.untimed
-                    ),
-                    told.get("temporal", ()),
-                    strict=False,
-                )
+                self.answer(number, answer)
+                for number, answer in zip(self._decidable, told.get("temporal", ()), strict=False)
             ),
         )
 
-    def _answer(self, number: int, told: Mapping[str, Any]) -> Answer:
+    def answer(self, number: int, told: Mapping[str, Any]) -> Answer:
+        """Read what the program answers to such an option."""
         return Answer(
             number,
             told["known"],
@@ -275,6 +276,7 @@ class CEngine:
             tuple(told["path"]),
             tuple(told["cycle"]),
             told["greatest"] * (self._closed.unit or 1) if "greatest" in told else None,
+            told.get("why", ""),
         )
 
     # --- replay --------------------------------------------------------------------------------

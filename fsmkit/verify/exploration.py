@@ -54,6 +54,8 @@ class Answer:
     cycle: tuple[int, ...] = ()
     greatest: int | None = None
     """Of `within`: the greatest time in ticks; None if it has no bound, or never begins."""
+    why: str = ""
+    """Why it is not known, if that is not for want of memory."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import KW_ONLY, dataclass, replace
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import Counterexample, ReplayError, write
+from fsmkit.verify.dense import cycle_place, temporal_answers
 from fsmkit.verify.engine import CEngine, compiler
-from fsmkit.verify.exploration import DEADLOCK, Answer, End, Exploration, Trail
+from fsmkit.verify.exploration import DEADLOCK, Exploration, Trail
 from fsmkit.verify.oracle import explore_in_python
 from fsmkit.verify.storage import Storage
-from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System, goal_place
+from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System
 from fsmkit.verify.verdict import Report, conclude
-
-WATCHED = 16
-"""Delays are told apart up to so many units beyond what they may be."""
 
 DEAD = "dead"
 """The reduction that resets data which nothing can read any more (`verify.dead_variables`)."""
@@ -128,7 +126,10 @@ def check(
             limits.memory, limits.seconds, progress, until, limits.threads, manner.storage
         )
         if closed.zones:
-            found = replace(found, temporal=tuple(_delays(built, closed, manner.limits, names)))
+            answers = temporal_answers(
+                built, closed, found, limits.memory, limits.seconds, progress, names
+            )
+            found = replace(found, temporal=answers)
         show = _shower(closed, built.trail, built.confirm)
         return conclude(closed, found, show, names, findings)
 
@@ -147,26 +148,6 @@ def _demand_stored(storage: Storage, engine: str, closed: Closed) -> None:
     )
 
 
-def _delays(
-    built: CEngine, closed: Closed, limits: Limits, names: frozenset[str]
-) -> Iterator[Answer]:
-    """Measure all `within` by a clock that runs from one condition to the other."""
-    properties = closed.system.properties
-    for number, property_ in enumerate(properties):
-        if property_.kind is not PropertyKind.WITHIN or (names and property_.name not in names):
-            continue
-        most = property_.ticks // closed.unit + WATCHED
-        end = goal_place(properties, number)
-        found, told = built.watch(number, end, most, limits.memory, limits.seconds)
-        if found.end is not End.COMPLETE:
-            yield Answer(number, known=False)
-            continue
-        pending = told["pending"]
-        greatest = None if pending is None else pending[0]
-        late = greatest is None or greatest > property_.ticks
-        yield Answer(number, known=True, violated=late, greatest=greatest)
-
-
 def _shower(
     closed: Closed,
     trail_of: Callable[[tuple[int, ...]], Trail],
@@ -175,7 +156,7 @@ def _shower(
     def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
         whole = (*path, *cycle)
         trail = trail_of(whole)
-        split = len(trail) - len(cycle)
+        split = cycle_place(trail, len(cycle)) if closed.zones else len(trail) - len(cycle)
         try:
             found = write(closed, trail[:split], trail[split:])
         except ReplayError as error:

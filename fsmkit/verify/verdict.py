@@ -235,13 +235,10 @@ class _Judge:
         doubt = self._doubt_of_graph
         if kind is PropertyKind.WITHIN and self.closed.untimed:
             doubt = doubt or "time does not count when untimed"
-        within_by_zones = self.closed.zones and kind is PropertyKind.WITHIN
-        if not doubt and self.closed.zones and not within_by_zones:
-            doubt = "it is not decided by zones; try `--time discrete` or `--time untimed`"
         if not doubt and found.violated and kind is PropertyKind.LEADS_TO:
             doubt = self._doubt_of_turns()
         if not doubt and not found.known:
-            doubt = self.found.doubt or MEMORY_RAN_OUT
+            doubt = found.why or self.found.doubt or MEMORY_RAN_OUT
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
         reason = self._seen_of(property_, found)

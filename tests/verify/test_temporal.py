@@ -29,6 +29,16 @@ from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 
 ENGINES = ["python"] + ["c"] * (compiler() is not None)
+MANNERS = [
+    *(Manner(engine, untimed=untimed) for engine in ENGINES for untimed in (False, True)),
+    *[Manner("c", zones=True)] * ("c" in ENGINES),
+]
+
+
+def spelled(manner: Manner) -> str:
+    time = "untimed" if manner.untimed else "zones" if manner.zones else "discrete"
+    return f"{manner.engine}-{time}"
+
 
 LAMP = """
 chart: Lamp
@@ -64,15 +74,13 @@ def result(system: System, name: str, manner: Manner) -> Result:
     return found
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
-def test_what_can_be_reached_again_from_everywhere(load: Load, engine: str, untimed: bool) -> None:
+@pytest.mark.parametrize("manner", MANNERS, ids=spelled)
+def test_what_can_be_reached_again_from_everywhere(load: Load, manner: Manner) -> None:
     properties = """
   off: {recoverable: lamp.In(off)}
   broken: {recoverable: lamp.In(broken)}
   fresh: {recoverable: lamp.n == 0}
 """
-    manner = Manner(engine, untimed=untimed)
     mended = load(**lamp("lamp.press, lamp.blow, lamp.mend", "", properties))
     broken = result(mended, "off", manner)
     assert broken.verdict.value == "violated"
@@ -100,7 +108,7 @@ LEADS = """
 """
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("manner", MANNERS, ids=spelled)
 @pytest.mark.parametrize(
     ("may", "will", "expected"),
     [
@@ -110,13 +118,8 @@ LEADS = """
         ("lamp.blow, lamp.mend", "lamp.press", "violated holds violated violated holds"),
     ],
 )
-@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
-def test_what_leads_to_what(
-    load: Load, engine: str, may: str, will: str, expected: str, untimed: bool
-) -> None:
-    report = check(
-        load(**lamp(may, will, LEADS)), Findings(), manner=Manner(engine, untimed=untimed)
-    )
+def test_what_leads_to_what(load: Load, manner: Manner, may: str, will: str, expected: str) -> None:
+    report = check(load(**lamp(may, will, LEADS)), Findings(), manner=manner)
     names = ["lit", "dark", "used", "worn", "at_once"]
     found = {r.name: r.verdict.value for r in report.results}
     assert " ".join(found[name] for name in names) == expected
@@ -222,15 +225,6 @@ def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: s
     assert [s.cause for s in found.trace.steps[found.trace.loop or 0 :]] in (
         ["ping", "pong"], ["pong", "ping"],
     )  # fmt: skip
-
-
-def test_zones_do_not_decide(load: Load) -> None:
-    if "c" not in ENGINES:
-        pytest.skip("there is no C compiler")
-    system = load(**lamp("lamp.press", "", LEADS))
-    found = result(system, "dark", Manner("c", zones=True))
-    assert found.verdict.value == "undecided"
-    assert "discrete" in found.reason
 
 
 def test_what_was_not_explored_is_undecided(load: Load) -> None:

@@ -95,6 +95,9 @@ uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bo
 /* Number of a message; FSM_NONE if memory ran out. */
 uint32_t fsm_intern_message(fsm_composition *self, const fsm_message *message);
 
+/* What is owed by a step (fsm_model.owed); FSM_NONE: nothing. */
+uint32_t fsm_owed_action(const fsm_composition *self, fsm_kind kind, fsm_description what);
+
 size_t fsm_composition_bytes(const fsm_composition *self);
 
 #endif

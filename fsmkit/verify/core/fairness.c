@@ -22,6 +22,7 @@ void fsm_fairness_free(fsm_fairness *self)
     free(self->taken);
     free(self->steps.items);
     free(self->actions);
+    free(self->ended);
 }
 
 static bool fail(fsm_fairness *self)
@@ -30,22 +31,35 @@ static bool fail(fsm_fairness *self)
     return false;
 }
 
-/* Fills in `steps`, `actions`, and in `here` which of these are possible. */
+static bool make_room(fsm_fairness *self)
+{
+    size_t room = 2 * self->steps.count;
+    if (self->steps.count <= self->action_room)
+        return true;
+    uint32_t *actions = realloc(self->actions, room * sizeof *actions);
+    self->actions = actions != NULL ? actions : self->actions;
+    uint64_t *ended = realloc(self->ended, room * sizeof *ended);
+    self->ended = ended != NULL ? ended : self->ended;
+    if (actions == NULL || ended == NULL)
+        return fail(self);
+    memset(ended, 0, room * sizeof *ended);
+    self->action_room = room;
+    return true;
+}
+
+/* Fills in `steps`, `actions`, and in `here` which of these are possible; `running` and `ended`. */
 static bool look_at(fsm_fairness *self, fsm_state state, bool *stable)
 {
     const fsm_model *model = self->search->model;
     self->steps.count = 0;
     if (!model->successors(model->self, state, &self->steps))
         return fail(self);
-    if (self->steps.count > self->action_room) {
-        uint32_t *actions = realloc(self->actions, 2 * self->steps.count * sizeof *actions);
-        if (actions == NULL)
-            return fail(self);
-        self->actions = actions;
-        self->action_room = 2 * self->steps.count;
-    }
+    if (!make_room(self))
+        return false;
     if (self->steps.count > 0 && !model->owed(model->self, state, &self->steps, self->actions))
         return fail(self);
+    if (model->running != NULL)
+        self->running = model->running(model->self, state, &self->steps, self->ended);
     memset(self->here, 0, model->action_count);
     *stable = true;
     for (size_t i = 0; i < self->steps.count; i++) {
@@ -78,7 +92,7 @@ bool fsm_fairness_flag_stable(fsm_fairness *self)
 /* --- components ----------------------------------------------------------------------------------------- */
 
 /* Notes what was seen of the state looked at: the steps that stay in the component. True if there are any. */
-static bool note_inner(fsm_fairness *self, const fsm_components *all)
+static bool note_inner(fsm_fairness *self, const fsm_components *all, uint64_t *ended)
 {
     bool inner = false;
     for (size_t i = 0; i < self->steps.count; i++) {
@@ -88,6 +102,7 @@ static bool note_inner(fsm_fairness *self, const fsm_components *all)
         inner = true;
         if (self->actions[i] != FSM_NONE)
             self->taken[self->actions[i]] = 1;
+        *ended |= self->ended[i];
     }
     return inner;
 }
@@ -96,26 +111,28 @@ bool fsm_fairness_judge(fsm_fairness *self, const fsm_components *all, const uin
 {
     uint32_t actions = self->search->model->action_count;
     bool inner = false, counted = false, ends = false;
+    uint64_t running = UINT64_MAX, ended = 0; /* machines at all stable states; in some step */
     memset(self->always, 1, actions);
     memset(self->taken, 0, actions);
     for (size_t i = 0; i < count; i++) {
         bool stable;
         if (!look_at(self, fsm_set_at(&self->search->passed, places[i]), &stable))
             return false;
-        inner = note_inner(self, all) || inner;
+        inner = note_inner(self, all, &ended) || inner;
         if (!stable && !self->unstable)
             continue;
         counted = true;
+        running &= self->running;
         for (uint32_t a = 0; a < actions; a++)
             self->always[a] &= self->here[a];
-        if (stable && !is_any(self, self->here)) {
+        if (stable && !is_any(self, self->here) && self->running == 0) {
             self->flags[places[i]] |= FSM_ENDS;
             ends = true;
         }
     }
     for (uint32_t a = 0; a < actions; a++)
         self->always[a] &= !self->taken[a];
-    bool fair = inner && counted && !is_any(self, self->always);
+    bool fair = inner && counted && !is_any(self, self->always) && (running & ~ended) == 0;
     for (size_t i = 0; fair && i < count; i++)
         self->flags[places[i]] |= self->unstable ? FSM_ENDLESS : FSM_FAIR;
     return fair || ends;
@@ -147,6 +164,7 @@ typedef struct {
     bool unstable, stable_seen;
     fsm_state first;
     unsigned char *open;      /* actions that were neither taken nor impossible so far */
+    uint64_t running;         /* machines whose first timers all states so far had, and no step ended */
 } round_trip;
 
 static bool is_inside(const round_trip *self, fsm_state state)
@@ -165,6 +183,8 @@ static bool see(round_trip *self, fsm_state state, bool close)
         return false;
     news = !self->stable_seen;
     self->stable_seen = self->stable_seen || close;
+    news = news || (self->running & ~f->running) != 0;
+    self->running &= close ? f->running : UINT64_MAX;
     for (uint32_t a = 0; a < f->search->model->action_count; a++) {
         news = news || (self->open[a] && !f->here[a]);
         self->open[a] &= close ? f->here[a] : 1;
@@ -172,10 +192,16 @@ static bool see(round_trip *self, fsm_state state, bool close)
     return news;
 }
 
-static uint32_t action_of(fsm_fairness *self, fsm_state from, size_t step)
+/* What belongs to a step: its action, and which machines' first timers it ends. */
+typedef struct {
+    uint32_t action;
+    uint64_t ended;
+} deed;
+
+static deed deed_of(fsm_fairness *self, fsm_state from, size_t step)
 {
     bool stable;
-    return look_at(self, from, &stable) ? self->actions[step] : FSM_NONE;
+    return look_at(self, from, &stable) ? (deed){self->actions[step], self->ended[step]} : (deed){FSM_NONE, 0};
 }
 
 static fsm_way way_round(void *context, const fsm_steps *steps, size_t step, fsm_state from)
@@ -184,8 +210,9 @@ static fsm_way way_round(void *context, const fsm_steps *steps, size_t step, fsm
     fsm_state to = steps->items[step].to;
     if (!is_inside(self, to))
         return FSM_NO_WAY;
-    uint32_t action = action_of(self->fairness, from, step);
-    bool news = (action != FSM_NONE && self->open[action]) || see(self, to, false);
+    deed done = deed_of(self->fairness, from, step);
+    bool news = (done.action != FSM_NONE && self->open[done.action]) || (self->running & done.ended) != 0
+        || see(self, to, false);
     return news ? FSM_ARRIVES : FSM_GOES_ON;
 }
 
@@ -204,7 +231,7 @@ static bool go_round(round_trip *self, fsm_path *cycle)
     fsm_state at = self->first;
     memset(self->open, 1, model->action_count);
     (void)see(self, at, true);
-    while (!self->stable_seen || is_any(f, self->open)) {
+    while (!self->stable_seen || is_any(f, self->open) || self->running != 0) {
         fsm_state from = at;
         size_t before = cycle->count;
         at = fsm_path_from(model, from, way_round, self, cycle);
@@ -212,9 +239,10 @@ static bool go_round(round_trip *self, fsm_path *cycle)
             return false;
         fsm_state last = from; /* that of the last step */
         for (size_t i = before; i < cycle->count; i++) {
-            uint32_t action = action_of(f, last, cycle->steps[i]);
-            if (action != FSM_NONE)
-                self->open[action] = 0;
+            deed done = deed_of(f, last, cycle->steps[i]);
+            if (done.action != FSM_NONE)
+                self->open[done.action] = 0;
+            self->running &= ~done.ended;
             last = f->steps.items[cycle->steps[i]].to;
             (void)see(self, last, true);
         }
@@ -238,6 +266,7 @@ bool fsm_fairness_lasso(fsm_fairness *self, const fsm_components *stable, const 
                        .unstable = (flags & FSM_FAIR) == 0, .first = at};
     trip.number = trip.all->index[fsm_set_find(&self->search->passed, at)];
     trip.stable_seen = trip.unstable;
+    trip.running = UINT64_MAX;
     trip.open = malloc((size_t)self->search->model->action_count + 1);
     bool fine = trip.open != NULL && go_round(&trip, &found->cycle);
     free(trip.open);

@@ -22,7 +22,9 @@ typedef struct {
     bool violated, failed;
     fsm_steps steps;
     uint32_t *actions; /* of `steps` */
+    uint64_t *ended;   /* and which machines' first timers they end */
     size_t action_room;
+    uint64_t running;  /* machines with timers that must end, at the state looked at */
     /* sets of actions: a byte for each */
     unsigned char *here, *always, *taken;
 } fsm_fairness;

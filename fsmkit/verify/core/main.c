@@ -417,7 +417,7 @@ static bool is_interrupted(void)
 static int run_timed(fsm_composition *composition, const options *o, const char *path, const char *watch)
 {
     fsm_timed_options timed = {o->memory, o->timeout, o->progress, o->livelock, o->traps, o->list, o->until, watch,
-                               is_interrupted};
+                               is_interrupted, o->temporal, o->temporal_count, o->timeless};
     return path != NULL ? fsm_timed_replay(composition, path) : fsm_timed_explore(composition, &timed);
 }
 

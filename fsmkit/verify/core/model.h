@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FSM_MODEL_ABI 5u
+#define FSM_MODEL_ABI 6u
 
 #define FSM_NONE UINT32_MAX
 
@@ -94,6 +94,11 @@ typedef struct {
 
     size_t (*memory)(void *self); /* bytes the model itself holds, once it has put away what only threads needed */
     const char *(*failure)(void *self);
+
+    /* For fairness where time is dense: of which machines some armed timer must end, that is fire or be stopped, before
+     * time can pass for ever (a bit each), and for each step of which of these the first one ends. NULL: time passes by
+     * steps, which are owed as others are. */
+    uint64_t (*running)(void *self, fsm_state state, const fsm_steps *steps, uint64_t *ended);
 } fsm_model;
 
 #endif

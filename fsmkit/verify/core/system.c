@@ -346,7 +346,7 @@ static uint32_t action_of_possible(const fsm_system *system, uint32_t number)
     return system->machine_count + 1 + first;
 }
 
-static uint32_t action_of(const fsm_composition *self, fsm_kind kind, fsm_description what)
+uint32_t fsm_owed_action(const fsm_composition *self, fsm_kind kind, fsm_description what)
 {
     const fsm_system *system = self->system;
     const fsm_machine *m = system->machines[what.machine];
@@ -369,7 +369,7 @@ static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_
         fsm_description what;
         if (!describe(self, state, (uint32_t)i, &what))
             return false;
-        actions[i] = action_of(self, steps->items[i].kind, what);
+        actions[i] = fsm_owed_action(self, steps->items[i].kind, what);
     }
     return true;
 }

@@ -130,6 +130,17 @@ bool fsm_timed_initial(fsm_timed *self, fsm_timed_visit *visit, void *context);
 bool fsm_timed_successors(fsm_timed *self, const uint32_t *tuple, const fsm_bound *zone, bool at_once,
                           fsm_timed_visit *visit, void *context);
 
+/* Whether time may pass in a discrete part: no machine has anything to do but to wait for its timers. False if the
+ * model gave up. */
+bool fsm_timed_may_wait(fsm_timed *self, const uint32_t *tuple, bool *waits);
+
+/* Writes the limits of all clocks of a discrete part, and says in `*choice` whether some timer has a choice of when
+ * to fire. The watch is compared with all that it can be told apart from. */
+bool fsm_timed_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limits, bool *choice);
+
+/* How many timers of a machine are armed in a discrete part. */
+uint32_t fsm_timed_armed(const fsm_timed *self, const uint32_t *tuple, uint32_t machine);
+
 /* The clocks of a discrete part, and one. */
 uint32_t fsm_timed_size(const fsm_timed *self, const uint32_t *tuple);
 

@@ -206,6 +206,8 @@ static void list_parts(const fsm_timed *search)
 
 int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *options)
 {
+    if (options->temporal_count > 0)
+        return fsm_timed_decide(composition, options);
     fsm_timed search;
     run r = {.options = options, .started = time(NULL)};
     if (!fsm_timed_init(&search, composition, options->memory))

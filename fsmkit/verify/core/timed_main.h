@@ -10,9 +10,15 @@ typedef struct {
     bool progress, livelock, traps, list;
     const char *until, *watch; /* "begin,end,most": two properties, and units */
     bool (*interrupted)(void);
+    const char *const *temporal; /* options that name temporal properties, and their arguments, in pairs */
+    uint32_t temporal_count;     /* pairs; if there are any, these are decided, and nothing else is */
+    bool timeless;               /* see liveness.h */
 } fsm_timed_options;
 
 int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *options);
+
+/* Decides the temporal properties; timed_decide.c. */
+int fsm_timed_decide(fsm_composition *composition, const fsm_timed_options *options);
 
 /* Performs a path; after a `!` no time passes. */
 int fsm_timed_replay(fsm_composition *composition, const char *path);

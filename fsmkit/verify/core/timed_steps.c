@@ -24,9 +24,12 @@ uint32_t fsm_timed_size(const fsm_timed *self, const uint32_t *tuple)
     return size;
 }
 
-/* Writes the limits of all clocks, and says in `*choice` whether some timer has a choice of when to
- * fire. The watch is compared with all that it can be told apart from. */
-static bool read_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limits, bool *choice)
+uint32_t fsm_timed_armed(const fsm_timed *self, const uint32_t *tuple, uint32_t machine)
+{
+    return view_of(self, tuple, machine)->armed;
+}
+
+bool fsm_timed_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limits, bool *choice)
 {
     const fsm_composition *c = self->composition;
     uint32_t clock = 1;
@@ -110,8 +113,7 @@ static overview look(const fsm_timed *self, const uint32_t *tuple)
     return seen;
 }
 
-/* Whether time may pass: no machine has anything to do but to wait for its timers. */
-static bool may_wait(fsm_timed *self, const uint32_t *tuple, bool *waits)
+bool fsm_timed_may_wait(fsm_timed *self, const uint32_t *tuple, bool *waits)
 {
     *waits = false;
     if (look(self, tuple).answering)
@@ -136,9 +138,9 @@ static bool arrive(move *self)
 {
     fsm_timed *t = self->timed;
     bool waits = false, choice;
-    if (!self->at_once && !may_wait(t, t->following, &waits))
+    if (!self->at_once && !fsm_timed_may_wait(t, t->following, &waits))
         return false;
-    if (!read_limits(t, t->following, t->next_limits, &choice))
+    if (!fsm_timed_limits(t, t->following, t->next_limits, &choice))
         return false;
     uint32_t size = self->step.size, clocks = size - fsm_timed_watches(t, t->following);
     if (waits) {
@@ -303,7 +305,7 @@ bool fsm_timed_successors(fsm_timed *self, const uint32_t *tuple, const fsm_boun
     bool choice;
     overview seen = look(self, tuple);
     bool is_open = !seen.answering && seen.waiting <= system->patience;
-    if (!may_wait(self, tuple, &m.waits) || !read_limits(self, tuple, self->limits, &choice))
+    if (!fsm_timed_may_wait(self, tuple, &m.waits) || !fsm_timed_limits(self, tuple, self->limits, &choice))
         return false;
     m.waits = m.waits && !at_once;
     uint32_t clock = 1;

@@ -1,0 +1,87 @@
+#include "report.h"
+#include "timed_main.h"
+#include "timed_temporal.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+typedef struct {
+    const fsm_timed_options *options;
+    time_t started, last_shown;
+} run;
+
+static bool keep_on(fsm_search *search)
+{
+    run *r = search->context;
+    time_t now = time(NULL);
+    if (r->options->interrupted())
+        search->outcome = FSM_INTERRUPTED;
+    else if (r->options->timeout > 0 && difftime(now, r->started) >= r->options->timeout)
+        search->outcome = FSM_OUT_OF_TIME;
+    if (r->options->progress && now != r->last_shown) {
+        r->last_shown = now;
+        printf("{\"progress\": {\"states\": %" PRIu64 ", \"expanded\": %" PRIu64 ", \"transitions\": %" PRIu64
+               ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
+               search->passed.count, search->expanded, search->transitions, search->depth, fsm_search_bytes(search));
+        (void)fflush(stdout);
+    }
+    return search->outcome == FSM_COMPLETE;
+}
+
+static fsm_timed_answer decide(fsm_timed_model *model, fsm_search *search, bool timeless, const char *option,
+                               const char *argument)
+{
+    char *end;
+    uint32_t first = (uint32_t)strtoul(argument, &end, 10);
+    uint32_t second = *end == ',' ? (uint32_t)strtoul(end + 1, NULL, 10) : 0;
+    if (search->outcome != FSM_COMPLETE)
+        return (fsm_timed_answer){.why = ""};
+    return strcmp(option, "--recoverable") == 0 ? fsm_timed_recoverable(model, search, first)
+                                                : fsm_timed_leads_to(model, search, first, second, timeless);
+}
+
+static void print_path(const char *name, const fsm_path *path)
+{
+    printf(", \"%s\": [", name);
+    for (size_t i = 0; i < path->count; i++)
+        printf("%s%" PRIu32, i == 0 ? "" : ", ", path->steps[i]);
+    printf("]");
+}
+
+int fsm_timed_decide(fsm_composition *composition, const fsm_timed_options *options)
+{
+    fsm_timed_model model;
+    fsm_search search;
+    run r = {.options = options, .started = time(NULL)};
+    fsm_timed_answer *found = calloc(options->temporal_count, sizeof *found);
+    if (found == NULL || !fsm_timed_model_init(&model, composition, options->memory)
+        || !fsm_search_init(&search, &model.model, options->memory))
+        return 2;
+    search.keep_on = keep_on;
+    search.context = &r;
+    fsm_search_run(&search);
+    for (uint32_t i = 0; i < options->temporal_count; i++)
+        found[i] = decide(&model, &search, options->timeless, options->temporal[2 * i], options->temporal[2 * i + 1]);
+    const char *why = model.model.failure(&model);
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
+           ", \"parts\": %" PRIu32 ", \"bytes\": %zu, \"temporal\": [",
+           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
+           model.timed.tuples.count, fsm_search_bytes(&search));
+    for (uint32_t i = 0; i < options->temporal_count; i++) {
+        fsm_lasso *lasso = &found[i].lasso;
+        printf("%s{\"known\": %s, \"why\": \"%s\", \"violated\": %s", i == 0 ? "" : ", ",
+               found[i].known ? "true" : "false", found[i].why, lasso->violated ? "true" : "false");
+        print_path("path", &lasso->path);
+        print_path("cycle", &lasso->cycle);
+        printf("}");
+        fsm_lasso_free(lasso);
+    }
+    printf("]}}\n");
+    free(found);
+    fsm_search_free(&search);
+    fsm_timed_model_free(&model);
+    return 0;
+}

@@ -1,0 +1,23 @@
+/* timed_temporal.h: temporal properties where time is dense, decided over the states of timed_model.h. */
+#ifndef FSM_TIMED_TEMPORAL_H
+#define FSM_TIMED_TEMPORAL_H
+
+#include "liveness.h"
+#include "timed_model.h"
+
+typedef struct {
+    bool known;
+    const char *why; /* it is not; "": memory ran out, or the search was stopped */
+    fsm_lasso lasso; /* its steps as fsm_timed_successors counts them from zone to zone */
+} fsm_timed_answer;
+
+/* `recoverable` (see liveness.h): of every point. A state from which the mark can be reached by some points only leaves
+ * it undecided. */
+fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search, uint32_t mark);
+
+/* `leads_to`. An event that changes nothing but how long ago timers were armed is possible at some instants only, if at
+ * all: undecided where it matters. */
+fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, uint32_t asked, uint32_t answer,
+                                    bool timeless);
+
+#endif
