@@ -72,10 +72,12 @@ def _of_runs(
     if progress is not None:
         command.append("--progress")
     told = built.result(command, progress)
-    end, states = End(told["outcome"]), told["states"]
+    end = End(told["outcome"])
+    given_up = f" ({told['why']})" if told["why"] and end is End.FAILED else ""
+    cut_short = f"{ENDS.get(end)}{given_up} after {told['states']} zones"
     for number, text in zip(numbers, told["temporal"], strict=True):
         answer = built.answer(number, text)
-        why = f"{ENDS[end]} after {states} zones" if end is not End.COMPLETE else answer.why
+        why = answer.why if end is End.COMPLETE else cut_short
         way_out = "; try `--time discrete` or `--time untimed`" if why else ""
         yield replace(answer, why=why + way_out)
 

@@ -28,7 +28,7 @@ from fsmkit.verify.adapter_values import Built, describe, prefix_of
 from fsmkit.verify.closed import Closed, with_greatest_delays
 from fsmkit.verify.counterexample import Counterexample, as_explored
 from fsmkit.verify.exploration import AT_ONCE, Answer, End, Exploration, Figures, Mark, Trail
-from fsmkit.verify.instants import Armed, Performed, scheduled
+from fsmkit.verify.instants import Armed, Performed, Point, scheduled, with_points
 from fsmkit.verify.moves import Action, Step
 from fsmkit.verify.storage import Storage, read_table
 from fsmkit.verify.system import PropertyKind, goal_place, temporal_properties
@@ -145,22 +145,18 @@ class CEngine:
         command += ["--traps"] if self._closed.is_open else []
         if progress is not None:
             command.append("--progress")
-        command += self._temporal()
+        command += [] if self._closed.zones else self.temporal_options()
         return self._read(self.result(command, progress))
-
-    def _temporal(self) -> list[str]:
-        return [] if self._closed.zones else self.temporal_options(self._decidable)
 
     @property
     def _decidable(self) -> tuple[int, ...]:
-        properties = self._closed.system.properties
-        return temporal_properties(properties, untimed=self._closed.untimed)
+        return temporal_properties(self._closed.system.properties, untimed=self._closed.untimed)
 
-    def temporal_options(self, numbers: Sequence[int]) -> list[str]:
-        """Return the options that ask for temporal properties, in their order."""
+    def temporal_options(self, numbers: Sequence[int] = ()) -> list[str]:
+        """Return the options that ask for temporal properties, in their order; none given: all."""
         properties = self._closed.system.properties
         found = ["--timeless"] if self._closed.is_timeless else []
-        for number in numbers:
+        for number in numbers or self._decidable:
             if properties[number].kind is PropertyKind.RECOVERABLE:
                 found += ["--recoverable", str(1 + number)]
             elif properties[number].kind is PropertyKind.WITHIN:
@@ -283,7 +279,8 @@ class CEngine:
 
     def _replayed(self, path: tuple[int, ...]) -> list[tuple[Step, tuple[str, ...]]]:
         """Return the steps of a path, and what the machines did in each."""
-        written = ",".join("!" if step == AT_ONCE else str(step) for step in path)
+        steps, points = with_points(path)
+        written = ",".join("!" if step == AT_ONCE else str(step) for step in steps)
         command = [str(self.program), "--replay", written]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
@@ -295,19 +292,21 @@ class CEngine:
         told = list(_steps(done.stdout.splitlines()))
         if not self._closed.zones:
             return [(performed.step, lines) for performed, lines in told]
-        return list(self._with_time(told))
+        return list(self._with_time(told, points))
 
     def _with_time(
-        self, told: Sequence[tuple[Performed, tuple[str, ...]]]
+        self, told: Sequence[tuple[Performed, tuple[str, ...]]], points: Sequence[Point]
     ) -> Iterator[tuple[Step, tuple[str, ...]]]:
         """Yield steps with the passing of time between them, as early as they can happen."""
         now = Fraction(0)
-        steps = scheduled(len(self._closed.charts), [performed for performed, _ in told])
+        steps, end = scheduled(len(self._closed.charts), [step for step, _ in told], points)
         for (at, step), (_, lines) in zip(steps, told, strict=True):
             if at > now:
                 yield Step(Action.ELAPSE, ticks=at - now), ()
                 now = at
             yield step, lines
+        if end > now:
+            yield Step(Action.ELAPSE, ticks=end - now), ()
 
     def trail(self, path: tuple[int, ...]) -> Trail:
         """Return the steps of a path."""

@@ -156,7 +156,11 @@ def _shower(
     def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
         whole = (*path, *cycle)
         trail = trail_of(whole)
-        split = cycle_place(trail, len(cycle)) if closed.zones else len(trail) - len(cycle)
+        split = (
+            cycle_place(trail, sum(n >= 0 for n in cycle))
+            if closed.zones
+            else len(trail) - len(cycle)
+        )
         try:
             found = write(closed, trail[:split], trail[split:])
         except ReplayError as error:

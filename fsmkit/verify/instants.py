@@ -18,6 +18,18 @@ START = 0
 
 
 @dataclass(frozen=True, slots=True)
+class Due:
+    """Whether a timer is due at some instant: the one at a place among those of a machine."""
+
+    machine: int
+    place: int
+    is_due: bool
+
+
+Point = tuple[Due, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Armed:
     """A timer after a step: which it was before, from 1 on, or 0 if new; its bounds in ticks."""
 
@@ -33,6 +45,26 @@ class Performed:
     step: Step
     waits: bool
     timers: tuple[Armed, ...]
+
+
+DUE = -2
+CLOCKS = 128
+"""``FSM_TIMED_DUE`` and ``FSM_MOST_CLOCKS`` of the engine in C."""
+
+
+def with_points(path: Sequence[int]) -> tuple[tuple[int, ...], tuple[Point, ...]]:
+    """Return a path without what is true between its steps, and that: before each, at the end."""
+    steps: list[int] = []
+    points: list[list[Due]] = [[]]
+    for number in path:
+        if number <= DUE:
+            timer, is_below = divmod(DUE - number, 2)
+            points[-1].append(Due(*divmod(timer, CLOCKS), is_due=not is_below))
+            continue
+        steps.append(number)
+        if number >= 0:
+            points.append([])
+    return tuple(steps), tuple(map(tuple, points))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,15 +86,19 @@ class _Constraint:
     strict: bool = False
 
 
-def scheduled(machines: int, path: Sequence[Performed]) -> list[tuple[Fraction, Step]]:
+def scheduled(
+    machines: int, path: Sequence[Performed], points: Sequence[Point]
+) -> tuple[list[tuple[Fraction, Step]], Fraction]:
     """Return the steps of a path, each with the earliest instant, in ticks, at which it can happen.
 
-    The first ``machines`` steps are the starts. FIRE then names a timer by its place in the order
+    Also returns the earliest instant of the end. ``points`` as of `with_points`. The first
+    ``machines`` steps are the starts. FIRE then names a timer by its place in the order
     of deadlines, which is that of the interpreter.
     """
     armed: list[tuple[Fraction, ...]] = [()] * machines
     found = []
-    for at, performed in zip(_times(machines, path), path, strict=True):
+    *times, last = _times(machines, path, points)
+    for at, performed in zip(times, path, strict=True):
         step = performed.step
         deadlines = armed[step.machine]
         if step.action is Action.FIRE:
@@ -73,12 +109,12 @@ def scheduled(machines: int, path: Sequence[Performed]) -> list[tuple[Fraction, 
             deadlines[t.source - 1] if t.source else at + t.upper for t in performed.timers
         )
         found.append((at, step))
-    return found
+    return found, last
 
 
-def _times(machines: int, path: Sequence[Performed]) -> list[Fraction]:
-    constraints = tuple(_constraints(machines, path))
-    count = max(0, len(path) - machines) + 1
+def _times(machines: int, path: Sequence[Performed], points: Sequence[Point]) -> list[Fraction]:
+    constraints = tuple(_constraints(machines, path, points))
+    count = max(0, len(path) - machines) + 2
     found = [(0, 0)] * count
     for _ in range(count + 1):  # a path of the graph is no longer than that
         before = list(found)
@@ -92,7 +128,9 @@ def _times(machines: int, path: Sequence[Performed]) -> list[Fraction]:
     return [*times[:1] * min(machines, len(path)), *times[1:]]
 
 
-def _constraints(machines: int, path: Sequence[Performed]) -> Iterator[_Constraint]:
+def _constraints(
+    machines: int, path: Sequence[Performed], points: Sequence[Point]
+) -> Iterator[_Constraint]:
     armed: list[tuple[_Clock, ...]] = [()] * machines
     last = START
     for number, performed in enumerate(path):
@@ -102,6 +140,7 @@ def _constraints(machines: int, path: Sequence[Performed]) -> Iterator[_Constrai
             if not performed.waits:
                 yield _Constraint(now, last, 0)
         last = now
+        yield from _at(points[now] if number >= machines else (), now, armed)
         machine = performed.step.machine
         before = armed[machine]
         kept = {timer.source for timer in performed.timers}
@@ -118,6 +157,17 @@ def _constraints(machines: int, path: Sequence[Performed]) -> Iterator[_Constrai
             before[t.source - 1] if t.source else _Clock(now, t.lower, t.upper)
             for t in performed.timers
         )
+    yield _Constraint(last, last + 1, 0)
+    yield from _at(points[-1], last + 1, armed)
     for clocks in armed:
         for clock in clocks:
-            yield _Constraint(last, clock.since, -clock.upper)
+            yield _Constraint(last + 1, clock.since, -clock.upper)
+
+
+def _at(point: Point, now: int, armed: Sequence[Sequence[_Clock]]) -> Iterator[_Constraint]:
+    for timer in point:
+        clock = armed[timer.machine][timer.place]
+        if timer.is_due:
+            yield _Constraint(clock.since, now, clock.upper)
+        else:
+            yield _Constraint(now, clock.since, -clock.upper, strict=True)

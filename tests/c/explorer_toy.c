@@ -171,7 +171,7 @@ int main(int argc, char **argv)
     sparse = strstr(argv[2], "sparse") != NULL;
     size_t limit = argc > 3 ? (size_t)strtoull(argv[3], NULL, 10) : (size_t)1 << 30;
     fsm_model model = {FSM_MODEL_ABI, 2, 0, NULL, initial, successors, NULL, NULL, marks, mark_set, configuration, at_rest,
-                       owed, memory, failure};
+                       owed, memory, failure, NULL};
     fsm_search search;
     if (!fsm_search_init(&search, &model, limit))
         return 2;

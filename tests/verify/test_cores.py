@@ -38,7 +38,7 @@ def told(program: Path, cores: int, *more: str) -> dict[str, Any]:
 
 def same(closed: Closed) -> None:
     with closing(CEngine(closed, Findings())) as built:
-        more = [*built._temporal(), *(["--until", "0"] if not closed.is_open else [])]
+        more = [*built.temporal_options(), *(["--until", "0"] if not closed.is_open else [])]
         alone = told(built.program, 1, *more)
         assert told(built.program, 2, *more) == alone
         assert told(built.program, 3, *more) == alone

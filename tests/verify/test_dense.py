@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from fsmkit.diagnostics import Findings
 from fsmkit.verify import engine as c_engine
 from fsmkit.verify.closed import close
+from fsmkit.verify.dense import temporal_answers
 from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.exploration import End
 from fsmkit.verify.explore import Limits, Manner, check
@@ -131,3 +132,221 @@ def test_verdicts_are_those_of_discrete_time(files: dict[str, str]) -> None:
         assert result.verdict.value == verdict, name
         if verdict == "violated":
             performed(result)
+
+
+# --- by hand ------------------------------------------------------------------------------------
+
+WAITING = """
+chart: Waiting
+events: {in: [tick, kick]}
+initial: all
+states:
+  all:
+    regions:
+      watch:
+        initial: waiting
+        states:
+          waiting: {after: {100ms: done}, on: {kick: waiting}}
+          done: {rest: true}
+      other:
+        initial: even
+        states:
+          even: {rest: true, on: {tick: odd}}
+          odd: {rest: true, on: {tick: even}}
+"""
+
+
+def alone(chart: str, environment: str, properties: str, name: str = "m") -> dict[str, str]:
+    """Return a system of one machine."""
+    return {
+        "system": f"system: S\nmachines: {{{name}: {name}.yaml}}\n"
+        f"environment: {{{environment}}}\nproperties:\n{properties}",
+        name: chart,
+    }
+
+
+DONE = "  l: {leads_to: [m.In(waiting), m.In(done)]}\n"
+
+
+def test_a_run_that_stops_time_is_none() -> None:
+    zeno = by_zones(written(alone(WAITING, "may: [m.tick]", DONE)))
+    assert zeno["l"].verdict.value == "holds"
+
+
+def test_a_timer_that_is_armed_again_for_ever_never_fires() -> None:
+    kicked = by_zones(written(alone(WAITING, "may: [m.tick, m.kick]", DONE)))["l"]
+    assert kicked.verdict.value == "violated"
+    performed(kicked)
+    assert kicked.trace is not None
+    assert kicked.trace.loop is not None
+    assert "kick" in {step.cause for step in kicked.trace.steps[kicked.trace.loop :]}
+
+
+@pytest.mark.parametrize(
+    ("delay", "verdict"), [("100ms", "holds"), ("50ms..80ms", "holds"), ("50ms..", "violated")]
+)
+def test_what_has_an_end_must_end(delay: str, verdict: str) -> None:
+    chart = WAITING.replace("100ms", delay)
+    found = by_zones(written(alone(chart, "may: [m.tick], will: [m]", DONE)))["l"]
+    assert found.verdict.value == verdict
+    if verdict == "violated":
+        performed(found)
+        assert found.trace is not None
+        assert found.trace.loop is None  # it may stay there
+
+
+RACE = {
+    "system": """
+system: Race
+machines: {fast: fast.yaml, slow: slow.yaml}
+connect: [fast.out -> slow.come]
+environment: {may: [fast.go]}
+properties:
+  served: {leads_to: [slow.In(waiting), slow.In(served)]}
+  lost: {leads_to: [fast.In(sent), slow.In(lost)]}
+  again: {recoverable: slow.In(waiting)}
+""",
+    "fast": """
+chart: Fast
+events: {in: [go], out: [out]}
+initial: idle
+states:
+  idle: {after: {90ms: {target: sent, do: send out}}}
+  sent: {rest: true, on: {go: idle}}
+""",
+    "slow": """
+chart: Slow
+events: {in: [come]}
+initial: waiting
+states:
+  waiting: {on: {come: served}, after: {100ms: lost}}
+  served: {on: {come: waiting}}
+  lost: {rest: true}
+""",
+}
+
+
+def test_what_only_time_makes_sure() -> None:
+    """The answer comes before the time limit, unless time does not count."""
+    system = written(RACE)
+    dense = by_zones(system)
+    assert dense["served"].verdict.value == "violated"  # the second time it may come late
+    performed(dense["served"])
+    assert dense["again"].verdict.value == "violated"
+    performed(dense["again"])
+    once = written(RACE | {"system": RACE["system"].replace("may: [fast.go]", "may: []")})
+    assert by_zones(once)["served"].verdict.value == "holds"
+    report = check(once, Findings(), manner=Manner("c", untimed=True))
+    assert {r.name: r.verdict.value for r in report.results}["served"] == "violated"
+
+
+BLINKING = """
+chart: Blinking
+events: {in: [stop]}
+initial: lit
+states:
+  lit: {after: {100ms: dark}}
+  dark: {after: {50ms: lit}, on: {stop: stopped}}
+  stopped: {rest: true}
+"""
+
+
+@pytest.mark.parametrize(("how", "verdict"), [("may", "violated"), ("will", "violated")])
+def test_timers_that_fire_for_ever(how: str, verdict: str) -> None:
+    """Where it is lit nothing can stop it, so that even what will come may always come too late."""
+    asked = "  l: {leads_to: [m.In(lit), m.In(stopped)]}\n  r: {recoverable: m.In(stopped)}\n"
+    found = by_zones(written(alone(BLINKING, f"{how}: [m.stop]", asked)))
+    assert found["r"].verdict.value == "holds"
+    assert found["l"].verdict.value == verdict
+    performed(found["l"])
+    trace = found["l"].trace
+    assert trace is not None
+    assert trace.loop is not None
+    loop = trace.steps[trace.loop :]
+    assert {step.cause for step in loop} == {"timeout in lit", "timeout in dark", "time passes"}
+    assert trace.steps[-1].at == 150_000
+
+
+RACING = """
+chart: Racing
+events: {in: [a, b], internal: [x, y]}
+initial: start
+states:
+  start: {rest: true, on: {a: {target: one, do: send x after 100ms}}}
+  one: {on: {b: {target: two, do: send y after 60ms}, x: start}}
+  two: {on: {x: first, y: last}}
+  first: {rest: true, on: {y: start}}
+  last: {rest: true, on: {x: start}}
+"""
+
+
+def test_what_can_be_reached_from_some_points_only() -> None:
+    """Which timer is first is settled when the second one is armed; each order has a way back."""
+    found = by_zones(written(alone(RACING, "may: [m.a, m.b]", "  r: {recoverable: m.In(first)}\n")))
+    assert found["r"].verdict.value == "holds"
+    stuck = RACING.replace("last: {rest: true, on: {x: start}}", "last: {rest: true}")
+    found = by_zones(written(alone(stuck, "may: [m.a, m.b]", "  r: {recoverable: m.In(first)}\n")))
+    assert found["r"].verdict.value == "violated"
+    performed(found["r"])
+    trace = found["r"].trace
+    assert trace is not None
+    assert [step.at for step in trace.steps[-1:]] == [60_000]  # `y` is due
+    fast = stuck.replace("last: {rest: true}", "last: {on: {x: start}}").replace("{y: start}", "{}")
+    found = by_zones(written(alone(fast, "may: [m.a, m.b]", "  r: {recoverable: m.In(last)}\n")))
+    trace = found["r"].trace
+    assert trace is not None
+    performed(found["r"])
+    assert trace.steps[-1].at == 100_000  # `x` is due, before `y`
+    assert next(step.at or 0 for step in trace.steps if step.cause == "b") >= 40_000
+
+
+INTERVAL = """
+chart: Interval
+events: {in: [off]}
+initial: tried
+states:
+  tried: {after: {LEASTms..80ms: caught, 60ms: tried}}
+  caught: {after: {10ms: tried}}
+"""
+
+
+def test_a_way_that_waits_for_an_interval() -> None:
+    asked = "  r: {recoverable: m.In(caught)}\n"
+    early, late = (INTERVAL.replace("LEAST", least) for least in ("50", "70"))
+    assert by_zones(written(alone(early, "will: [m]", asked)))["r"].verdict.value == "holds"
+    assert by_zones(written(alone(late, "will: [m]", asked)))["r"].verdict.value == "violated"
+
+
+RENEWED = """
+chart: Renewed
+events: {in: [kick], internal: [over]}
+initial: s
+data: {n: 0..1 = 0}
+states:
+  s:
+    entry: send over after 50ms as t
+    on:
+      kick: {do: cancel t; send over after 50ms as t}
+      over: {do: n = 1 - n; send over after 50ms as t}
+"""
+
+
+def test_an_event_that_only_arms_timers_again() -> None:
+    """It changes nothing at the instant at which they were armed."""
+    asked = "  l: {leads_to: [m.n == 0, m.n == 1]}\n  k: {leads_to: [m.n == 0, m.n >= 0]}\n"
+    found = by_zones(written(alone(RENEWED, "may: [m.kick]", asked)))
+    assert found["l"].verdict.value == "violated"
+    performed(found["l"])
+    found = by_zones(written(alone(RENEWED, "will: [m.kick]", asked)))
+    assert found["l"].verdict.value == "violated"  # it may come again and again
+    assert found["k"].verdict.value == "holds"
+
+
+def test_what_was_not_explored_is_undecided() -> None:
+    system = written(alone(WAITING, "may: [m.tick, m.kick]", DONE))
+    closed = close(system, zones=True)
+    with closing(CEngine(closed, Findings())) as engine:
+        whole = engine.explore(1 << 30, 60, None)
+        (answer,) = temporal_answers(engine, closed, whole, 1 << 16, 60, None, frozenset())
+    assert not answer.known
+    assert "memory" in answer.why

@@ -47,7 +47,7 @@ static void print_path(const char *name, const fsm_path *path)
 {
     printf(", \"%s\": [", name);
     for (size_t i = 0; i < path->count; i++)
-        printf("%s%" PRIu32, i == 0 ? "" : ", ", path->steps[i]);
+        printf("%s%" PRId32, i == 0 ? "" : ", ", (int32_t)path->steps[i]);
     printf("]");
 }
 
@@ -63,6 +63,8 @@ int fsm_timed_decide(fsm_composition *composition, const fsm_timed_options *opti
     search.keep_on = keep_on;
     search.context = &r;
     fsm_search_run(&search);
+    if (search.outcome == FSM_MODEL_FAILED && model.failure != NULL)
+        search.outcome = FSM_OUT_OF_MEMORY; /* that is all that fails of the model itself */
     for (uint32_t i = 0; i < options->temporal_count; i++)
         found[i] = decide(&model, &search, options->timeless, options->temporal[2 * i], options->temporal[2 * i + 1]);
     const char *why = model.model.failure(&model);

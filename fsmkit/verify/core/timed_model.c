@@ -146,6 +146,20 @@ static uint64_t ended_by(const fsm_timed_model *self, uint32_t machine, const fs
     return first == 0 ? 0 : UINT64_C(1) << machine;
 }
 
+/* Whether all points of a stable state can wait until a timer has come to its least duration, before another one is due. */
+static bool can_wait_for(const fsm_timed_model *self, uint32_t machine, uint32_t place)
+{
+    const fsm_limits *limits = self->timed.limits;
+    uint32_t clock = 1 + place;
+    for (uint32_t i = 0; i < machine; i++)
+        clock += fsm_timed_armed(&self->timed, self->tuple, i);
+    for (uint32_t i = 1; i < self->size; i++)
+        if (i != clock && limits[i].upper != FSM_NEVER
+            && self->zone[i * self->size + clock] > fsm_less_than(limits[i].upper - limits[clock].lower))
+            return false;
+    return true;
+}
+
 static bool visit(void *context, const fsm_timed_step *step)
 {
     fsm_timed_model *self = context;
@@ -157,7 +171,7 @@ static bool visit(void *context, const fsm_timed_step *step)
     fsm_kind kind = !step->fires ? step->kind : self->stable ? FSM_STEP_ENVIRONMENT : FSM_STEP_INTERNAL;
     fsm_timed_move move = {.number = step->number, .group = self->group++};
     /* All points can take a step with no guard, one whose guard cuts nothing, and one that waiting makes possible. */
-    move.sure = !step->fires || (self->stable && !self->bounded)
+    move.sure = !step->fires || (self->stable && can_wait_for(self, machine, step->what.argument))
         || memcmp(self->timed.guarded, self->zone, cells * sizeof *self->zone) == 0;
     move.renews = step->what.action == FSM_DO_OCCUR && local.next == self->tuple[machine] && local.message_count == 0
         && local.note_count == 0;
@@ -200,10 +214,9 @@ static bool enumerate(fsm_timed_model *self, fsm_state state, fsm_steps *steps)
     memcpy(self->tuple, tuple_of(self, state), t->tuples.state_size);
     self->size = fsm_timed_size(t, self->tuple);
     fsm_zones_read(&t->zones, fsm_right(state), self->size, self->zone);
-    if (!fsm_timed_limits(t, self->tuple, self->limits, &choice))
+    if (!fsm_timed_limits(t, self->tuple, self->limits, &choice) || !fsm_timed_may_wait(t, self->tuple, &self->waits))
         return false;
-    self->bounded = has_deadlines(self);
-    if ((self->stable && self->bounded && !wait(self))
+    if ((self->stable && has_deadlines(self) && !wait(self))
         || !fsm_timed_successors(t, self->tuple, self->zone, true, visit, self))
         return false;
     self->at = state;

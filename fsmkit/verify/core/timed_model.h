@@ -51,7 +51,7 @@ typedef struct {
     /* the state whose steps are enumerated, and where these go */
     uint32_t tuple[FSM_MOST_MACHINES + 1];
     uint32_t size;
-    bool stable, bounded; /* some armed timer has a deadline */
+    bool waits, stable; /* no machine has anything to do but to wait for its timers; and none is due */
     fsm_bound *zone, *part, *upper;
     fsm_limits *limits;
     fsm_steps *steps, again;

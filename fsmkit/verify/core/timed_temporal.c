@@ -168,28 +168,52 @@ static uint32_t perform(fsm_timed *timed, sought *at, uint32_t number)
     return at->ordinal;
 }
 
+/* Adds what all points of a state have in common: which timers are due, and which are not. */
+static bool tell_point(fsm_timed_model *self, fsm_state state, fsm_path *path)
+{
+    uint32_t clock = 1;
+    if (!fsm_timed_model_look(self, state))
+        return false;
+    for (uint32_t i = 0; self->waits && i < fsm_timed_machines(&self->timed); i++) {
+        uint32_t armed = fsm_timed_armed(&self->timed, self->tuple, i);
+        for (uint32_t place = 0; place < armed; place++, clock++) {
+            int32_t upper = self->timed.limits[clock].upper;
+            bool due = self->zone[clock] <= fsm_at_most(-upper);
+            bool below = self->zone[clock * self->size] < fsm_at_most(upper);
+            if (upper != FSM_NEVER && (due || below)
+                && !fsm_path_add(path, FSM_TIMED_DUE - 2 * (i * FSM_MOST_CLOCKS + place) - below))
+                return false;
+        }
+    }
+    return true;
+}
+
 /* Rewrites steps of the model from a state on; those in which time passes are none. Returns where they lead;
  * FSM_NO_STATE if they cannot be performed so. */
 static fsm_state rewrite(fsm_timed_model *self, fsm_state from, sought *at, fsm_path *path)
 {
     fsm_steps steps = {0};
-    size_t kept = 0;
+    fsm_path told = {0};
     bool fine = true;
     for (size_t i = 0; fine && i < path->count; i++) {
         uint32_t ordinal = path->steps[i];
+        bool initial = from == FSM_NO_STATE;
         steps.count = 0;
-        fine = (from == FSM_NO_STATE ? self->model.initial(self, &steps) : self->model.successors(self, from, &steps))
+        fine = (initial ? self->model.initial(self, &steps) : self->model.successors(self, from, &steps))
             && ordinal < steps.count;
         uint32_t number = fine ? self->moves[ordinal].number : FSM_NONE;
-        from = fine ? steps.items[ordinal].to : FSM_NO_STATE;
-        if (number == FSM_NONE)
-            continue;
-        path->steps[kept] = perform(&self->timed, at, number);
-        fine = path->steps[kept++] != FSM_NONE;
+        fsm_state to = fine ? steps.items[ordinal].to : FSM_NO_STATE;
+        if (number != FSM_NONE) {
+            fine = fine && (initial || tell_point(self, from, &told));
+            ordinal = perform(&self->timed, at, number);
+            self->at = FSM_NO_STATE; /* the limits of others are in hand */
+            fine = fine && ordinal != FSM_NONE && fsm_path_add(&told, ordinal);
+        }
+        from = to;
     }
-    self->at = FSM_NO_STATE; /* the limits of others are in hand */
-    path->count = kept;
     free(steps.items);
+    free(path->steps);
+    *path = told;
     return fine ? from : FSM_NO_STATE;
 }
 
@@ -203,7 +227,8 @@ static fsm_timed_answer answer_with(fsm_timed_model *self, bool known, fsm_lasso
     if (!told && at.zone != NULL && lasso.path.count > 0) {
         fsm_state last = rewrite(self, FSM_NO_STATE, &at, &found.lasso.path);
         last = last != FSM_NO_STATE && rounds ? rewrite(self, last, &at, &found.lasso.cycle) : last;
-        told = last != FSM_NO_STATE;
+        told = last != FSM_NO_STATE
+            && tell_point(self, last, rounds ? &found.lasso.cycle : &found.lasso.path);
     }
     if (!told) {
         fsm_lasso_free(&found.lasso);

@@ -5,10 +5,14 @@
 #include "liveness.h"
 #include "timed_model.h"
 
+/* In the path of an answer, before a step or at the end, n times 2 below this: when that comes the timer n is due; one
+ * less: it is not. Timers of a machine are counted from FSM_MOST_CLOCKS times the number of the machine on. */
+#define FSM_TIMED_DUE ((uint32_t)-2)
+
 typedef struct {
     bool known;
     const char *why; /* it is not; "": memory ran out, or the search was stopped */
-    fsm_lasso lasso; /* its steps as fsm_timed_successors counts them from zone to zone */
+    fsm_lasso lasso; /* its steps as fsm_timed_successors counts them from zone to zone, and what is true when they come */
 } fsm_timed_answer;
 
 /* `recoverable` (see liveness.h): of every point. A state from which the mark can be reached by some points only leaves
