@@ -221,6 +221,22 @@ static void check_extrapolation(const fsm_bound *zone)
     while (next(point, 3));
 }
 
+/* What is added of all clocks at once is stood in for by what was there, both ways. */
+static void check_forgetting(const fsm_bound *zone)
+{
+    fsm_bound wider[9], again[9];
+    int32_t point[4] = {0}, most[3] = {0, (int32_t)pick(MOST), (int32_t)pick(MOST)};
+    const fsm_limits limits[3] = {{0, 0}, {most[1], most[1]}, {most[2], most[2]}};
+    memcpy(wider, zone, sizeof wider);
+    fsm_zone_forget(wider, 3, most);
+    memcpy(again, wider, sizeof again);
+    expect(fsm_zone_close(again, 3) && memcmp(again, wider, sizeof again) == 0, "closed after forgetting");
+    expect(fsm_zone_covers(wider, zone, 3, NULL), "forgetting covers");
+    do
+        expect(!holds(wider, 3, point) || stood_in_for(zone, point, limits), "forgetting adds nothing new");
+    while (next(point, 3));
+}
+
 int main(int argc, char **argv)
 {
     uint32_t rounds = argc > 1 ? (uint32_t)strtoul(argv[1], NULL, 10) : 10;
@@ -230,6 +246,7 @@ int main(int argc, char **argv)
         random_zone(zone, 3);
         check_time_and_bounds(zone, 3);
         check_extrapolation(zone);
+        check_forgetting(zone);
         random_zone(zone, 4);
         check_time_and_bounds(zone, 4);
         check_map(zone);

@@ -300,6 +300,32 @@ def test_what_can_be_reached_from_some_points_only() -> None:
     assert next(step.at or 0 for step in trace.steps if step.cause == "b") >= 40_000
 
 
+ENDLESS = """
+chart: Endless
+events: {in: [off]}
+initial: s
+states:
+  s: {sometimes: t}
+  t: {after: {LEASTms..: u}}
+  u: {sometimes: s}
+"""
+
+
+def test_many_timers_without_an_end() -> None:
+    """How long they are beyond what they must is forgotten: there are finitely many zones."""
+    names = "abc"
+    text = (
+        f"system: S\nmachines: {{{', '.join(f'{n}: {n}.yaml' for n in names)}}}\n"
+        f"environment: {{will: [{', '.join(names)}]}}\nproperties:\n"
+        "  r: {recoverable: a.In(u) and b.In(u) and c.In(s)}\n"
+        "  l: {leads_to: [a.In(s), a.In(t)]}\n  e: {leads_to: [a.In(t), a.In(u)]}\n"
+    )
+    charts = {n: ENDLESS.replace("LEAST", str(20 * k)) for k, n in enumerate(names, 1)}
+    found = by_zones(written({"system": text} | charts))
+    assert [found[n].verdict.value for n in "rle"] == ["holds", "holds", "violated"]
+    performed(found["e"])
+
+
 INTERVAL = """
 chart: Interval
 events: {in: [off]}

@@ -22,12 +22,18 @@ static const uint32_t *tuple_of(const fsm_timed_model *self, fsm_state state)
     return fsm_store_at(&self->timed.tuples, fsm_left(state) >> 1);
 }
 
-/* Where timers have no end, it is forgotten how far they are beyond their least durations. */
+/* Where timers have no end, it is forgotten how far they are beyond their least durations; others never pass their
+ * deadlines. */
 static void forget(fsm_bound *zone, uint32_t size, const fsm_limits *limits)
 {
-    for (uint32_t i = 1; i < size; i++)
-        if (limits[i].upper == FSM_NEVER)
-            fsm_zone_extrapolate(zone, size, i, limits[i].lower < 0 ? 0 : limits[i].lower);
+    int32_t most[FSM_MOST_CLOCKS + 1];
+    bool endless = false;
+    for (uint32_t i = 1; i < size; i++) {
+        most[i] = limits[i].upper != FSM_NEVER ? limits[i].upper : limits[i].lower < 0 ? 0 : limits[i].lower;
+        endless = endless || limits[i].upper == FSM_NEVER;
+    }
+    if (endless)
+        fsm_zone_forget(zone, size, most);
 }
 
 static fsm_state intern(fsm_timed_model *self, uint32_t tuple, bool stable, fsm_bound *zone, uint32_t size,

@@ -99,6 +99,43 @@ void fsm_zone_extrapolate(fsm_bound *zone, uint32_t size, uint32_t clock, int32_
         (void)fsm_zone_close(zone, size);
 }
 
+/* All points are beyond: where they are is one open half-line. */
+static bool free_beyond(fsm_bound *zone, uint32_t size, uint32_t clock, int32_t most)
+{
+    if (zone[clock] >= fsm_at_most(-most))
+        return false;
+    for (uint32_t j = 0; j < size; j++) {
+        if (j == clock)
+            continue;
+        zone[clock * size + j] = FSM_UNBOUNDED;
+        zone[j * size + clock] = fsm_bound_sum(zone[j * size], fsm_less_than(-most));
+    }
+    return true;
+}
+
+void fsm_zone_forget(fsm_bound *zone, uint32_t size, const int32_t *most)
+{
+    bool changed = false;
+    for (uint32_t i = 1; i < size; i++)
+        changed = free_beyond(zone, size, i, most[i]) || changed;
+    for (uint32_t i = 1; i < size; i++)
+        for (uint32_t j = 0; j < size; j++) {
+            fsm_bound *above = &zone[i * size + j], *below = &zone[j * size + i];
+            if (j == i)
+                continue;
+            if (*above != FSM_UNBOUNDED && *above > fsm_at_most(most[i])) {
+                *above = FSM_UNBOUNDED;
+                changed = true;
+            }
+            if (*below < fsm_less_than(-most[i])) {
+                *below = fsm_less_than(-most[i]);
+                changed = true;
+            }
+        }
+    if (changed)
+        (void)fsm_zone_close(zone, size);
+}
+
 /* Whether some point of `small` is not stood in for, given that a larger zone allows x_i - x_j only up
  * to `tight`, less than `small` does. Theorem 34 of the paper, with differences named as here. */
 static bool escapes(fsm_bound tight, fsm_bound least, uint32_t i, uint32_t j, const fsm_limits *limits)

@@ -73,6 +73,11 @@ void fsm_zone_map(fsm_bound *to, uint32_t to_size, const fsm_bound *from, uint32
 /* Forgets how far a clock is beyond `most`; closed afterwards. */
 void fsm_zone_extrapolate(fsm_bound *zone, uint32_t size, uint32_t clock, int32_t most);
 
+/* Forgets how far each clock is beyond most[i], at once for all: one by one they would tell each other again. What is
+ * added cannot be told apart by comparing single clocks with constants up to these (Extra_M, and of a clock that is
+ * beyond in all points every difference: Behrmann et al. 2006); closed afterwards. */
+void fsm_zone_forget(fsm_bound *zone, uint32_t size, const int32_t *most);
+
 /* Whether each point of `small` does nothing that a point of `big` cannot do at the same times, as far
  * as clocks are compared with `limits` only: abstraction aLU of Herbreteau, Srivathsan and Walukiewicz
  * (2012). Without `limits`: whether it is a subset. */
