@@ -203,8 +203,8 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
 
 
 def is_temporal(run: Run) -> bool:
-    """Tell whether `leads_to` is asked for: zones do not decide it."""
-    return run.time != "zones" and run.blocks <= MOST_TEMPORAL
+    """Tell whether `leads_to` is asked for."""
+    return run.blocks <= MOST_TEMPORAL
 
 
 def without_temporal(system: fsmkit.System) -> fsmkit.System:
