@@ -27,7 +27,7 @@ from tests.verify.timed_systems import systems
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 
-EXAMPLES = int(os.environ.get("FSMKIT_TIMED_EXAMPLES", "6"))
+EXAMPLES = int(os.environ.get("FSMKIT_TIMED_EXAMPLES", "4"))
 """Random systems tried; each takes seconds to compile."""
 PARTS = 8
 """The unit of time divided by that: so fine that clocks of four timers can be told apart."""
@@ -84,11 +84,12 @@ def written(files: dict[str, str]) -> System:
 
 
 def by_units(system: System) -> dict[str, str]:
-    """Return the verdicts in discrete time, with a unit that is fine enough."""
+    """Return the verdicts in discrete time, with a unit that is fine enough; none of too much."""
     closed = close(system)
     with closing(CEngine(replace(closed, unit=closed.unit // PARTS), Findings())) as engine:
         found = engine.explore(1 << 30, 20, None)
-    assume(found.end is End.COMPLETE and found.states < MOST)
+    if found.end is not End.COMPLETE or found.states > MOST:
+        return {}
     names = [p.name for p in system.properties]
     numbers = temporal_properties(system.properties)
     assert all(found.answer(n).known for n in numbers)
@@ -123,6 +124,7 @@ def test_verdicts_are_those_of_discrete_time(files: dict[str, str]) -> None:
     system = written(files)
     assume(close(system).unit > 0)
     expected = by_units(system)
+    assume(expected)
     found = by_zones(system)
     for name, verdict in expected.items():
         result = found[name]
@@ -251,13 +253,13 @@ states:
 """
 
 
-@pytest.mark.parametrize(("how", "verdict"), [("may", "violated"), ("will", "violated")])
-def test_timers_that_fire_for_ever(how: str, verdict: str) -> None:
+@pytest.mark.parametrize("how", ["may", "will"])
+def test_timers_that_fire_for_ever(how: str) -> None:
     """Where it is lit nothing can stop it, so that even what will come may always come too late."""
     asked = "  l: {leads_to: [m.In(lit), m.In(stopped)]}\n  r: {recoverable: m.In(stopped)}\n"
     found = by_zones(written(alone(BLINKING, f"{how}: [m.stop]", asked)))
     assert found["r"].verdict.value == "holds"
-    assert found["l"].verdict.value == verdict
+    assert found["l"].verdict.value == "violated"
     performed(found["l"])
     trace = found["l"].trace
     assert trace is not None
@@ -343,29 +345,39 @@ def test_a_way_that_waits_for_an_interval() -> None:
     assert by_zones(written(alone(late, "will: [m]", asked)))["r"].verdict.value == "violated"
 
 
-RENEWED = """
-chart: Renewed
-events: {in: [kick], internal: [over]}
+IN_STEP = {
+    "system": """
+system: InStep
+machines: {beats: beats.yaml, watches: watches.yaml}
+connect: [beats.out -> watches.come]
+environment: {will: [beats.kick]}
+properties: {l: {leads_to: [watches.In(waiting), watches.In(missed)]}}
+""",
+    "beats": """
+chart: Beats
+events: {in: [kick], out: [out]}
 initial: s
-data: {n: 0..1 = 0}
 states:
-  s:
-    entry: send over after 50ms as t
-    on:
-      kick: {do: cancel t; send over after 50ms as t}
-      over: {do: n = 1 - n; send over after 50ms as t}
-"""
+  s: {after: {100ms: {target: s, do: send out}}, on: {kick: s}}
+""",
+    "watches": """
+chart: Watches
+events: {in: [come]}
+initial: waiting
+states:
+  waiting: {on: {come: waiting}, after: {100ms: missed}}
+  missed: {rest: true}
+""",
+}
 
 
-def test_an_event_that_only_arms_timers_again() -> None:
-    """It changes nothing at the instant at which they were armed."""
-    asked = "  l: {leads_to: [m.n == 0, m.n == 1]}\n  k: {leads_to: [m.n == 0, m.n >= 0]}\n"
-    found = by_zones(written(alone(RENEWED, "may: [m.kick]", asked)))
-    assert found["l"].verdict.value == "violated"
-    performed(found["l"])
-    found = by_zones(written(alone(RENEWED, "will: [m.kick]", asked)))
-    assert found["l"].verdict.value == "violated"  # it may come again and again
-    assert found["k"].verdict.value == "holds"
+def test_an_event_that_only_arms_a_timer_again() -> None:
+    """At the instant at which it was armed it changes nothing: so both stay in step."""
+    system = written(IN_STEP)
+    assert by_units(system) == {"l": "violated"}
+    found = by_zones(system)["l"]
+    assert found.verdict.value == "violated"
+    performed(found)
 
 
 def test_what_was_not_explored_is_undecided() -> None:

@@ -179,8 +179,6 @@ static bool visit(void *context, const fsm_timed_step *step)
     /* All points can take a step with no guard, one whose guard cuts nothing, and one that waiting makes possible. */
     move.sure = !step->fires || (self->stable && can_wait_for(self, machine, step->what.argument))
         || memcmp(self->timed.guarded, self->zone, cells * sizeof *self->zone) == 0;
-    move.renews = step->what.action == FSM_DO_OCCUR && local.next == self->tuple[machine] && local.message_count == 0
-        && local.note_count == 0;
     move.action = fsm_owed_action(c, kind, step->what);
     move.ended = ended_by(self, machine, &local);
     return arrive(self, step->tuple, step->zone, step->size, kind, move);
@@ -261,17 +259,16 @@ static bool initial(void *context, fsm_steps *steps)
 
 /* --- what is owed ------------------------------------------------------------------------------------------- */
 
+/* An event that only arms timers again is a step at the instant at which they were armed, too, where discrete time has
+ * none. That makes no run fair that was not: in such a step nothing happens, and without it the event was not possible
+ * there. */
 static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_t *actions)
 {
     fsm_timed_model *self = context;
     if (!fsm_timed_model_look(self, state))
         return false;
-    for (size_t i = 0; i < steps->count; i++) {
-        const fsm_timed_move *move = &self->moves[i];
-        bool doubtful = move->renews && move->action != FSM_NONE;
-        actions[i] = doubtful && !self->renewing ? FSM_NONE : move->action;
-        self->doubtful = self->doubtful || doubtful;
-    }
+    for (size_t i = 0; i < steps->count; i++)
+        actions[i] = self->moves[i].action;
     return true;
 }
 

@@ -30,7 +30,6 @@ typedef struct {
     uint32_t number;  /* of the local step, of an initial one among those; FSM_NONE: time passes */
     uint32_t group;
     bool sure;        /* all points of the state can take the group */
-    bool renews;      /* it changes nothing but how long ago timers were armed */
     uint32_t action;  /* that is owed; FSM_NONE: none is */
     uint64_t ended;   /* see fsm_model.running */
 } fsm_timed_move;
@@ -38,8 +37,6 @@ typedef struct {
 typedef struct {
     fsm_timed timed;  /* keeps discrete parts and zones; it does not run */
     fsm_model model;
-    bool renewing;    /* an event that changes nothing but how long ago timers were armed can be owed */
-    bool doubtful;    /* there was such an event that would be owed */
     fsm_state at;     /* that `moves` belong to */
     fsm_timed_move *moves;
     size_t move_count, move_room;

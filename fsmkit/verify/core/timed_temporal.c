@@ -261,14 +261,6 @@ fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, u
                                     bool timeless)
 {
     fsm_lasso lasso;
-    self->renewing = self->doubtful = false;
     bool known = fsm_find_unanswered(search, asked, answer, timeless, &lasso);
-    if (known && lasso.violated && self->doubtful) {
-        fsm_lasso_free(&lasso);
-        self->renewing = true;
-        known = fsm_find_unanswered(search, asked, answer, timeless, &lasso);
-        if (known && !lasso.violated)
-            return undecided("it depends on whether an event under `will` must come where it only arms timers again");
-    }
     return answer_with(self, known, lasso);
 }

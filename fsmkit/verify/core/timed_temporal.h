@@ -19,8 +19,7 @@ typedef struct {
  * it undecided. */
 fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search, uint32_t mark);
 
-/* `leads_to`. An event that changes nothing but how long ago timers were armed is possible at some instants only, if at
- * all: undecided where it matters. */
+/* `leads_to`. */
 fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, uint32_t asked, uint32_t answer,
                                     bool timeless);
 
