@@ -157,14 +157,13 @@ class CEngine:
         properties = self._closed.system.properties
         found = ["--timeless"] if self._closed.is_timeless else []
         for number in numbers or self._decidable:
+            goal = 1 + goal_place(properties, number)
             if properties[number].kind is PropertyKind.RECOVERABLE:
                 found += ["--recoverable", str(1 + number)]
             elif properties[number].kind is PropertyKind.WITHIN:
-                goal = 1 + goal_place(properties, number)
                 units = properties[number].ticks // (self._closed.unit or 1)
                 found += ["--within", f"{1 + number},{goal},{units}"]
             else:
-                goal = 1 + goal_place(properties, number)
                 found += ["--leads-to", f"{1 + number},{goal}"]
         return found
 
@@ -290,9 +289,9 @@ class CEngine:
                 help="please report it",
             )
         told = list(_steps(done.stdout.splitlines()))
-        if not self._closed.zones:
-            return [(performed.step, lines) for performed, lines in told]
-        return list(self._with_time(told, points))
+        if self._closed.zones:
+            return list(self._with_time(told, points))
+        return [(performed.step, lines) for performed, lines in told]
 
     def _with_time(
         self, told: Sequence[tuple[Performed, tuple[str, ...]]], points: Sequence[Point]
