@@ -55,10 +55,10 @@ ABSENT = Fact((-1, 0), "none")
 
 
 def components_of(
-    chart: Chart, snapshots: Sequence[Snapshot]
+    chart: Chart, snapshots: Sequence[Snapshot], *, untimed: bool
 ) -> tuple[tuple[Component, ...], tuple[Code, ...]]:
     """Return the components in which local states differ, and each local state by them."""
-    found = [dict(_facts(chart, snapshot)) for snapshot in snapshots]
+    found = [dict(_facts(chart, snapshot, untimed=untimed)) for snapshot in snapshots]
     columns: dict[str, list[Fact]] = {}
     for name in dict.fromkeys(name for facts in found for name in facts):
         column = [facts.get(name, ABSENT) for facts in found]
@@ -96,7 +96,7 @@ def _numbered(name: str, column: Sequence[Fact]) -> tuple[Component, list[int]]:
 # --- what there is -------------------------------------------------------------------------------
 
 
-def _facts(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
+def _facts(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple[str, Fact]]:
     if not snapshot.running:
         yield "stopped", Fact((0, snapshot.fault or ""), snapshot.fault or "finished")
     yield from _regions(chart, snapshot)
@@ -108,14 +108,14 @@ def _facts(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
     for state, past in snapshot.history:
         ids = "_".join(chart.states[s].id for s in sorted(past) if chart.states[s].is_leaf)
         yield f"past of {chart.states[state].id}", Fact((0, repr(sorted(past))), ids)
-    yield from _timers(chart, snapshot)
+    yield from _timers(chart, snapshot, untimed=untimed)
     if snapshot.queue or snapshot.deferred:
         waiting = (snapshot.deferred, snapshot.queue)
         text = " then ".join(" ".join(occurrence_text(chart, o) for o in part) for part in waiting)
         yield "waiting", Fact((0, repr(waiting)), text)
     for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
         if child is not None:
-            for name, fact in _facts(invocation.chart, child):
+            for name, fact in _facts(invocation.chart, child, untimed=untimed):
                 yield f"{invocation.id} {name}", fact
             yield f"{invocation.id} runs", Fact((0, 0), "here")
 
@@ -136,8 +136,8 @@ def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
         yield name, Fact((0, inner), chart.states[inner].id)
 
 
-def _timers(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
-    """Yield when each timer is due, from now on, and the order of all."""
+def _timers(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple[str, Fact]]:
+    """Yield when each timer is due, from now on (untimed: that it is armed), and their order."""
     counts: dict[str, int] = {}
     order = []
     for timer in snapshot.timers:
@@ -146,6 +146,6 @@ def _timers(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
         name = f"{text} {counts[text]}" if counts[text] > 1 else text
         left = timer.deadline - snapshot.now
         due = f"in {left}" if left < OPEN_ENDED else f"in {left - OPEN_ENDED} or later"
-        yield name, Fact((0, left), due)
+        yield name, Fact((0, left), "armed" if untimed else due)
         order.append(name)
     yield ARMED_FIRST, Fact((0, " ".join(order)), " ".join(order) or "none")

@@ -45,7 +45,10 @@ class Cubes:
         return found
 
     def _widened(self, code: Code, outside: int) -> tuple[Cube, int]:
-        """Return a largest cube around a local state, of none outside, and its members."""
+        """Return a largest cube around a local state, of none outside, and its members.
+
+        A value that no member would have is not in it: it would only puzzle who reads that.
+        """
         kept = {n: masks[code[n]] for n, masks in enumerate(self._masks)}
         for component in reversed(list(kept)):
             rest = self._all_of(kept, component)
@@ -57,7 +60,7 @@ class Cubes:
             values = {
                 value: mask
                 for value, mask in self._masks[component].items()
-                if not rest & mask & outside
+                if rest & mask and not rest & mask & outside
             }
             kept[component] = reduce(lambda a, b: a | b, values.values())
             cube[component] = frozenset(values)

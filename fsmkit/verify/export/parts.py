@@ -20,7 +20,11 @@ class Parts:
         """Take the local states apart."""
         charts = network.closed.charts
         found = [
-            components_of(chart, [local.snapshot for local in automaton.locals])
+            components_of(
+                chart,
+                [local.snapshot for local in automaton.locals],
+                untimed=network.closed.untimed,
+            )
             for chart, automaton in zip(charts, network.automata, strict=True)
         ]
         self.components = tuple(components for components, _ in found)

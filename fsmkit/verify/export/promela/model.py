@@ -38,7 +38,7 @@ HEADER = """\
 
 
 NAMED = 3
-"""So many states or labels are named in a comment."""
+"""So many causes are named in a comment."""
 
 
 def written(network: Network) -> str:
@@ -213,7 +213,7 @@ class _Writer:
         with out.block(f"active proctype {spelling.machines[machine]}_machine() {{", "}"):
             out.lines(["end:", "do"])
             for option in options(spelling, machine):
-                out.line(f"/* {_comment(_told(automaton, option))} */")
+                out.line(f"/* {_comment(_told(option))} */")
                 out.line(self._option(machine, automaton, option))
             out.line("od")
         out.line()
@@ -355,16 +355,11 @@ def _never_comes(name: str, begins: str, goal: str) -> Iterator[str]:
     yield "}"
 
 
-def _told(automaton: Automaton, option: Joint) -> str:
-    """Return where an option comes from, and by what; of many, the first and how many more."""
-    sources = dict.fromkeys(automaton.locals[move.source].text for move in option.moves)
-    labels = dict.fromkeys(move.label for move in option.moves)
-    return f"{_first_of(list(sources))}: {_first_of(list(labels))}"
-
-
-def _first_of(texts: list[str]) -> str:
-    shown = ", ".join(texts[:NAMED])
-    return f"{shown}, {len(texts) - NAMED} more" if len(texts) > NAMED else shown
+def _told(option: Joint) -> str:
+    """Return by what an option is taken; of many causes, the first and how many more."""
+    labels = list(dict.fromkeys(move.label for move in option.moves))
+    shown = ", ".join(labels[:NAMED])
+    return f"{shown}, {len(labels) - NAMED} more" if len(labels) > NAMED else shown
 
 
 def _changes(automaton: Automaton, message: int) -> dict[int, tuple[int, bool]]:
