@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from fsmkit.model.chart import OPEN_ENDED, Chart
 from fsmkit.model.document import Kind
-from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout
 from fsmkit.runtime.values import show
 from fsmkit.verify.counterexample import occurrence_text
 from fsmkit.verify.export.local_states import timer_text, word
@@ -20,7 +20,9 @@ Code = tuple[int, ...]
 """A local state: a number for each component."""
 NUMBERS = frozenset(map(str, range(256)))
 """Values that stand for themselves."""
-ARMED_FIRST = "armed_first"
+Key = tuple[str, object]
+"""A component: its name, and what tells it from others of that name."""
+ARMED_FIRST: Key = ("armed_first", None)
 """The order in which timers were armed: a component only where the others do not tell it."""
 
 
@@ -59,16 +61,18 @@ def components_of(
 ) -> tuple[tuple[Component, ...], tuple[Code, ...]]:
     """Return the components in which local states differ, and each local state by them."""
     found = [dict(_facts(chart, snapshot, untimed=untimed)) for snapshot in snapshots]
-    columns: dict[str, list[Fact]] = {}
-    for name in dict.fromkeys(name for facts in found for name in facts):
-        column = [facts.get(name, ABSENT) for facts in found]
+    columns: dict[Key, list[Fact]] = {}
+    for key in dict.fromkeys(key for facts in found for key in facts):
+        column = [facts.get(key, ABSENT) for facts in found]
         if len(set(column)) > 1:
-            columns[name] = column
-    others = [column for name, column in columns.items() if name != ARMED_FIRST]
+            columns[key] = column
+    others = [column for key, column in columns.items() if key != ARMED_FIRST]
     if len(set(zip(*others, strict=True))) == len(snapshots):
         columns.pop(ARMED_FIRST, None)
-    numbered = [_numbered(name, column) for name, column in columns.items()]
-    codes = zip(*(numbers for _, numbers in numbered), strict=True) if numbered else [()]
+    numbered = [_numbered(key[0], column) for key, column in columns.items()]
+    codes = list(zip(*(numbers for _, numbers in numbered), strict=True)) if numbered else [()]
+    if len(set(codes)) < len(snapshots):
+        raise AssertionError("two local states have the same components")
     return tuple(component for component, _ in numbered), tuple(codes)
 
 
@@ -96,31 +100,33 @@ def _numbered(name: str, column: Sequence[Fact]) -> tuple[Component, list[int]]:
 # --- what there is -------------------------------------------------------------------------------
 
 
-def _facts(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple[str, Fact]]:
+def _facts(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple[Key, Fact]]:
     if not snapshot.running:
-        yield "stopped", Fact((0, snapshot.fault or ""), snapshot.fault or "finished")
+        why = Fact((0, snapshot.fault or ""), snapshot.fault or "finished")
+        yield ("stopped", None), why
     yield from _regions(chart, snapshot)
     tick = chart.capacities.tick
     declared = (*chart.data, *chart.outputs, *chart.inputs)
     for variable, value in zip(declared, (*snapshot.data, *snapshot.inputs), strict=True):
         rank = value if isinstance(value, int | float) else repr(value)
-        yield variable.name, Fact((isinstance(rank, str), rank), show(value, variable.type, tick))
+        text = show(value, variable.type, tick)
+        yield (variable.name, variable), Fact((isinstance(rank, str), rank), text)
     for state, past in snapshot.history:
         ids = "_".join(chart.states[s].id for s in sorted(past) if chart.states[s].is_leaf)
-        yield f"past of {chart.states[state].id}", Fact((0, repr(sorted(past))), ids)
+        yield (f"past of {chart.states[state].id}", None), Fact((0, repr(sorted(past))), ids)
     yield from _timers(chart, snapshot, untimed=untimed)
     if snapshot.queue or snapshot.deferred:
         waiting = (snapshot.deferred, snapshot.queue)
         text = " then ".join(" ".join(occurrence_text(chart, o) for o in part) for part in waiting)
-        yield "waiting", Fact((0, repr(waiting)), text)
+        yield ("waiting", None), Fact((0, repr(waiting)), text)
     for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
         if child is not None:
-            for name, fact in _facts(invocation.chart, child, untimed=untimed):
-                yield f"{invocation.id} {name}", fact
-            yield f"{invocation.id} runs", Fact((0, 0), "here")
+            yield (f"{invocation.id} runs", None), Fact((0, 0), "here")
+            for (name, what), fact in _facts(invocation.chart, child, untimed=untimed):
+                yield (f"{invocation.id} {name}", (invocation.id, what)), fact
 
 
-def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
+def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Key, Fact]]:
     """Yield the state that each active region is in: a leaf, or one that is divided further."""
     for state in sorted(snapshot.configuration):
         parent = chart.states[state].parent
@@ -133,19 +139,19 @@ def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, Fact]]:
                 break
             (inner,) = active
         name = "state" if parent is None else chart.states[state].id
-        yield name, Fact((0, inner), chart.states[inner].id)
+        yield (name, state), Fact((0, inner), chart.states[inner].id)
 
 
-def _timers(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple[str, Fact]]:
+def _timers(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple[Key, Fact]]:
     """Yield when each timer is due, from now on (untimed: that it is armed), and their order."""
-    counts: dict[str, int] = {}
-    order = []
+    order: list[Key] = []
+    armed: list[Timeout | Delayed] = []
     for timer in snapshot.timers:
-        text = timer_text(chart, timer)
-        counts[text] = counts.get(text, 0) + 1
-        name = f"{text} {counts[text]}" if counts[text] > 1 else text
+        alike = sum(what == timer.what for what in armed)
+        armed.append(timer.what)
+        key = timer_text(chart, timer), (timer.what, alike)
         left = timer.deadline - snapshot.now
         due = f"in {left}" if left < OPEN_ENDED else f"in {left - OPEN_ENDED} or later"
-        yield name, Fact((0, left), "armed" if untimed else due)
-        order.append(name)
-    yield ARMED_FIRST, Fact((0, " ".join(order)), " ".join(order) or "none")
+        yield key, Fact((0, left), "armed" if untimed else due)
+        order.append(key)
+    yield ARMED_FIRST, Fact((0, repr(order)), " ".join(name for name, _ in order) or "none")

@@ -10,15 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fsmkit.verify.export.changes import Joint, by_themselves, changes
+from fsmkit.verify.export.collect import network_of
 from fsmkit.verify.export.components import Code
 from fsmkit.verify.export.cubes import Cubes
 from fsmkit.verify.export.deeds import deed
+from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.jani.edges import edges_of
 from fsmkit.verify.export.jani.model import model_of
 from fsmkit.verify.export.network import Automaton, Network
 from fsmkit.verify.export.parts import Parts
 from fsmkit.verify.export.promela.options import options
 from fsmkit.verify.export.promela.spelling import Spelling
+from tests.verify.conftest import Load
 from tests.verify.export.judges import has_storm
 
 CODES = st.lists(
@@ -31,7 +34,6 @@ def test_components_tell_local_states_apart(supervisor: Network) -> None:
     parts = Parts(supervisor)
     (components,), (codes,) = parts.components, parts.codes
     assert len(set(codes)) == len(automaton.locals) == len(codes)
-    assert len({component.name for component in components}) == len(components)
     for column, component in zip(zip(*codes, strict=True), components, strict=True):
         assert set(column) == component.texts.keys()
         assert component.words.keys() == component.texts.keys()
@@ -120,3 +122,25 @@ def test_storm_has_each_state_and_each_step(supervisor: Network) -> None:
     model, _ = stormpy.parse_jani_model_from_string(json.dumps(model_of(supervisor)))
     built = stormpy.build_model(model)
     assert (built.nr_states, built.nr_transitions) == (supervisor.states, supervisor.transitions)
+
+
+RACES = """
+chart: Races
+events: {in: [on]}
+initial: idle
+states:
+  idle: {on: {on: {target: busy}}}
+  busy:
+    after: {1s: {if: false, target: idle}, 2s: {if: false, target: idle}, 3s: {target: idle}}
+    on: {on: {target: busy, type: internal}}
+"""
+
+
+def test_timers_of_one_state_are_told_apart(load: Load) -> None:
+    """Each of its three timeouts is another component."""
+    for untimed in (False, True):
+        network = network_of(load(races=RACES), Wanted(untimed=untimed))
+        parts = Parts(network)
+        assert len(set(parts.codes[0])) == len(network.automata[0].locals)
+        timers = [c for c in parts.components[0] if c.name == "timeout of busy"]
+        assert len(timers) == 3
