@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,6 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify import engine as c_engine
 from fsmkit.verify.closed import close
 from fsmkit.verify.dense import temporal_answers
 from fsmkit.verify.engine import CEngine, compiler
@@ -35,13 +33,7 @@ MOST = 400_000
 """States in discrete time beyond which a system is passed over."""
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Compile quickly, into a cache of one's own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(c_engine, "FLAGS", ("-O0", *(f for f in c_engine.FLAGS if f != "-O2")))
-        yield
+pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
 
 
 ASKED = """

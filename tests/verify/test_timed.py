@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,6 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify import engine as c_engine
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import checked_state
 from fsmkit.verify.engine import CEngine, compiler
@@ -47,13 +45,7 @@ PARTS = 8
 """The unit of time divided by that: so fine that clocks of four timers can be told apart."""
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Compile quickly, into a cache of one's own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(c_engine, "FLAGS", ("-O0", *(f for f in c_engine.FLAGS if f != "-O2")))
-        yield
+pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
 
 
 def written(files: dict[str, str]) -> System:

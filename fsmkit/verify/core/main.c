@@ -21,13 +21,17 @@
 #include <string.h>
 #include <time.h>
 
-
 static volatile sig_atomic_t interrupted;
 
 static void interrupt(int signal_number)
 {
     (void)signal_number;
     interrupted = 1;
+}
+
+static bool is_interrupted(void)
+{
+    return interrupted != 0;
 }
 
 /* Seconds, since some moment. */
@@ -45,33 +49,13 @@ typedef struct {
     uint32_t cores;
     const char *storage; /* NULL: exact */
     const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
-    double timeout; /* seconds; 0: none */
-    bool progress, livelock, traps, list, graph;
+    fsm_pace pace;
+    bool livelock, traps, list, graph;
     bool timeless;     /* nothing ever takes time */
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
     uint32_t temporal_count;
-    time_t started, last_shown;
 } options;
-
-static bool keep_on(fsm_search *search)
-{
-    options *o = search->context;
-    time_t at = time(NULL);
-    if (interrupted)
-        search->outcome = FSM_INTERRUPTED;
-    else if (o->timeout > 0 && difftime(at, o->started) >= o->timeout)
-        search->outcome = FSM_OUT_OF_TIME;
-    if (o->progress && at != o->last_shown) {
-        o->last_shown = at;
-        printf("{\"progress\": {\"states\": %" PRIu64 ", \"expanded\": %" PRIu64 ", \"transitions\": %" PRIu64
-               ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
-               search->passed.count, search->expanded, search->transitions, search->depth,
-               fsm_search_bytes(search));
-        (void)fflush(stdout);
-    }
-    return search->outcome == FSM_COMPLETE;
-}
 
 /* Prints the path to a state and one more step, unless that is FSM_NONE. */
 static void print_path(const fsm_search *search, const fsm_found *found, uint32_t step)
@@ -306,8 +290,8 @@ static int explore(fsm_composition *composition, options *o)
         read_share(&search, o->share);
     if (o->storage != NULL && !choose_storage(&search, o))
         return 2;
-    search.keep_on = keep_on;
-    search.context = o;
+    search.keep_on = fsm_keep_pace;
+    search.context = &o->pace;
     bool *awaited = calloc(search.model->mark_count + 1u, sizeof *awaited);
     if (awaited == NULL)
         return 2;
@@ -409,26 +393,21 @@ static int replay_path(fsm_composition *composition, const char *path)
     return 0;
 }
 
-static bool is_interrupted(void)
+static int run_timed(fsm_composition *composition, options *o, const char *path, const char *watch)
 {
-    return interrupted != 0;
-}
-
-static int run_timed(fsm_composition *composition, const options *o, const char *path, const char *watch)
-{
-    fsm_timed_options timed = {o->memory, o->timeout, o->progress, o->livelock, o->traps, o->list, o->until, watch,
-                               is_interrupted, o->temporal, o->temporal_count, o->timeless};
+    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, watch,
+                               o->temporal, o->temporal_count, o->timeless};
     return path != NULL ? fsm_timed_replay(composition, path) : fsm_timed_explore(composition, &timed);
 }
 
 int main(int argc, char **argv)
 {
-    options o = {.memory = (size_t)1 << 32, .cores = 1, .started = time(NULL)};
+    options o = {.memory = (size_t)1 << 32, .cores = 1, .pace = {.interrupted = is_interrupted, .started = time(NULL)}};
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
         bool more = i + 1 < argc;
         if (strcmp(argv[i], "--progress") == 0)
-            o.progress = true;
+            o.pace.progress = true;
         else if (strcmp(argv[i], "--livelock") == 0)
             o.livelock = true;
         else if (strcmp(argv[i], "--timeless") == 0)
@@ -454,7 +433,7 @@ int main(int argc, char **argv)
         else if (more && strcmp(argv[i], "--share") == 0)
             o.share = argv[++i];
         else if (more && strcmp(argv[i], "--timeout") == 0)
-            o.timeout = strtod(argv[++i], NULL);
+            o.pace.timeout = strtod(argv[++i], NULL);
         else if (more && strcmp(argv[i], "--until") == 0)
             o.until = argv[++i];
         else if (more && strcmp(argv[i], "--watch") == 0)

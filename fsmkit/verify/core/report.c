@@ -53,3 +53,28 @@ void fsm_print_machines(const fsm_composition *composition)
     }
     printf("]");
 }
+
+fsm_outcome fsm_pace_ask(fsm_pace *self, fsm_progress progress)
+{
+    time_t now = time(NULL);
+    if (self->progress && now != self->last_shown) {
+        self->last_shown = now;
+        printf("{\"progress\": {\"states\": %" PRIu64 ", \"expanded\": %" PRIu64 ", \"transitions\": %" PRIu64
+               ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
+               progress.states, progress.expanded, progress.transitions, progress.depth, progress.bytes);
+        (void)fflush(stdout);
+    }
+    if (self->interrupted())
+        return FSM_INTERRUPTED;
+    return self->timeout > 0 && difftime(now, self->started) >= self->timeout ? FSM_OUT_OF_TIME : FSM_COMPLETE;
+}
+
+bool fsm_keep_pace(fsm_search *search)
+{
+    const fsm_progress progress = {search->passed.count, search->expanded, search->transitions, search->depth,
+                                   fsm_search_bytes(search)};
+    fsm_outcome why = fsm_pace_ask(search->context, progress);
+    if (why != FSM_COMPLETE)
+        search->outcome = why;
+    return search->outcome == FSM_COMPLETE;
+}

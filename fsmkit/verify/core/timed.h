@@ -141,6 +141,16 @@ bool fsm_timed_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limits
 /* How many timers of a machine are armed in a discrete part. */
 uint32_t fsm_timed_armed(const fsm_timed *self, const uint32_t *tuple, uint32_t machine);
 
+/* A step that is looked for by its number, and where it leads. */
+typedef struct {
+    uint32_t wanted, at, ordinal, size; /* `ordinal` stays as it was if there is no such step */
+    bool initial;                       /* by its place among the initial ones instead */
+    uint32_t machines, tuple[FSM_MOST_MACHINES + 1];
+    fsm_bound *zone;
+} fsm_timed_sought;
+
+bool fsm_timed_pick(void *sought, const fsm_timed_step *step);
+
 /* The clocks of a discrete part, and one. */
 uint32_t fsm_timed_size(const fsm_timed *self, const uint32_t *tuple);
 

@@ -8,29 +8,6 @@
 #include <string.h>
 #include <time.h>
 
-typedef struct {
-    const fsm_timed_options *options;
-    time_t started, last_shown;
-} run;
-
-static bool keep_on(fsm_search *search)
-{
-    run *r = search->context;
-    time_t now = time(NULL);
-    if (r->options->interrupted())
-        search->outcome = FSM_INTERRUPTED;
-    else if (r->options->timeout > 0 && difftime(now, r->started) >= r->options->timeout)
-        search->outcome = FSM_OUT_OF_TIME;
-    if (r->options->progress && now != r->last_shown) {
-        r->last_shown = now;
-        printf("{\"progress\": {\"states\": %" PRIu64 ", \"expanded\": %" PRIu64 ", \"transitions\": %" PRIu64
-               ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
-               search->passed.count, search->expanded, search->transitions, search->depth, fsm_search_bytes(search));
-        (void)fflush(stdout);
-    }
-    return search->outcome == FSM_COMPLETE;
-}
-
 static fsm_timed_answer decide(fsm_timed_model *model, fsm_search *search, bool timeless, const char *option,
                                const char *argument)
 {
@@ -55,13 +32,12 @@ int fsm_timed_decide(fsm_composition *composition, const fsm_timed_options *opti
 {
     fsm_timed_model model;
     fsm_search search;
-    run r = {.options = options, .started = time(NULL)};
     fsm_timed_answer *found = calloc(options->temporal_count, sizeof *found);
     if (found == NULL || !fsm_timed_model_init(&model, composition, options->memory)
         || !fsm_search_init(&search, &model.model, options->memory))
         return 2;
-    search.keep_on = keep_on;
-    search.context = &r;
+    search.keep_on = fsm_keep_pace;
+    search.context = options->pace;
     fsm_search_run(&search);
     if (search.outcome == FSM_MODEL_FAILED && model.failure != NULL)
         search.outcome = FSM_OUT_OF_MEMORY; /* that is all that fails of the model itself */

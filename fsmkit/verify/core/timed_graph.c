@@ -72,29 +72,9 @@ static bool enter(walk *self, uint32_t tuple)
 }
 
 /* A step to be found again, by its number; and what it led to. */
-typedef struct {
-    uint32_t wanted, at, ordinal;
-    uint32_t tuple[FSM_MOST_MACHINES + 1];
-    uint32_t machines, size;
-    fsm_bound *zone;
-} sought;
-
-static bool pick(void *context, const fsm_timed_step *step)
-{
-    sought *self = context;
-    uint32_t at = self->at++;
-    if (step->number != self->wanted)
-        return true;
-    self->ordinal = at;
-    self->size = step->size;
-    memcpy(self->tuple, step->tuple, (self->machines + 1u) * sizeof *self->tuple);
-    memcpy(self->zone, step->zone, (size_t)step->size * step->size * sizeof *step->zone);
-    return false;
-}
-
 /* Goes round from a pair until the zone stays the same; false if the clocks do not allow that. */
 static bool go_round(fsm_timed *t, uint32_t pair, const edge *cycle, uint32_t count, fsm_bound *last,
-                     sought *s, fsm_timed_cycle *found)
+                     fsm_timed_sought *s, fsm_timed_cycle *found)
 {
     enum { ROUNDS = FSM_MOST_CLOCKS + 2 };
     found->length = 0;
@@ -116,7 +96,7 @@ static bool go_round(fsm_timed *t, uint32_t pair, const edge *cycle, uint32_t co
             s->wanted = cycle[i].number;
             s->at = 0;
             s->ordinal = FSM_NONE;
-            (void)fsm_timed_successors(t, tuple, t->before, true, pick, s);
+            (void)fsm_timed_successors(t, tuple, t->before, true, fsm_timed_pick, s);
             if (s->ordinal == FSM_NONE)
                 return false;
             found->path[found->length++] = s->ordinal;
@@ -140,7 +120,7 @@ static bool follow_up(walk *self, uint32_t start, fsm_timed_cycle *found)
     uint32_t count = (uint32_t)(self->frame_count - first);
     edge *cycle = malloc(count * sizeof *cycle);
     fsm_bound *last = malloc(FSM_ZONE_ROOM * sizeof *last);
-    sought s = {.machines = t->composition->system->machine_count, .zone = malloc(FSM_ZONE_ROOM * sizeof *last)};
+    fsm_timed_sought s = {.machines = t->composition->system->machine_count, .zone = malloc(FSM_ZONE_ROOM * sizeof *last)};
     bool fine = cycle != NULL && last != NULL && s.zone != NULL;
     for (uint32_t i = 0; fine && i < count; i++)
         cycle[i] = self->edges[self->frames[first + i].edge - 1];

@@ -9,28 +9,14 @@
 #include <string.h>
 #include <time.h>
 
-typedef struct {
-    const fsm_timed_options *options;
-    time_t started, last_shown;
-} run;
-
 static bool keep_on(fsm_timed *search)
 {
-    run *r = search->context;
-    time_t now = time(NULL);
-    if (r->options->interrupted())
-        search->outcome = FSM_INTERRUPTED;
-    else if (r->options->timeout > 0 && difftime(now, r->started) >= r->options->timeout)
-        search->outcome = FSM_OUT_OF_TIME;
-    else if (search->bytes > search->memory_limit)
-        search->outcome = FSM_OUT_OF_MEMORY;
-    if (r->options->progress && now != r->last_shown) {
-        r->last_shown = now;
-        printf("{\"progress\": {\"states\": %" PRIu32 ", \"expanded\": %" PRIu32 ", \"transitions\": %" PRIu64
-               ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
-               search->kept, search->next, search->transitions, search->depth, search->bytes);
-        (void)fflush(stdout);
-    }
+    const fsm_progress progress = {search->kept, search->next, search->transitions, search->depth, search->bytes};
+    fsm_outcome why = fsm_pace_ask(search->context, progress);
+    if (why == FSM_COMPLETE && search->bytes > search->memory_limit)
+        why = FSM_OUT_OF_MEMORY;
+    if (why != FSM_COMPLETE)
+        search->outcome = why;
     return search->outcome == FSM_COMPLETE;
 }
 
@@ -209,11 +195,10 @@ int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *opt
     if (options->temporal_count > 0)
         return fsm_timed_decide(composition, options);
     fsm_timed search;
-    run r = {.options = options, .started = time(NULL)};
     if (!fsm_timed_init(&search, composition, options->memory))
         return 2;
     search.keep_on = keep_on;
-    search.context = &r;
+    search.context = options->pace;
     if (!await_marks(&search, options->until) || !read_watch(&search, options->watch))
         return 2;
     clock_t begin = clock();

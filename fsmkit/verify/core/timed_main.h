@@ -2,14 +2,14 @@
 #ifndef FSM_TIMED_MAIN_H
 #define FSM_TIMED_MAIN_H
 
+#include "report.h"
 #include "timed.h"
 
 typedef struct {
     size_t memory;
-    double timeout;            /* seconds; 0: none */
-    bool progress, livelock, traps, list;
+    fsm_pace *pace;
+    bool livelock, traps, list;
     const char *until, *watch; /* "begin,end,most": two properties, and units */
-    bool (*interrupted)(void);
     const char *const *temporal; /* options that name temporal properties, and their arguments, in pairs */
     uint32_t temporal_count;     /* pairs; if there are any, these are decided, and nothing else is */
     bool timeless;               /* see liveness.h */

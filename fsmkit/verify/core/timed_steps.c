@@ -355,3 +355,16 @@ bool fsm_timed_initial(fsm_timed *self, fsm_timed_visit *visit, void *context)
     move m = {.timed = self, .zone = &nothing, .size = 1, .visit = visit, .context = context};
     return fsm_start_all(self->composition, begin, &m);
 }
+
+bool fsm_timed_pick(void *sought, const fsm_timed_step *step)
+{
+    fsm_timed_sought *self = sought;
+    uint32_t at = self->at++;
+    if ((self->initial ? at : step->number) != self->wanted)
+        return true;
+    self->ordinal = at;
+    self->size = step->size;
+    memcpy(self->tuple, step->tuple, (self->machines + 1u) * sizeof *self->tuple);
+    memcpy(self->zone, step->zone, (size_t)step->size * step->size * sizeof *step->zone);
+    return false;
+}

@@ -129,42 +129,21 @@ static bool all_get_there(fsm_timed_model *model, fsm_search *search, uint32_t m
 
 /* --- a run as the zones perform it -------------------------------------------------------------------------- */
 
-/* A step to be found, by its number; and where it leads. */
-typedef struct {
-    uint32_t wanted, at, ordinal, size;
-    bool initial;
-    uint32_t machines, tuple[FSM_MOST_MACHINES + 1];
-    fsm_bound *zone;
-} sought;
-
-static bool pick(void *context, const fsm_timed_step *step)
-{
-    sought *self = context;
-    uint32_t at = self->at++;
-    if ((self->initial ? at : step->number) != self->wanted)
-        return true;
-    self->ordinal = at;
-    self->size = step->size;
-    memcpy(self->tuple, step->tuple, (self->machines + 1u) * sizeof *self->tuple);
-    memcpy(self->zone, step->zone, (size_t)step->size * step->size * sizeof *step->zone);
-    return false;
-}
-
 /* The ordinal of the step of a number where zones have come to; FSM_NONE if there is none. */
-static uint32_t perform(fsm_timed *timed, sought *at, uint32_t number)
+static uint32_t perform(fsm_timed *timed, fsm_timed_sought *at, uint32_t number)
 {
     uint32_t tuple[FSM_MOST_MACHINES + 1];
     at->wanted = number;
     at->at = 0;
     at->ordinal = FSM_NONE;
     if (at->initial) {
-        (void)fsm_timed_initial(timed, pick, at);
+        (void)fsm_timed_initial(timed, fsm_timed_pick, at);
         at->initial = false;
         return at->ordinal;
     }
     memcpy(tuple, at->tuple, timed->tuples.state_size);
     memcpy(timed->before, at->zone, (size_t)at->size * at->size * sizeof *at->zone);
-    (void)fsm_timed_successors(timed, tuple, timed->before, false, pick, at);
+    (void)fsm_timed_successors(timed, tuple, timed->before, false, fsm_timed_pick, at);
     return at->ordinal;
 }
 
@@ -190,7 +169,7 @@ static bool tell_point(fsm_timed_model *self, fsm_state state, fsm_path *path)
 
 /* Rewrites steps of the model from a state on; those in which time passes are none. Returns where they lead;
  * FSM_NO_STATE if they cannot be performed so. */
-static fsm_state rewrite(fsm_timed_model *self, fsm_state from, sought *at, fsm_path *path)
+static fsm_state rewrite(fsm_timed_model *self, fsm_state from, fsm_timed_sought *at, fsm_path *path)
 {
     fsm_steps steps = {0};
     fsm_path told = {0};
@@ -221,7 +200,7 @@ static fsm_state rewrite(fsm_timed_model *self, fsm_state from, sought *at, fsm_
 static fsm_timed_answer answer_with(fsm_timed_model *self, bool known, fsm_lasso lasso)
 {
     fsm_timed_answer found = {known, "", lasso};
-    sought at = {.initial = true, .machines = fsm_timed_machines(&self->timed), .zone = malloc(FSM_ZONE_ROOM * sizeof *at.zone)};
+    fsm_timed_sought at = {.initial = true, .machines = fsm_timed_machines(&self->timed), .zone = malloc(FSM_ZONE_ROOM * sizeof *at.zone)};
     bool rounds = lasso.cycle.count > 0;
     bool told = !known || !lasso.violated;
     if (!told && at.zone != NULL && lasso.path.count > 0) {
