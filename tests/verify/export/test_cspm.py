@@ -203,7 +203,9 @@ def test_examples(name: str, untimed: bool) -> None:
     assert len(found.verdicts) > 1
 
 
-@pytest.mark.parametrize("name", ["supervisor", "pairs/supervisor", "rest/giver", "rest/taker"])
+@pytest.mark.parametrize(
+    "name", ["supervisor", "molder", "rotator", "pairs/supervisor", "rest/giver", "rest/taker"]
+)
 def test_charts_of_the_cell(name: str) -> None:
     compared(read(MACHINES / f"production_cell/{name}.yaml"), untimed=True)
 
