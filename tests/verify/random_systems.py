@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import re
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
 from random import Random
+
+from fsmkit.diagnostics import Findings
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.system import System
 
 GUARDS = ["a == {n}", "a != {n}", "b[{k}]", "not b[{k}]", "b[a]", "a < own", "own > {n}", "lit"]
 DOES = ["a = {n}", "b[{k}] = not b[{k}]", "own += 1; a = own", "send out_{k}(v = a)", "b[a] = {t}",
@@ -98,3 +105,12 @@ def random_loop(seed: int) -> dict[str, str]:
                 "10ms..", "10ms"
             )
     return {"system": system, **files}
+
+
+def load_files(files: Mapping[str, str]) -> System:
+    """Load the first of some files."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"{name}.yaml" for name in files]
+        for path, text in zip(paths, files.values(), strict=True):
+            path.write_text(text, encoding="utf-8")
+        return load_any(paths[0], Findings())

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
@@ -18,9 +16,9 @@ from fsmkit.verify.dense import temporal_answers
 from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.exploration import End
 from fsmkit.verify.explore import Limits, Manner, check
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import System, temporal_properties
 from fsmkit.verify.verdict import Result
+from tests.verify.random_systems import load_files
 from tests.verify.timed_systems import systems
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
@@ -67,14 +65,6 @@ def asking(draw: st.DrawFn) -> dict[str, str]:
     return files | {"system": "\n".join(lines) + asked}
 
 
-def written(files: dict[str, str]) -> System:
-    with tempfile.TemporaryDirectory() as folder:
-        paths = [Path(folder) / f"{name}.yaml" for name in files]
-        for path, text in zip(paths, files.values(), strict=True):
-            path.write_text(text, encoding="utf-8")
-        return load_any(paths[0], Findings())
-
-
 def by_units(system: System) -> dict[str, str]:
     """Return the verdicts in discrete time, with a unit that is fine enough; none of too much."""
     closed = close(system)
@@ -113,7 +103,7 @@ def performed(result: Result) -> None:
 )
 @given(files=asking())
 def test_verdicts_are_those_of_discrete_time(files: dict[str, str]) -> None:
-    system = written(files)
+    system = load_files(files)
     assume(close(system).unit > 0)
     expected = by_units(system)
     assume(expected)
@@ -163,12 +153,12 @@ DONE = "  l: {leads_to: [m.In(waiting), m.In(done)]}\n"
 
 
 def test_a_run_that_stops_time_is_none() -> None:
-    zeno = by_zones(written(alone(WAITING, "may: [m.tick]", DONE)))
+    zeno = by_zones(load_files(alone(WAITING, "may: [m.tick]", DONE)))
     assert zeno["l"].verdict.value == "holds"
 
 
 def test_a_timer_that_is_armed_again_for_ever_never_fires() -> None:
-    kicked = by_zones(written(alone(WAITING, "may: [m.tick, m.kick]", DONE)))["l"]
+    kicked = by_zones(load_files(alone(WAITING, "may: [m.tick, m.kick]", DONE)))["l"]
     assert kicked.verdict.value == "violated"
     performed(kicked)
     assert kicked.trace is not None
@@ -181,7 +171,7 @@ def test_a_timer_that_is_armed_again_for_ever_never_fires() -> None:
 )
 def test_what_has_an_end_must_end(delay: str, verdict: str) -> None:
     chart = WAITING.replace("100ms", delay)
-    found = by_zones(written(alone(chart, "may: [m.tick], will: [m]", DONE)))["l"]
+    found = by_zones(load_files(alone(chart, "may: [m.tick], will: [m]", DONE)))["l"]
     assert found.verdict.value == verdict
     if verdict == "violated":
         performed(found)
@@ -222,13 +212,13 @@ states:
 
 def test_what_only_time_makes_sure() -> None:
     """The answer comes before the time limit, unless time does not count."""
-    system = written(RACE)
+    system = load_files(RACE)
     dense = by_zones(system)
     assert dense["served"].verdict.value == "violated"  # the second time it may come late
     performed(dense["served"])
     assert dense["again"].verdict.value == "violated"
     performed(dense["again"])
-    once = written(RACE | {"system": RACE["system"].replace("may: [fast.go]", "may: []")})
+    once = load_files(RACE | {"system": RACE["system"].replace("may: [fast.go]", "may: []")})
     assert by_zones(once)["served"].verdict.value == "holds"
     report = check(once, Findings(), manner=Manner("c", untimed=True))
     assert {r.name: r.verdict.value for r in report.results}["served"] == "violated"
@@ -249,7 +239,7 @@ states:
 def test_timers_that_fire_for_ever(how: str) -> None:
     """Where it is lit nothing can stop it, so that even what will come may always come too late."""
     asked = "  l: {leads_to: [m.In(lit), m.In(stopped)]}\n  r: {recoverable: m.In(stopped)}\n"
-    found = by_zones(written(alone(BLINKING, f"{how}: [m.stop]", asked)))
+    found = by_zones(load_files(alone(BLINKING, f"{how}: [m.stop]", asked)))
     assert found["r"].verdict.value == "holds"
     assert found["l"].verdict.value == "violated"
     performed(found["l"])
@@ -276,17 +266,21 @@ states:
 
 def test_what_can_be_reached_from_some_points_only() -> None:
     """Which timer is first is settled when the second one is armed; each order has a way back."""
-    found = by_zones(written(alone(RACING, "may: [m.a, m.b]", "  r: {recoverable: m.In(first)}\n")))
+    found = by_zones(
+        load_files(alone(RACING, "may: [m.a, m.b]", "  r: {recoverable: m.In(first)}\n"))
+    )
     assert found["r"].verdict.value == "holds"
     stuck = RACING.replace("last: {rest: true, on: {x: start}}", "last: {rest: true}")
-    found = by_zones(written(alone(stuck, "may: [m.a, m.b]", "  r: {recoverable: m.In(first)}\n")))
+    found = by_zones(
+        load_files(alone(stuck, "may: [m.a, m.b]", "  r: {recoverable: m.In(first)}\n"))
+    )
     assert found["r"].verdict.value == "violated"
     performed(found["r"])
     trace = found["r"].trace
     assert trace is not None
     assert [step.at for step in trace.steps[-1:]] == [60_000]  # `y` is due
     fast = stuck.replace("last: {rest: true}", "last: {on: {x: start}}").replace("{y: start}", "{}")
-    found = by_zones(written(alone(fast, "may: [m.a, m.b]", "  r: {recoverable: m.In(last)}\n")))
+    found = by_zones(load_files(alone(fast, "may: [m.a, m.b]", "  r: {recoverable: m.In(last)}\n")))
     trace = found["r"].trace
     assert trace is not None
     performed(found["r"])
@@ -315,7 +309,7 @@ def test_many_timers_without_an_end() -> None:
         "  l: {leads_to: [a.In(s), a.In(t)]}\n  e: {leads_to: [a.In(t), a.In(u)]}\n"
     )
     charts = {n: ENDLESS.replace("LEAST", str(20 * k)) for k, n in enumerate(names, 1)}
-    found = by_zones(written({"system": text} | charts))
+    found = by_zones(load_files({"system": text} | charts))
     assert [found[n].verdict.value for n in "rle"] == ["holds", "holds", "violated"]
     performed(found["e"])
 
@@ -333,8 +327,8 @@ states:
 def test_a_way_that_waits_for_an_interval() -> None:
     asked = "  r: {recoverable: m.In(caught)}\n"
     early, late = (INTERVAL.replace("LEAST", least) for least in ("50", "70"))
-    assert by_zones(written(alone(early, "will: [m]", asked)))["r"].verdict.value == "holds"
-    assert by_zones(written(alone(late, "will: [m]", asked)))["r"].verdict.value == "violated"
+    assert by_zones(load_files(alone(early, "will: [m]", asked)))["r"].verdict.value == "holds"
+    assert by_zones(load_files(alone(late, "will: [m]", asked)))["r"].verdict.value == "violated"
 
 
 IN_STEP = {
@@ -365,7 +359,7 @@ states:
 
 def test_an_event_that_only_arms_a_timer_again() -> None:
     """At the instant at which it was armed it changes nothing: so both stay in step."""
-    system = written(IN_STEP)
+    system = load_files(IN_STEP)
     assert by_units(system) == {"l": "violated"}
     found = by_zones(system)["l"]
     assert found.verdict.value == "violated"
@@ -373,7 +367,7 @@ def test_an_event_that_only_arms_a_timer_again() -> None:
 
 
 def test_what_was_not_explored_is_undecided() -> None:
-    system = written(alone(WAITING, "may: [m.tick, m.kick]", DONE))
+    system = load_files(alone(WAITING, "may: [m.tick, m.kick]", DONE))
     closed = close(system, zones=True)
     with closing(CEngine(closed, Findings())) as engine:
         whole = engine.explore(1 << 30, 60, None)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -21,11 +20,11 @@ from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.gaps import Limit, gap
 from fsmkit.verify.moves import Action
 from fsmkit.verify.oracle import Oracle
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.save import document
 from fsmkit.verify.system import System
 from fsmkit.verify.verdict import Verdict
 from tests.verify.conftest import Load
+from tests.verify.random_systems import load_files
 from tests.verify.systems import SYSTEMS
 from tests.verify.timed_systems import (
     BETWEEN,
@@ -46,14 +45,6 @@ PARTS = 8
 
 
 pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
-
-
-def written(files: dict[str, str]) -> System:
-    with tempfile.TemporaryDirectory() as folder:
-        paths = [Path(folder) / f"{name}.yaml" for name in files]
-        for path, text in zip(paths, files.values(), strict=True):
-            path.write_text(text, encoding="utf-8")
-        return load_any(paths[0], Findings())
 
 
 def by_zones(system: System) -> tuple[Exploration, frozenset[tuple[str, ...]]]:
@@ -92,7 +83,7 @@ def facts(found: Exploration) -> dict[str, object]:
 )
 @given(files=systems())
 def test_zones_reach_what_discrete_time_reaches(files: dict[str, str]) -> None:
-    system = written(files)
+    system = load_files(files)
     closed = close(system)
     assume(closed.unit > 0)
     coarse, shown_coarse = by_units(closed)
@@ -115,7 +106,7 @@ def test_zones_reach_what_discrete_time_reaches(files: dict[str, str]) -> None:
 @given(files=systems())
 def test_paths_are_performed_alike(files: dict[str, str]) -> None:
     """Each witness runs in the interpreter at the instants computed, and in generated C."""
-    system = written(files)
+    system = load_files(files)
     assume(close(system).unit > 0)
     report = check(system, Findings(), manner=Manner("c", limits=Limits(1 << 30, 60), zones=True))
     assert report.exploration.end is End.COMPLETE

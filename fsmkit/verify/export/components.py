@@ -20,6 +20,7 @@ Code = tuple[int, ...]
 """A local state: a number for each component."""
 NUMBERS = frozenset(map(str, range(256)))
 """Values that stand for themselves."""
+TRUTH = ["false", "true"]
 Key = tuple[str, object]
 """A component: its name, and what tells it from others of that name."""
 ARMED_FIRST: Key = ("armed_first", None)
@@ -37,6 +38,11 @@ class Component:
     texts: Mapping[int, str]
     words: Mapping[int, str]
     plain: bool
+
+    @property
+    def is_truth(self) -> bool:
+        """Whether its values are false and true, 0 and 1."""
+        return list(self.texts.values()) == TRUTH
 
     def note(self, number: int) -> str:
         """Return what a number means, if its word does not tell."""
@@ -85,7 +91,7 @@ def _numbered(name: str, column: Sequence[Fact]) -> tuple[Component, list[int]]:
         plain = True
     else:
         numbers = {fact: number for number, fact in enumerate(values)}
-        plain = texts == ["false", "true"]
+        plain = texts == TRUTH
     words: dict[str, None] = {}
     for text in texts:
         chosen = text if plain else word(text)

@@ -53,8 +53,3 @@ class Parts:
             else:
                 found.append((every[first], every[last]))
         return found
-
-    def is_truth(self, machine: int, component: int) -> bool:
-        """Whether a component is true or false."""
-        what = self.components[machine][component]
-        return what.plain and list(what.texts.values()) == ["false", "true"]

@@ -24,7 +24,7 @@ from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import Possible, System
 from tests.verify.export.judges import Compared, JudgeError, TooLargeError, compare, find, has_storm
-from tests.verify.random_systems import random_system
+from tests.verify.random_systems import load_files, random_system
 
 MACHINES = Path(__file__).parents[3] / "machines"
 CELL = MACHINES / "production_cell"
@@ -188,15 +188,6 @@ GROUPS: Mapping[str, Callable[[], Iterator[Case]]] = {
 def loaded(path: Path, replacing: Mapping[str, Path] | None = None) -> System:
     """Load a chart or a system."""
     return load_any(path, Findings(), replacing)
-
-
-def load_files(files: Mapping[str, str]) -> System:
-    """Load the first of some files."""
-    with tempfile.TemporaryDirectory() as folder:
-        paths = [Path(folder) / f"{name}.yaml" for name in files]
-        for path, text in zip(paths, files.values(), strict=True):
-            path.write_text(text, encoding="utf-8")
-        return loaded(paths[0])
 
 
 def the_script() -> ModuleType:

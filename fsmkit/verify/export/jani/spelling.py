@@ -77,7 +77,7 @@ class Spelling:
 
     def message(self, machine: int, number: int) -> str:
         """Return the constant of an event that can wait in a queue."""
-        return f"to__{self.machines[machine]}__{self._arrival(machine, number)}"
+        return f"to_{self.machines[machine]}__{self._arrival(machine, number)}"
 
     def _arrival(self, machine: int, number: int) -> str:
         return self.network.automata[machine].arrivals[number].name

@@ -94,7 +94,7 @@ class Spelling:
     def has(self, machine: int, component: int, values: Collection[int]) -> str:
         """Return whether a component has one of some values; of those that there are."""
         name = self.component(machine, component)
-        if self.parts.is_truth(machine, component):
+        if self.parts.components[machine][component].is_truth:
             return name if 1 in values else f"!{name}"
         excluded = self.parts.excluded(machine, component, values)
         if excluded is not None:
