@@ -149,9 +149,10 @@ def check(
     the greatest common divisor of all delays. ``engine``: ``c``, ``python``, or C where there is a
     compiler. ``memory`` in bytes and ``seconds`` (0: none) bound the exploration; where it ends
     early, what was not decided is undecided. ``cores`` (0: all) does not change what is found.
-    ``no_reduction``: reductions to switch off, which changes no verdict (there is ``dead``: data
-    that nothing can read any more count as at their start). ``storage``: ``exact``, or
-    ``hash-compact`` or ``bitstate``, which may miss states: what was not found is then undecided.
+    ``no_reduction``: reductions to switch off, which changes no verdict (``dead``: data that
+    nothing can read any more count as at their start; ``sleep``: of steps that do not see each
+    other one order is taken). ``storage``: ``exact``, or ``hash-compact`` or ``bitstate``, which
+    may miss states: what was not found is then undecided.
 
     The report's ``verdict`` is the worst of all, ``results`` has each with its counterexample,
     ``exploration`` the figures. Raises `FsmkitError` where the subject cannot be read or explored.

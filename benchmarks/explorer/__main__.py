@@ -1,10 +1,15 @@
-"""Measure: ``python -m benchmarks.explorer [--count N]``.
+"""Measure: ``python -m benchmarks.explorer [--count N] [--rounds N]``.
 
-Both tools explore the dining philosophers and a token ring exhaustively, with all reductions off,
-on one core, compiled by the same compiler with the same flags. Processor seconds and the largest
-resident size are those of the whole process, as the system accounts for them. SPIN runs in its
+Both tools explore the dining philosophers and a token ring exhaustively, with all reductions off
+that would leave out states, on one core, compiled by the same compiler with the same flags.
+Processor seconds and the largest resident size are those of the whole process, as the system
+accounts for them; of several rounds, in which all take turns, the median is shown. SPIN runs in its
 fastest exhaustive mode for each system: depth first for the philosophers, breadth first for the
 ring. Where it is not installed, its rows are missing.
+
+fsmkit leaves out steps of which it takes another order (``core/sleep.h``). It finds the same states
+so, at the same distances, and counts the same transitions; a second row has it take every step, and
+a third one lets two cores search.
 """
 
 from __future__ import annotations
@@ -15,9 +20,12 @@ import re
 import shutil
 import subprocess
 import tempfile
+import time
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 import click
 from rich.console import Console
@@ -75,12 +83,13 @@ MODELS = (
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What one tool took: seconds of processor time, and bytes of memory at most."""
+    """What one tool took: seconds of processor time and of the clock, bytes of memory at most."""
 
     tool: str
     states: int
     transitions: int
     seconds: float
+    elapsed: float
     bytes: int
 
     @property
@@ -94,54 +103,91 @@ class Measured:
         return self.bytes / self.states
 
 
-def run(command: list[str], folder: Path) -> tuple[str, float, int]:
-    """Return what a program printed, its processor seconds, and its largest resident size."""
+def run(command: list[str], folder: Path) -> tuple[str, float, float, int]:
+    """Return what a program printed, its seconds (see `Measured`), and its largest size."""
     with (folder / "said").open("w+") as said:
+        begin = time.monotonic()
         process = subprocess.Popen(command, stdout=said, cwd=folder)
         _, status, usage = os.wait4(process.pid, 0)
         if status:
             raise click.ClickException(f"{command[0]} ended with status {status}")
         said.seek(0)
-        return said.read(), usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024
+        elapsed = time.monotonic() - begin
+        return said.read(), usage.ru_utime + usage.ru_stime, elapsed, usage.ru_maxrss * 1024
 
 
-def measure_fsmkit(model: Model, count: int, memory: int, folder: Path) -> Measured:
-    """Explore a system here."""
+def explore(program: Path, tool: str, more: tuple[str, ...], folder: Path) -> Measured:
+    """Run an explorer once."""
+    said, seconds, elapsed, most = run([str(program), *more], folder)
+    told = json.loads(said.splitlines()[-1])["result"]
+    if told["outcome"] != "complete":
+        raise click.ClickException(f"the exploration ended early: {told['outcome']}")
+    return Measured(tool, told["states"], told["transitions"], seconds, elapsed, most)
+
+
+def build_fsmkit(model: Model, count: int, folder: Path) -> Path:
+    """Return the explorer of a system."""
     file = folder / f"{model.name}.yaml"
     system = model.system.format(count=count, last=count - 1, chart=HERE / model.chart)
     file.write_text(system, encoding="utf-8")
     findings = Findings()
     with closing(CEngine(close(load_system(file, findings)), findings)) as engine:
-        said, seconds, most = run([str(engine.program), "--memory", str(memory)], folder)
-    told = json.loads(said.splitlines()[-1])["result"]
-    if told["outcome"] != "complete":
-        raise click.ClickException(f"the exploration ended early: {told['outcome']}")
-    return Measured("fsmkit", told["states"], told["transitions"], seconds, most)
+        return Path(shutil.copy(engine.program, folder / "fsmkit"))
 
 
-def measure_spin(model: Model, count: int, folder: Path) -> Measured | None:
-    """Explore a system with SPIN; None where there is none."""
+def build_spin(model: Model, count: int, folder: Path) -> bool:
+    """Make SPIN's explorer of a system; false where there is no SPIN."""
     spin, gcc = shutil.which("spin"), compiler()
     if spin is None or gcc is None:
-        return None
+        return False
     copy = shutil.copy(HERE / model.promela, folder)
     subprocess.run([spin, "-a", f"-DN={count}", copy], cwd=folder, check=True)
     flags = ["-std=gnu99", "-O2", "-w", "-DSAFETY", "-DNOREDUCE", "-DMEMLIM=16000", *model.defines]
     subprocess.run([gcc, *flags, "pan.c", "-o", "pan"], cwd=folder, check=True)
-    said, seconds, most = run(["./pan", "-m20000000", f"-w{16 + count}"], folder)
+    return True
+
+
+def explore_by_spin(model: Model, count: int, folder: Path) -> Measured:
+    """Run SPIN's explorer once."""
+    said, seconds, elapsed, most = run(["./pan", "-m20000000", f"-w{16 + count}"], folder)
     if "error: max search depth" in said or "aborted" in said:
         raise click.ClickException("SPIN ended early")
     states, transitions = (
         round(float(re.search(rf"(\S+) {what}", said)[1]))  # type: ignore[index]
         for what in ("states, stored", "transitions")
     )
-    return Measured(f"SPIN, {model.mode}", states, transitions, seconds, most)
+    return Measured(f"SPIN, {model.mode}", states, transitions, seconds, elapsed, most)
+
+
+def middle(found: list[Measured]) -> Measured:
+    """Return the medians of several rounds of one tool."""
+    one = found[0]
+    seconds, elapsed = median(m.seconds for m in found), median(m.elapsed for m in found)
+    return Measured(
+        one.tool, one.states, one.transitions, seconds, elapsed, max(m.bytes for m in found)
+    )
+
+
+def measure(model: Model, count: int, memory: int, rounds: int, folder: Path) -> list[Measured]:
+    """Explore a system by all tools, in turns."""
+    program = build_fsmkit(model, count, folder)
+    limit = ("--memory", str(memory))
+    turns: list[Callable[[], Measured]] = [
+        lambda: explore(program, "fsmkit", limit, folder),
+        lambda: explore(program, "fsmkit, every step", (*limit, "--sleepless"), folder),
+        lambda: explore(program, "fsmkit, two cores", (*limit, "--cores", "2"), folder),
+    ]
+    if build_spin(model, count, folder):
+        turns.append(lambda: explore_by_spin(model, count, folder))
+    found = [[turn() for turn in turns] for _ in range(rounds)]
+    return [middle(list(one)) for one in zip(*found, strict=True)]
 
 
 def table_of(found: list[Measured]) -> Table:
     """Return the figures side by side."""
     table = Table()
-    for head in ("tool", "states", "transitions", "CPU s", "M states/s", "bytes a state"):
+    heads = "tool", "states", "transitions", "CPU s", "clock s", "M states/s", "bytes a state"
+    for head in heads:
         table.add_column(head, justify="left" if head == "tool" else "right")
     for one in found:
         table.add_row(
@@ -149,6 +195,7 @@ def table_of(found: list[Measured]) -> Table:
             f"{one.states:,}",
             f"{one.transitions:,}",
             f"{one.seconds:.2f}",
+            f"{one.elapsed:.2f}",
             f"{one.rate / 1e6:.2f}",
             f"{one.bytes_a_state:.1f}",
         )
@@ -158,23 +205,27 @@ def table_of(found: list[Measured]) -> Table:
 @click.command(help="Explore two systems here and with SPIN, and compare.")
 @click.option("--count", default=8, show_default=True, help="philosophers")
 @click.option("--memory", default=16 << 30, help="bytes")
-def main(count: int, memory: int) -> None:
+@click.option("--rounds", default=1, show_default=True, help="of which the medians are shown")
+def main(count: int, memory: int, rounds: int) -> None:
     """Print the tables and the ratios."""
-    console = Console()
+    console = Console(width=100)
     for model in MODELS:
         machines = count if model.name == "philosophers" else 8
         with tempfile.TemporaryDirectory() as name:
-            ours = measure_fsmkit(model, machines, memory, Path(name))
-            spin = measure_spin(model, machines, Path(name))
+            found = measure(model, machines, memory, rounds, Path(name))
+        ours, every, two, *spin = found
         console.print(f"{model.name}, {machines}")
-        console.print(table_of([one for one in (ours, spin) if one is not None]))
-        if spin is None:
+        console.print(table_of(found))
+        console.print(f"two cores are {ours.elapsed / two.elapsed:.2f} times as fast as one")
+        if not spin:
             console.print("SPIN is not installed: `make tools` installs it")
             continue
-        console.print(f"{ours.rate / spin.rate:.1f} times the rate of SPIN")
+        rate, memory_used = spin[0].rate, spin[0].bytes_a_state
         console.print(
-            f"{ours.bytes_a_state / spin.bytes_a_state:.3f} of the memory a state of SPIN"
+            f"{ours.rate / rate:.1f} times the rate of SPIN; {every.rate / rate:.1f} if every step "
+            "is taken"
         )
+        console.print(f"{ours.bytes_a_state / memory_used:.3f} of the memory a state of SPIN")
 
 
 if __name__ == "__main__":

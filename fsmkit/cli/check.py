@@ -102,7 +102,7 @@ def read_replacements(
     multiple=True,
     type=click.Choice(REDUCTIONS),
     help="Switch a reduction off; verdicts stay the same. Dead: data that nothing can read any "
-    "more count as at their start.",
+    "more count as at their start. Sleep: of steps that do not see each other one order is taken.",
 )
 @click.option(
     "--replace",

@@ -134,17 +134,17 @@ class CEngine:
         until: frozenset[int] = frozenset(),
         cores: int = 1,
         storage: Storage = Storage.EXACT,
+        *,
+        sleeps: bool = True,
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early."""
         command = [str(self.program), "--livelock", "--cores", str(cores)]
         command += ["--memory", str(memory), "--storage", storage.value]
-        if seconds:
-            command += ["--timeout", str(seconds)]
+        command += ["--timeout", str(seconds)] if seconds else []
         if until:
             command += ["--until", ",".join(map(str, sorted(until)))]
-        command += ["--traps"] if self._closed.is_open else []
-        if progress is not None:
-            command.append("--progress")
+        command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
+        command += ["--progress"] * (progress is not None)
         command += [] if self._closed.zones else self.temporal_options()
         return self._read(self.result(command, progress))
 

@@ -32,7 +32,10 @@ class End(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """How often something was seen, and a shortest way there (ordinals; the last may be it)."""
+    """How often something was seen, and a shortest way there (ordinals; the last may be it).
+
+    States are counted, and steps; not those that sleep (core/sleep.h).
+    """
 
     number: int
     count: int

@@ -20,7 +20,9 @@ from fsmkit.verify.verdict import Report, conclude
 
 DEAD = "dead"
 """The reduction that resets data which nothing can read any more (`verify.dead_variables`)."""
-REDUCTIONS = (DEAD,)
+SLEEP = "sleep"
+"""The one that takes only one of the orders of steps that do not see each other (core/sleep.h)."""
+REDUCTIONS = (DEAD, SLEEP)
 """The names of all reductions."""
 
 Progress = Callable[[int, int, int], None]
@@ -76,6 +78,11 @@ class Manner:
                 help=f"use one of {', '.join(REDUCTIONS)}",
             )
 
+    @property
+    def sleeps(self) -> bool:
+        """Whether steps are left out of which another order is taken."""
+        return SLEEP not in self.without
+
     def closed(self, system: System, *, zones: bool) -> Closed:
         """Return a system closed to be explored in this manner; ``zones`` as the engine has it."""
         return close(
@@ -123,7 +130,13 @@ def check(
     with closing(CEngine(closed, findings)) as built:
         limits = manner.limits
         found = built.explore(
-            limits.memory, limits.seconds, progress, until, limits.threads, manner.storage
+            limits.memory,
+            limits.seconds,
+            progress,
+            until,
+            limits.threads,
+            manner.storage,
+            sleeps=manner.sleeps,
         )
         if closed.zones:
             answers = temporal_answers(
@@ -228,5 +241,10 @@ def explored(
     with closing(CEngine(closed, findings)) as built:
         limits = manner.limits
         return built.explore(
-            limits.memory, limits.seconds, progress, cores=limits.threads, storage=manner.storage
+            limits.memory,
+            limits.seconds,
+            progress,
+            cores=limits.threads,
+            storage=manner.storage,
+            sleeps=manner.sleeps,
         )

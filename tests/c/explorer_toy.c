@@ -170,8 +170,9 @@ int main(int argc, char **argv)
     busy = strstr(argv[2], "busy") != NULL;
     sparse = strstr(argv[2], "sparse") != NULL;
     size_t limit = argc > 3 ? (size_t)strtoull(argv[3], NULL, 10) : (size_t)1 << 30;
-    fsm_model model = {FSM_MODEL_ABI, 2, 0, NULL, initial, successors, NULL, NULL, marks, mark_set, configuration, at_rest,
-                       owed, memory, failure, NULL};
+    fsm_model model = {.abi = FSM_MODEL_ABI, .mark_count = 2, .initial = initial, .successors = successors, .marks = marks,
+                       .mark_set = mark_set, .configuration = configuration, .at_rest = at_rest, .owed = owed,
+                       .memory = memory, .failure = failure};
     fsm_search search;
     if (!fsm_search_init(&search, &model, limit))
         return 2;

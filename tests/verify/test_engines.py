@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from math import prod
 from pathlib import Path
 
@@ -50,13 +51,15 @@ def facts(found: Exploration) -> dict[str, object]:
 
 
 def both(system: System, *, untimed: bool = False, silent: bool = False) -> None:
-    limits = Limits(1 << 30, 60)
-    in_c = explored(system, Findings(), Manner("c", untimed=untimed, silent=silent, limits=limits))
-    in_python = explored(
-        system, Findings(), Manner("python", untimed=untimed, silent=silent, limits=limits)
-    )
+    manner = Manner("c", untimed=untimed, silent=silent, limits=Limits(1 << 30, 60))
+    in_c = explored(system, Findings(), replace(manner, without=frozenset({"sleep"})))
+    in_python = explored(system, Findings(), replace(manner, engine="python"))
     assert facts(in_c) == facts(in_python)
     assert in_c.end is End.COMPLETE
+    sleeping = explored(system, Findings(), manner)
+    assert facts(replace(sleeping, marks=in_c.marks)) == facts(in_c)  # some marked steps sleep
+    ways = ({mark.number: len(mark.path) for mark in found.marks} for found in (in_c, sleeping))
+    assert next(ways) == next(ways)
 
 
 @pytest.mark.parametrize(("untimed", "silent"), MANNERS, ids=MANNER_NAMES)

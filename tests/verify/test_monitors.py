@@ -231,12 +231,11 @@ def test_the_others_do_what_they_do_without_monitors(load: Load, seed: int) -> N
     count = len(alone.machines)
     assert _shown(alone, count) == _shown(watched, count)
     if compiler() is not None:
-        limits = Limits(1 << 30, 60)
+        sleepless = Manner("c", limits=Limits(1 << 30, 60), without=frozenset({"sleep"}))
         for untimed in (False, True):
-            in_c = explored(watched, Findings(), Manner("c", untimed=untimed, limits=limits))
-            in_python = explored(
-                watched, Findings(), Manner("python", untimed=untimed, limits=limits)
-            )
+            manner = replace(sleepless, untimed=untimed)
+            in_c = explored(watched, Findings(), manner)
+            in_python = explored(watched, Findings(), replace(manner, engine="python"))
             assert (in_c.states, in_c.transitions) == (in_python.states, in_python.transitions)
             ours, theirs = ({m.number: m.count for m in e.marks} for e in (in_c, in_python))
             assert ours == theirs

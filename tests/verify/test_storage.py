@@ -171,7 +171,7 @@ def facts(found: Exploration) -> dict[str, object]:
 
 def agree(closed: Closed) -> None:
     with closing(CEngine(closed, Findings())) as built:
-        exact = built.explore(AMPLE.memory, 60, None)
+        exact = built.explore(AMPLE.memory, 60, None, sleeps=False)
         assert exact.table is None
         for storage in LOSSY:
             found = built.explore(AMPLE.memory, 60, None, storage=storage)
@@ -273,7 +273,7 @@ def test_hash_compaction_ends_where_its_table_is_full(
 @pytest.mark.parametrize("storage", LOSSY)
 def test_several_cores_find_the_same_with_ample_memory(tmp_path: Path, storage: Storage) -> None:
     with closing(CEngine(close(five(tmp_path), untimed=True), Findings())) as built:
-        exact = told(built.program, 1)
+        exact = told(built.program, 1, "--sleepless")
         for cores in (1, 2, 3):
             found = told(built.program, cores, "--storage", f"{storage.value},{1 << 22}")
             assert found.pop("table")["bytes"] == 1 << 22
@@ -283,7 +283,7 @@ def test_several_cores_find_the_same_with_ample_memory(tmp_path: Path, storage: 
 @pytest.mark.parametrize("cores", [1, 2, 3])
 def test_several_cores_may_miss_others_but_no_more(tmp_path: Path, cores: int) -> None:
     with closing(CEngine(close(five(tmp_path), untimed=True), Findings())) as built:
-        exact = told(built.program, 1)
+        exact = told(built.program, 1, "--sleepless")
         found = told(built.program, cores, "--storage", "bitstate,16384")
     table = LossyTable(Storage.BITSTATE, tuple(found["table"]["filled"]), 4096, 16384)
     assert found["table"]["room"] == table.room

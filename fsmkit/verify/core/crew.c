@@ -5,13 +5,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIPE = 64 }; /* look-ups under way while their places in the set are fetched */
+enum {
+    PIPE = 64, /* look-ups under way while their places in the set are fetched */
+    LAG = 16   /* states found while what is seen of them is fetched */
+};
 
 /* A step to a state that the set did not know. */
 typedef struct {
     fsm_state to;
     uint32_t tag;
     uint32_t order; /* its number among those of the chunk << 1 | whether it is internal */
+    fsm_footprint_number footprint;
 } candidate;
 
 typedef struct {
@@ -29,7 +33,7 @@ typedef struct {
 /* What one thread sees. Its chunks come in increasing order, so what is first of it is first for all if its
  * chunk is. */
 typedef struct {
-    fsm_steps steps;
+    fsm_ahead ahead;
     fsm_witness *witnesses;   /* by mark */
     uint32_t *witness_chunks;
     fsm_found *groups;
@@ -37,7 +41,7 @@ typedef struct {
     uint64_t *taken;          /* by order: a bit for each candidate that was new */
     uint32_t *ranks;          /* how many of them come before those of a word */
     size_t taken_room;        /* words */
-    uint64_t transitions;
+    uint64_t transitions, left_out;
     fsm_outcome outcome;
     bool cyclic;
 } hand;
@@ -61,7 +65,8 @@ struct fsm_crew {
 static bool init_hand(hand *self, const fsm_search *search, uint32_t number)
 {
     size_t marks = (size_t)search->model->mark_count + 1, groups = (size_t)search->group_count + 1;
-    self->steps.thread = number;
+    for (int i = 0; i < FSM_AHEAD; i++)
+        self->ahead.steps[i].thread = number;
     self->witnesses = calloc(marks, sizeof *self->witnesses);
     self->witness_chunks = calloc(marks, sizeof *self->witness_chunks);
     self->groups = malloc(groups * sizeof *self->groups);
@@ -73,7 +78,7 @@ static bool init_hand(hand *self, const fsm_search *search, uint32_t number)
 
 static void free_hand(hand *self)
 {
-    free(self->steps.items);
+    fsm_ahead_free(&self->ahead);
     free(self->witnesses);
     free(self->witness_chunks);
     free(self->groups);
@@ -213,7 +218,8 @@ static bool gather(fsm_crew *self)
         hand *h = &self->hands[i];
         search->transitions += h->transitions;
         search->maybe_cyclic = search->maybe_cyclic || h->cyclic;
-        h->transitions = 0;
+        search->left_out += h->left_out;
+        h->transitions = h->left_out = 0;
         if (h->outcome != FSM_COMPLETE)
             search->outcome = h->outcome;
     }
@@ -265,42 +271,42 @@ static bool drain(const fsm_search *search, hand *h, chunk *c, pipeline *pipe, u
 }
 
 static fsm_outcome expand_state(const fsm_search *search, hand *h, chunk *c, uint32_t number, fsm_found at,
-                                pipeline *pipe)
+                                const fsm_steps *steps, pipeline *pipe)
 {
-    const fsm_model *model = search->model;
-    fsm_steps *steps = &h->steps;
-    steps->count = 0;
-    steps->deadlock = false;
-    if (!model->successors(model->self, at.state, steps))
+    if (steps == NULL)
         return FSM_MODEL_FAILED;
     if (steps->deadlock)
         note_mark(h, number, 0, at, FSM_NONE);
     for (size_t i = 0; i < steps->count; i++) {
         const fsm_step *step = &steps->items[i];
+        bool internal = step->kind == FSM_STEP_INTERNAL;
         if (step->marks != 0)
-            note_marks(search, h, number, step->marks, at, (uint32_t)i);
+            note_marks(search, h, number, step->marks, at, step->ordinal);
         if (pipe->count == PIPE && !drain(search, h, c, pipe, PIPE - 1))
             return FSM_OUT_OF_MEMORY;
         pipe->items[(pipe->first + pipe->count++) % PIPE] =
-            (looked_up){{step->to, at.tag, step->kind == FSM_STEP_INTERNAL}, fsm_set_home(&search->passed, step->to)};
+            (looked_up){{step->to, at.tag, internal, step->footprint}, fsm_set_home(&search->passed, step->to)};
     }
-    h->transitions += steps->count;
+    h->transitions += steps->count + steps->left_out;
+    h->left_out += steps->left_out;
+    h->cyclic = h->cyclic || steps->left_out_internal;
     return FSM_COMPLETE;
 }
 
 static void expand_chunk(const fsm_crew *self, hand *h, chunk *c, uint32_t number)
 {
     const fsm_search *search = self->search;
-    size_t first = self->first + (size_t)number * search->chunk, end = first + search->chunk;
+    size_t first = self->first + (size_t)number * search->chunk;
+    size_t end = first + search->chunk < self->end ? first + search->chunk : self->end;
     pipeline pipe = {.count = 0};
+    h->ahead.asked = first;
     c->found = 0;
     for (uint32_t shard = 0; shard < self->shards; shard++)
         c->shards[shard].count = c->shards[shard].kept = 0;
-    for (size_t i = first; i < end && i < self->end && h->outcome == FSM_COMPLETE; i++) {
+    for (size_t i = first; i < end && h->outcome == FSM_COMPLETE; i++) {
         fsm_found at = {fsm_layer_states(self->layer)[i], search->depth, search->checkpoint_count - 1,
                         fsm_layer_tags(self->layer)[i]};
-        fsm_search_fetch(search, self->layer, i);
-        h->outcome = expand_state(search, h, c, number, at, &pipe);
+        h->outcome = expand_state(search, h, c, number, at, fsm_search_steps(search, &h->ahead, self->layer, i, end, true), &pipe);
     }
     if (h->outcome == FSM_COMPLETE && !drain(search, h, c, &pipe, 0))
         h->outcome = FSM_OUT_OF_MEMORY;
@@ -415,6 +421,8 @@ static void look_at_new(const fsm_crew *self, hand *h, const chunk *c, uint32_t 
     const fsm_search *search = self->search;
     const fsm_model *model = search->model;
     for (size_t i = c->at; i < c->at + c->kept; i++) {
+        if (model->fetch_first != NULL && i + LAG < c->at + c->kept)
+            model->fetch_first(model->self, fsm_layer_states(self->next)[i + LAG]);
         fsm_found found = {fsm_layer_states(self->next)[i], search->depth + 1, search->checkpoint_count - 1,
                            fsm_layer_tags(self->next)[i]};
         uint32_t marks = model->marks(model->self, found.state);
@@ -446,6 +454,7 @@ static void append_chunk(const fsm_crew *self, hand *h, const chunk *c, uint32_t
             size_t at = c->at + h->ranks[order / 64] + (uint32_t)__builtin_popcountll(before);
             fsm_layer_states(self->next)[at] = item->to;
             fsm_layer_tags(self->next)[at] = item->tag;
+            fsm_layer_footprints(self->next)[at] = item->footprint;
         }
     look_at_new(self, h, c, number);
 }
@@ -503,6 +512,7 @@ bool fsm_crew_expand(fsm_crew *self, const fsm_layer *layer, size_t first, size_
         return false;
     }
     work(self, append_chunks);
+    next->seen = next->count;
     search->expanded += count;
     return gather(self);
 }

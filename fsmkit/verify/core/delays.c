@@ -16,8 +16,8 @@ typedef struct {
 static bool look_at(delays *self, uint64_t place)
 {
     const fsm_model *model = self->search->model;
-    self->steps.count = 0;
-    if (model->successors(model->self, fsm_set_at(&self->search->passed, place), &self->steps))
+    fsm_steps_clear(&self->steps, 0);
+    if (fsm_successors(model, fsm_set_at(&self->search->passed, place), &self->steps))
         return true;
     self->failed = true;
     return false;

@@ -51,8 +51,8 @@ static bool make_room(fsm_fairness *self)
 static bool look_at(fsm_fairness *self, fsm_state state, bool *stable)
 {
     const fsm_model *model = self->search->model;
-    self->steps.count = 0;
-    if (!model->successors(model->self, state, &self->steps))
+    fsm_steps_clear(&self->steps, 0);
+    if (!fsm_successors(model, state, &self->steps))
         return fail(self);
     if (!make_room(self))
         return false;

@@ -3,7 +3,7 @@
  *
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
  *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
- *           [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
+ *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #define _POSIX_C_SOURCE 200809L
 #include "cycles.h"
@@ -51,6 +51,7 @@ typedef struct {
     const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
     fsm_pace pace;
     bool livelock, traps, list, graph;
+    bool sleepless;    /* no step sleeps (sleep.h) */
     bool timeless;     /* nothing ever takes time */
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
@@ -286,6 +287,7 @@ static int explore(fsm_composition *composition, options *o)
     if (!fsm_search_init(&search, fsm_composition_model(composition), o->memory))
         return 2;
     search.cores = o->cores;
+    search.sleepless = o->sleepless;
     if (o->share != NULL)
         read_share(&search, o->share);
     if (o->storage != NULL && !choose_storage(&search, o))
@@ -310,9 +312,9 @@ static int explore(fsm_composition *composition, options *o)
     bool traps_known = o->traps && whole && fsm_find_traps(&search, want_trap, &found) && !found.failed;
     const char *why = search.model->failure(search.model->self);
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
-           ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, \"cores\": %" PRIu32 ", ",
+           ", \"transitions\": %" PRIu64 ", \"left_out\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, \"cores\": %" PRIu32 ", ",
            fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
-           search.transitions, search.depth, fsm_search_bytes(&search), fsm_set_is_dense(&search.passed) ? "true" : "false",
+           search.transitions, search.left_out, search.depth, fsm_search_bytes(&search), fsm_set_is_dense(&search.passed) ? "true" : "false",
            search.cores_used);
     print_table(search.passed.lossy);
     print_marks(&search);
@@ -410,6 +412,8 @@ int main(int argc, char **argv)
             o.pace.progress = true;
         else if (strcmp(argv[i], "--livelock") == 0)
             o.livelock = true;
+        else if (strcmp(argv[i], "--sleepless") == 0)
+            o.sleepless = true;
         else if (strcmp(argv[i], "--timeless") == 0)
             o.timeless = true;
         else if (more && o.temporal_count < MOST_TEMPORAL

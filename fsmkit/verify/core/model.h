@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FSM_MODEL_ABI 6u
+#define FSM_MODEL_ABI 7u
 
 #define FSM_NONE UINT32_MAX
 
@@ -40,10 +40,17 @@ static inline uint32_t fsm_right(fsm_state state)
 /* Who moves in a step. A cycle of internal steps is a livelock. */
 typedef enum { FSM_STEP_INTERNAL, FSM_STEP_TIME, FSM_STEP_ENVIRONMENT } fsm_kind;
 
+/* What a step may change and what it depends on, by number; the model knows more of it. 0: anything. */
+typedef uint16_t fsm_footprint_number;
+
 typedef struct {
     fsm_state to;
-    uint32_t marks; /* set of marks */
-    fsm_kind kind;
+    uint32_t marks;   /* set of marks */
+    uint32_t ordinal; /* among all steps of the state, also those that are left out */
+    uint32_t sent;    /* for `finish`: what the other half gets of it; 0: nothing */
+    fsm_footprint_number footprint;
+    unsigned char kind; /* an fsm_kind */
+    bool of_left;       /* for `finish`: it is a step of the left half */
 } fsm_step;
 
 /* The steps of a state. The order is fixed, so that the ordinal of a step names it for ever. */
@@ -52,17 +59,46 @@ typedef struct {
     size_t count, room;
     bool deadlock; /* nothing can happen, and that is not meant: mark 0 of the state */
     uint32_t thread; /* number of the one that asks; each asks with steps of its own */
+    /* Asked for the steps of a state that a breadth-first search found first by a step with this footprint: steps that
+     * lead nowhere new then, and have no marks that it has not seen, are left out. 0: none are. */
+    fsm_footprint_number found_by;
+    uint32_t left_out;
+    bool left_out_internal; /* some of them are internal */
 } fsm_steps;
 
 bool fsm_steps_grow(fsm_steps *self);
 
-/* False if memory ran out. */
-static inline bool fsm_steps_add(fsm_steps *self, fsm_state to, uint32_t marks, fsm_kind kind)
+static inline void fsm_steps_clear(fsm_steps *self, fsm_footprint_number found_by)
+{
+    self->count = 0;
+    self->deadlock = false;
+    self->found_by = found_by;
+    self->left_out = 0;
+    self->left_out_internal = false;
+}
+
+static inline void fsm_steps_leave_out(fsm_steps *self, unsigned char kind)
+{
+    self->left_out++;
+    self->left_out_internal = self->left_out_internal || kind == FSM_STEP_INTERNAL;
+}
+
+/* Appends a step with the next ordinal. False if memory ran out. */
+static inline bool fsm_steps_append(fsm_steps *self, fsm_state to, uint32_t marks, fsm_footprint_number footprint,
+                                    unsigned char kind)
 {
     if (self->count == self->room && !fsm_steps_grow(self))
         return false;
-    self->items[self->count++] = (fsm_step){to, marks, kind};
+    self->items[self->count] = (fsm_step){.to = to, .marks = marks, .ordinal = (uint32_t)self->count + self->left_out,
+                                          .footprint = footprint, .kind = kind};
+    self->count++;
     return true;
+}
+
+/* The same for a step that touches anything. */
+static inline bool fsm_steps_add(fsm_steps *self, fsm_state to, uint32_t marks, fsm_kind kind)
+{
+    return fsm_steps_append(self, to, marks, 0, (unsigned char)kind);
 }
 
 typedef struct {
@@ -74,6 +110,10 @@ typedef struct {
      * (then `failure` says why). */
     bool (*initial)(void *self, fsm_steps *steps);
     bool (*successors)(void *self, fsm_state state, fsm_steps *steps);
+
+    /* What `successors` left to be done because memory is being fetched for it; until then only the number of the steps
+     * is right. Other states may be asked for meanwhile. NULL: nothing is left. */
+    bool (*finish)(void *self, fsm_state state, fsm_steps *steps);
 
     /* Fetches what the steps of a state will need of memory, a state a few places on in a layer: first what
      * the state refers to, then, nearer to it, what that refers to. NULL: nothing is fetched. */
@@ -100,5 +140,15 @@ typedef struct {
      * steps, which are owed as others are. */
     uint64_t (*running)(void *self, fsm_state state, const fsm_steps *steps, uint64_t *ended);
 } fsm_model;
+
+static inline bool fsm_finish(const fsm_model *model, fsm_state state, fsm_steps *steps)
+{
+    return model->finish == NULL || model->finish(model->self, state, steps);
+}
+
+static inline bool fsm_successors(const fsm_model *model, fsm_state state, fsm_steps *steps)
+{
+    return model->successors(model->self, state, steps) && fsm_finish(model, state, steps);
+}
 
 #endif

@@ -85,8 +85,8 @@ static fsm_state search_from(const fsm_model *model, tree *self, fsm_find_way *w
     bool fine = true;
     for (uint32_t at = 0; fine && end == FSM_NO_STATE && at < self->count; at++) {
         fsm_state from = self->nodes[at].state;
-        steps.count = 0;
-        fine = model->successors(model->self, from, &steps);
+        fsm_steps_clear(&steps, 0);
+        fine = fsm_successors(model, from, &steps);
         for (uint32_t i = 0; fine && end == FSM_NO_STATE && i < steps.count; i++) {
             fsm_way goes = way(context, &steps, i, from);
             if (goes == FSM_ARRIVES && add_back(self, at, path) && fsm_path_add(path, i))

@@ -10,6 +10,7 @@ enum {
     LARGE_LAYER = 1 << 14,
     CHUNK = 512,
     PIPE = 64,        /* steps under way while their places in the set are fetched */
+    LAG = 16,         /* states found while what is seen of them is fetched */
     FREE_CHECKPOINTS = 32 << 20 /* bytes that need not be saved */
 };
 
@@ -26,13 +27,15 @@ bool fsm_steps_grow(fsm_steps *self)
 
 static bool layer_init(fsm_layer *self, size_t limit)
 {
-    return fsm_region_reserve(&self->states, limit) && fsm_region_reserve(&self->tags, limit / 2);
+    return fsm_region_reserve(&self->states, limit) && fsm_region_reserve(&self->tags, limit / 2)
+        && fsm_region_reserve(&self->footprints, limit / 4);
 }
 
 static void layer_free(fsm_layer *self)
 {
     fsm_region_release(&self->states);
     fsm_region_release(&self->tags);
+    fsm_region_release(&self->footprints);
 }
 
 bool fsm_search_init(fsm_search *self, const fsm_model *model, size_t memory_limit)
@@ -60,8 +63,7 @@ void fsm_search_forget(fsm_search *self)
     fsm_set_free(&self->passed);
     layer_free(&self->layers[0]);
     layer_free(&self->layers[1]);
-    free(self->steps.items);
-    self->steps = (fsm_steps){0};
+    fsm_ahead_free(&self->ahead);
 }
 
 void fsm_search_free(fsm_search *self)
@@ -78,7 +80,7 @@ void fsm_search_free(fsm_search *self)
 
 size_t fsm_search_bytes(const fsm_search *self)
 {
-    const size_t each = sizeof(fsm_state) + sizeof(uint32_t);
+    const size_t each = sizeof(fsm_state) + sizeof(uint32_t) + sizeof(fsm_footprint_number);
     return fsm_set_bytes(&self->passed) + (self->layers[0].count + self->layers[1].count) * each
         + self->checkpoint_bytes + self->model_bytes + (self->crew == NULL ? 0 : fsm_crew_bytes(self->crew));
 }
@@ -215,22 +217,36 @@ void fsm_search_note_group(fsm_search *self, uint32_t group, fsm_found found)
     self->groups_left--;
 }
 
-static bool found_new(fsm_search *self, fsm_layer *next, fsm_found found)
+static bool found_new(fsm_search *self, fsm_layer *next, fsm_state state, uint32_t tag, fsm_footprint_number footprint)
 {
     size_t count = next->count;
     if (!fsm_layer_has_room(next, count + 1))
         return stop(self, FSM_OUT_OF_MEMORY);
-    fsm_layer_states(next)[count] = found.state;
-    fsm_layer_tags(next)[count] = found.tag;
+    fsm_layer_states(next)[count] = state;
+    fsm_layer_tags(next)[count] = tag;
+    fsm_layer_footprints(next)[count] = footprint;
     next->count++;
-    uint32_t marks = self->model->marks(self->model->self, found.state);
-    if (marks == FSM_NONE)
-        return stop(self, FSM_MODEL_FAILED);
-    if (marks != 0)
-        note_marks(self, marks, found, FSM_NONE);
-    uint32_t group = fsm_search_has_targets(self) ? fsm_search_group_of(self, found.state) : FSM_NONE;
-    if (group != FSM_NONE)
-        fsm_search_note_group(self, group, found);
+    if (self->model->fetch_first != NULL)
+        self->model->fetch_first(self->model->self, state);
+    return true;
+}
+
+/* Looks at the states of a layer that have not been looked at, all but the last `left` ones. */
+static bool look_at_new(fsm_search *self, fsm_layer *next, uint32_t depth, size_t left)
+{
+    const fsm_model *model = self->model;
+    for (; next->seen + left < next->count; next->seen++) {
+        fsm_found found = {fsm_layer_states(next)[next->seen], depth, self->checkpoint_count - 1,
+                           fsm_layer_tags(next)[next->seen]};
+        uint32_t marks = model->marks(model->self, found.state);
+        if (marks == FSM_NONE)
+            return stop(self, FSM_MODEL_FAILED);
+        if (marks != 0)
+            note_marks(self, marks, found, FSM_NONE);
+        uint32_t group = fsm_search_has_targets(self) ? fsm_search_group_of(self, found.state) : FSM_NONE;
+        if (group != FSM_NONE)
+            fsm_search_note_group(self, group, found);
+    }
     return true;
 }
 
@@ -242,7 +258,8 @@ typedef struct {
     fsm_shard *shard; /* of the set, if it is exact */
     uint64_t home;
     uint32_t edition, tag;
-    fsm_kind kind;
+    fsm_footprint_number footprint;
+    unsigned char kind;
 } pending;
 
 typedef struct {
@@ -254,7 +271,7 @@ typedef struct {
  * slowed down by the question. */
 #define SPECIAL static inline __attribute__((always_inline))
 
-SPECIAL bool arrive(fsm_search *self, fsm_layer *next, uint32_t depth, pending what, bool lossy)
+SPECIAL bool arrive(fsm_search *self, fsm_layer *next, pending what, bool lossy)
 {
     switch (lossy ? fsm_set_put_lossy(&self->passed, what.home)
                   : fsm_set_put_home(&self->passed, what.to, what.shard, what.home, what.edition)) {
@@ -262,7 +279,7 @@ SPECIAL bool arrive(fsm_search *self, fsm_layer *next, uint32_t depth, pending w
         self->maybe_cyclic = self->maybe_cyclic || what.kind == FSM_STEP_INTERNAL;
         return true;
     case FSM_ADDED:
-        return found_new(self, next, (fsm_found){what.to, depth, self->checkpoint_count - 1, what.tag});
+        return found_new(self, next, what.to, what.tag, what.footprint);
     case FSM_NO_ROOM:
         break;
     }
@@ -275,13 +292,14 @@ SPECIAL bool drain(fsm_search *self, fsm_layer *next, pipeline *pipe, uint32_t l
         pending what = pipe->items[pipe->first];
         pipe->first = (pipe->first + 1) % PIPE;
         pipe->count--;
-        if (!arrive(self, next, self->depth + 1, what, lossy))
+        if (!arrive(self, next, what, lossy))
             return false;
     }
     return true;
 }
 
-void fsm_search_fetch(const fsm_search *self, const fsm_layer *layer, size_t at)
+/* Fetches from memory what states a few places after one in a layer will need. */
+static void fetch(const fsm_search *self, const fsm_layer *layer, size_t at)
 {
     enum { FIRST = 16, NEXT = 8 };
     const fsm_model *model = self->model;
@@ -293,35 +311,65 @@ void fsm_search_fetch(const fsm_search *self, const fsm_layer *layer, size_t at)
         model->fetch_next(model->self, fsm_layer_states(layer)[at + NEXT]);
 }
 
+/* The footprint of the step by which a state was found, or 0 if every step of it is to be taken. A lossy set takes them all:
+ * a state that it misses may be found from another one. */
+static fsm_footprint_number found_by(const fsm_search *self, const fsm_layer *layer, size_t at)
+{
+    bool sleeps = !self->sleepless && self->passed.lossy == NULL;
+    return sleeps ? fsm_layer_footprints(layer)[at] : 0;
+}
+
+fsm_steps *fsm_search_steps(const fsm_search *self, fsm_ahead *ahead, const fsm_layer *layer, size_t at, size_t end,
+                            bool looks_ahead)
+{
+    const fsm_model *model = self->model;
+    const fsm_state *states = fsm_layer_states(layer);
+    size_t last = looks_ahead && at + FSM_AHEAD < end ? at + FSM_AHEAD : looks_ahead ? end : at + 1;
+    for (; ahead->asked < last; ahead->asked++) {
+        fsm_steps *steps = &ahead->steps[ahead->asked % FSM_AHEAD];
+        fetch(self, layer, ahead->asked);
+        fsm_steps_clear(steps, found_by(self, layer, ahead->asked));
+        if (!model->successors(model->self, states[ahead->asked], steps))
+            return NULL;
+    }
+    fsm_steps *steps = &ahead->steps[at % FSM_AHEAD];
+    return fsm_finish(model, states[at], steps) ? steps : NULL;
+}
+
+void fsm_ahead_free(fsm_ahead *self)
+{
+    for (int i = 0; i < FSM_AHEAD; i++)
+        free(self->steps[i].items);
+    *self = (fsm_ahead){.asked = 0};
+}
+
 SPECIAL pending looked_up(const fsm_search *self, const fsm_step *step, bool lossy)
 {
     const fsm_set *passed = &self->passed;
     if (lossy)
-        return (pending){step->to, NULL, fsm_lossy_home(passed->lossy, step->to), 0, self->at.tag, step->kind};
+        return (pending){step->to, NULL, fsm_lossy_home(passed->lossy, step->to), 0, self->at.tag, 0, step->kind};
     fsm_shard *shard = fsm_set_shard(passed, step->to);
     return (pending){step->to, shard, fsm_shard_home(shard, fsm_set_inner(passed, step->to)), shard->edition,
-                     self->at.tag, step->kind};
+                     self->at.tag, step->footprint, step->kind};
 }
 
-SPECIAL bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe, bool lossy)
+SPECIAL bool expand(fsm_search *self, fsm_layer *next, pipeline *pipe, const fsm_steps *steps, bool lossy)
 {
-    const fsm_model *model = self->model;
-    fsm_steps *steps = &self->steps;
-    steps->count = 0;
-    steps->deadlock = false;
-    if (!model->successors(model->self, self->at.state, steps))
+    if (steps == NULL)
         return stop(self, FSM_MODEL_FAILED);
     if (steps->deadlock)
         fsm_search_note_mark(self, 0, self->at, FSM_NONE);
     for (size_t i = 0; i < steps->count; i++) {
         const fsm_step *step = &steps->items[i];
         if (step->marks != 0)
-            note_marks(self, step->marks, self->at, (uint32_t)i);
+            note_marks(self, step->marks, self->at, step->ordinal);
         if (pipe->count == PIPE && !drain(self, next, pipe, PIPE - 1, lossy))
             return false;
         pipe->items[(pipe->first + pipe->count++) % PIPE] = looked_up(self, step, lossy);
     }
-    self->transitions += steps->count;
+    self->transitions += steps->count + steps->left_out;
+    self->left_out += steps->left_out;
+    self->maybe_cyclic = self->maybe_cyclic || steps->left_out_internal;
     self->expanded++;
     return true;
 }
@@ -351,14 +399,16 @@ SPECIAL bool expand_some(fsm_search *self, const fsm_layer *layer, size_t first,
 {
     bool each = layer->count < self->large, fine = true;
     pipeline pipe = {.count = 0};
+    self->ahead.asked = first;
     for (size_t i = first; fine && i < first + count; i++) {
         self->at = (fsm_found){fsm_layer_states(layer)[i], self->depth, self->checkpoint_count - 1,
                                fsm_layer_tags(layer)[i]};
-        fsm_search_fetch(self, layer, i);
         fine = (!each || may_go_on(self)) && (self->expanded % ASK_EVERY != 0 || is_within_limits(self))
-            && expand(self, next, &pipe, lossy);
+            && expand(self, next, &pipe, fsm_search_steps(self, &self->ahead, layer, i, first + count, !each), lossy)
+            && look_at_new(self, next, self->depth + 1, each ? 0 : LAG);
     }
-    return drain(self, next, &pipe, 0, lossy) && fine;
+    fine = drain(self, next, &pipe, 0, lossy) && fine;
+    return look_at_new(self, next, self->depth + 1, 0) && fine;
 }
 
 static bool expand_alone(fsm_search *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next)
@@ -408,16 +458,13 @@ static bool begin(fsm_search *self)
         if (steps.items[i].marks != 0)
             note_marks(self, steps.items[i].marks, nowhere, i);
         fsm_put put = fsm_set_put(&self->passed, steps.items[i].to);
-        fsm_found found = {steps.items[i].to, 0, 0, (uint32_t)first->count};
         if (put == FSM_NO_ROOM)
             fine = stop(self, FSM_OUT_OF_MEMORY);
         else if (put == FSM_ADDED)
-            fine = found_new(self, first, found);
-        if (fine && put == FSM_ADDED)
-            fsm_layer_tags(first)[first->count - 1] = i;
+            fine = found_new(self, first, steps.items[i].to, i, 0);
     }
     free(steps.items);
-    return fine && (keep_checkpoint(self, first) || stop(self, FSM_OUT_OF_MEMORY));
+    return fine && (keep_checkpoint(self, first) || stop(self, FSM_OUT_OF_MEMORY)) && look_at_new(self, first, 0, 0);
 }
 
 void fsm_search_run(fsm_search *self)
@@ -429,7 +476,7 @@ void fsm_search_run(fsm_search *self)
         fsm_layer *layer = &self->layers[self->depth % 2], *next = &self->layers[(self->depth + 1) % 2];
         if (!expand_layer(self, layer, next))
             return;
-        layer->count = 0;
+        layer->count = layer->seen = 0;
         if (next->count == 0)
             break;
         self->depth++;
@@ -457,6 +504,7 @@ void fsm_search_locate(fsm_search *self, const fsm_target *targets, size_t count
     again.cores = self->cores;
     again.large = self->large;
     again.chunk = self->chunk;
+    again.sleepless = self->sleepless;
     again.keep_on = self->keep_on;
     again.context = self->context;
     again.targets = targets;

@@ -17,10 +17,11 @@ typedef enum {
     FSM_MODEL_FAILED
 } fsm_outcome;
 
-/* States in the order they were found, each with its ancestor's place in the checkpoint before. */
+/* States in the order they were found, each with its ancestor's place in the checkpoint before, and the footprint of the
+ * step by which it was found. */
 typedef struct {
-    fsm_region states, tags;
-    size_t count;
+    fsm_region states, tags, footprints;
+    size_t count, seen; /* the first ones of them have been looked at: what marks they have */
 } fsm_layer;
 
 typedef struct {
@@ -51,6 +52,14 @@ typedef struct {
     uint32_t group;
 } fsm_target;
 
+/* Steps of a few states of a layer, asked for some time before they are finished: meanwhile memory is fetched. */
+enum { FSM_AHEAD = 8 };
+
+typedef struct {
+    fsm_steps steps[FSM_AHEAD];
+    size_t asked; /* the states before this one have been asked for theirs */
+} fsm_ahead;
+
 typedef struct fsm_search fsm_search;
 typedef struct fsm_crew fsm_crew;
 
@@ -59,6 +68,7 @@ struct fsm_search {
     size_t memory_limit;           /* bytes */
     uint32_t cores;                /* that it may use; more than one is used only for large layers */
     uint32_t large, chunk;         /* states of a large layer, and those that a core takes at a time */
+    bool sleepless;                /* every step is taken, also where another order of the same steps is (sleep.h) */
     bool (*keep_on)(fsm_search *); /* asked now and then; sets `outcome` to stop; may be NULL */
     void *context;                 /* for `keep_on` */
     const bool *awaited;           /* by mark: stop when all of these were seen; NULL: explore all */
@@ -73,13 +83,13 @@ struct fsm_search {
     fsm_set passed;
     fsm_layer layers[2];           /* the one that is expanded, and the next */
     uint32_t depth;                /* of the layer that is expanded */
-    uint64_t expanded, transitions;
+    uint64_t expanded, transitions, left_out; /* states; their steps; those of them that slept */
     bool maybe_cyclic;             /* some internal step led to a state that was known */
     fsm_witness *witnesses;        /* one for each mark of the model */
     fsm_checkpoint *checkpoints;
     uint32_t checkpoint_count, interval; /* layers from one to the next */
     size_t checkpoint_bytes, model_bytes;
-    fsm_steps steps;               /* of the state at hand */
+    fsm_ahead ahead;
     fsm_found at;                  /* the state at hand */
     fsm_outcome outcome;
     fsm_crew *crew;                /* NULL: one thread does it all */
@@ -111,8 +121,11 @@ bool fsm_witness_note(fsm_witness *self, fsm_found at, uint32_t step); /* whethe
 void fsm_search_note_mark(fsm_search *self, uint32_t mark, fsm_found at, uint32_t step);
 void fsm_search_note_group(fsm_search *self, uint32_t group, fsm_found found);
 
-/* Fetches from memory what states a few places after one in a layer will need. */
-void fsm_search_fetch(const fsm_search *self, const fsm_layer *layer, size_t at);
+/* The steps of a state of a layer, asked for with those of the states after it up to before `end`, if `looks_ahead`; NULL
+ * if the model failed. To be called for one state after the other; `ahead->asked` is the first one to begin with. */
+fsm_steps *fsm_search_steps(const fsm_search *self, fsm_ahead *ahead, const fsm_layer *layer, size_t at, size_t end,
+                            bool looks_ahead);
+void fsm_ahead_free(fsm_ahead *self);
 
 /* The group of a state that was not found yet, or FSM_NONE. */
 uint32_t fsm_search_group_of(const fsm_search *self, fsm_state state);
@@ -124,7 +137,8 @@ static inline bool fsm_search_has_targets(const fsm_search *self)
 
 static inline bool fsm_layer_has_room(const fsm_layer *layer, size_t count)
 {
-    return count * sizeof(fsm_state) <= layer->states.reserved && count * sizeof(uint32_t) <= layer->tags.reserved;
+    return count * sizeof(fsm_state) <= layer->states.reserved && count * sizeof(uint32_t) <= layer->tags.reserved
+        && count * sizeof(fsm_footprint_number) <= layer->footprints.reserved;
 }
 
 static inline fsm_state *fsm_layer_states(const fsm_layer *layer)
@@ -135,6 +149,11 @@ static inline fsm_state *fsm_layer_states(const fsm_layer *layer)
 static inline uint32_t *fsm_layer_tags(const fsm_layer *layer)
 {
     return layer->tags.base;
+}
+
+static inline fsm_footprint_number *fsm_layer_footprints(const fsm_layer *layer)
+{
+    return layer->footprints.base;
 }
 
 #endif

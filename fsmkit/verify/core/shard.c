@@ -1,24 +1,19 @@
 #include "shard.h"
 
+#include "bucket.h"
+
 #include <stdlib.h>
 #include <string.h>
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
 
 __extension__ typedef unsigned __int128 wide;
 
 enum {
-    BUCKET = 16, /* slots; one cache line */
-    REST_BITS = 31, /* of a slot; the last bit tells that it is taken */
     FIRST_BITS = 9, /* of each half */
     MOST_BITS = 31, /* of each half */
     LINE = 512,     /* pairs in a cache line */
     FIRST_BUCKETS = 64,
-    SMALL = 64 << 20 /* bytes: less than this may be dense whatever it would be hashed */
+    SMALL = 16 << 20 /* bytes: less than this may be dense whatever it would be hashed */
 };
-
-#define LOAD(buckets) ((buckets) * BUCKET / 5 * 4)
 
 /* --- the permutation of the bits of a state --------------------------------------------------- */
 
@@ -78,10 +73,16 @@ static void divide(const fsm_shard *self, uint64_t x, uint64_t *bucket, uint32_t
     *rest = (uint32_t)left << 1 | 1;
 }
 
+/* States that so many buckets are made for. */
+static uint64_t capacity(uint64_t buckets, unsigned slots)
+{
+    return buckets * slots / 5 * 4;
+}
+
 static void set_buckets(fsm_shard *self, uint64_t buckets)
 {
     self->buckets = buckets;
-    self->most = LOAD(buckets);
+    self->most = capacity(buckets, self->slots);
     self->divisor = (mask_of(self) + buckets) / buckets; /* 2^bits / buckets, rounded up */
     self->reciprocal = UINT64_MAX / self->divisor;
 }
@@ -117,33 +118,9 @@ static bool overflow_add(fsm_overflow *self, uint64_t x)
 
 /* --- hashed ---------------------------------------------------------------------------------- */
 
-static uint32_t *bucket_at(const fsm_shard *self, uint64_t bucket)
+static unsigned char *bucket_at(const fsm_shard *self, uint64_t bucket)
 {
-    return (uint32_t *)self->region.base + bucket * BUCKET;
-}
-
-/* The slot that holds `rest`, or BUCKET; and how many slots are taken, which are the first ones. */
-static unsigned search_bucket(const uint32_t *slots, uint32_t rest, unsigned *taken)
-{
-#if defined(__SSE2__)
-    unsigned same = 0, empty = 0;
-    __m128i wanted = _mm_set1_epi32((int)rest);
-    for (unsigned i = 0; i < BUCKET; i += 4) {
-        __m128i four = _mm_load_si128((const __m128i *)(const void *)(slots + i));
-        __m128i equal = _mm_cmpeq_epi32(four, wanted);
-        __m128i none = _mm_cmpeq_epi32(four, _mm_setzero_si128());
-        same |= (unsigned)_mm_movemask_ps(_mm_castsi128_ps(equal)) << i;
-        empty |= (unsigned)_mm_movemask_ps(_mm_castsi128_ps(none)) << i;
-    }
-    *taken = empty == 0 ? BUCKET : (unsigned)__builtin_ctz(empty);
-    return same == 0 ? BUCKET : (unsigned)__builtin_ctz(same);
-#else
-    unsigned i = 0;
-    while (i < BUCKET && slots[i] != 0 && slots[i] != rest)
-        i++;
-    *taken = i;
-    return i < BUCKET && slots[i] == rest ? i : BUCKET;
-#endif
+    return (unsigned char *)self->region.base + bucket * FSM_BUCKET;
 }
 
 /* Adds what is known to be new. */
@@ -151,13 +128,12 @@ static bool hashed_add(fsm_shard *self, uint64_t x)
 {
     uint64_t bucket;
     uint32_t rest;
-    unsigned taken;
     divide(self, x, &bucket, &rest);
-    uint32_t *slots = bucket_at(self, bucket);
-    (void)search_bucket(slots, rest, &taken);
-    if (taken == BUCKET)
+    void *slots = bucket_at(self, bucket);
+    unsigned taken = fsm_bucket_taken(slots, self->slots);
+    if (taken == self->slots)
         return overflow_add(&self->overflow, x);
-    slots[taken] = rest;
+    fsm_bucket_set(slots, self->slots, taken, rest);
     return true;
 }
 
@@ -174,21 +150,35 @@ static bool readmit(fsm_shard *self)
     return fine;
 }
 
-/* In place, from the last bucket to the first: no state moves to a smaller bucket. */
+/* In place, from the last bucket to the first: no state moves to a smaller bucket. Those of one bucket go to a few that
+ * follow each other, of which it is known how full they are. */
 static bool hashed_grow(fsm_shard *self, uint64_t buckets)
 {
-    if (buckets * BUCKET * sizeof(uint32_t) > self->region.reserved)
+    enum { RECENT = 8 };
+    if (buckets * FSM_BUCKET > self->region.reserved)
         return false;
     fsm_shard old = *self;
+    uint64_t first = UINT64_MAX; /* of the buckets that got something */
+    unsigned char taken[RECENT];
     bool fine = true;
     set_buckets(self, buckets);
     self->edition++;
     for (uint64_t bucket = old.buckets; bucket-- > 0;) {
-        uint32_t slots[BUCKET];
+        uint32_t slots[FSM_BUCKET / sizeof(uint32_t)], held, rest;
         memcpy(slots, bucket_at(self, bucket), sizeof slots);
         memset(bucket_at(self, bucket), 0, sizeof slots);
-        for (unsigned i = 0; i < BUCKET && slots[i] != 0; i++)
-            fine = fine && hashed_add(self, bucket * old.divisor + (slots[i] >> 1));
+        uint64_t x = bucket * old.divisor, to, from;
+        divide(self, x, &from, &rest);
+        for (uint64_t n = from; n < first && n < from + RECENT; n++)
+            taken[n % RECENT] = 0;
+        first = from;
+        for (unsigned i = 0; i < self->slots && (held = fsm_bucket_slot(slots, self->slots, i)) != 0; i++) {
+            divide(self, x + (held >> 1), &to, &rest);
+            if (taken[to % RECENT] < self->slots)
+                fsm_bucket_set(bucket_at(self, to), self->slots, taken[to % RECENT]++, rest);
+            else
+                fine = fine && overflow_add(&self->overflow, x + (held >> 1));
+        }
     }
     return fine && readmit(self);
 }
@@ -239,27 +229,42 @@ static unsigned bits_for(uint32_t most)
 uint64_t fsm_shard_places(const fsm_shard *self)
 {
     return self->dense ? self->rows * self->width
-                       : self->buckets * BUCKET + self->overflow.capacity;
+                       : self->buckets * self->slots + self->overflow.capacity;
+}
+
+/* What a slot of the table holds. */
+static uint32_t held_at(const fsm_shard *self, uint64_t place)
+{
+    return fsm_bucket_slot(bucket_at(self, place / self->slots), self->slots, (unsigned)(place % self->slots));
 }
 
 bool fsm_shard_taken(const fsm_shard *self, uint64_t place)
 {
-    uint64_t slots = self->buckets * BUCKET;
+    uint64_t slots = self->buckets * self->slots;
     if (self->dense)
         return has_cell(self, place);
-    return place < slots ? ((const uint32_t *)self->region.base)[place] != 0
-                         : self->overflow.slots[place - slots] != 0;
+    return place < slots ? held_at(self, place) != 0 : self->overflow.slots[place - slots] != 0;
 }
 
 fsm_state fsm_shard_at(const fsm_shard *self, uint64_t place)
 {
-    uint64_t slots = self->buckets * BUCKET;
+    uint64_t slots = self->buckets * self->slots;
     if (self->dense)
         return fsm_join((uint32_t)(place / self->width), (uint32_t)(place % self->width));
     if (place >= slots)
         return restored(self, self->overflow.slots[place - slots] >> 1);
-    uint32_t rest = ((const uint32_t *)self->region.base)[place] >> 1;
-    return restored(self, place / BUCKET * self->divisor + rest);
+    return restored(self, place / self->slots * self->divisor + (held_at(self, place) >> 1));
+}
+
+/* Buckets for so many states, of which the rests fit into slots. */
+static uint64_t buckets_for(const fsm_shard *self, unsigned slots, uint64_t states)
+{
+    unsigned rest_bits = FSM_BUCKET * 8 / slots - 1;
+    uint64_t least = bits_of(self) > rest_bits ? UINT64_C(1) << (bits_of(self) - rest_bits) : 1;
+    uint64_t buckets = FIRST_BUCKETS;
+    while (buckets < least || capacity(buckets, slots) < states)
+        buckets += buckets / 4;
+    return buckets;
 }
 
 static void start_hashed(fsm_shard *self, uint64_t states)
@@ -272,11 +277,9 @@ static void start_hashed(fsm_shard *self, uint64_t states)
     self->dense = false;
     self->left_bits = bits_for(self->most_left);
     self->right_bits = bits_for(self->most_right);
-    uint64_t least = bits_of(self) > REST_BITS ? UINT64_C(1) << (bits_of(self) - REST_BITS) : 1;
-    uint64_t buckets = FIRST_BUCKETS;
-    while (buckets < least || LOAD(buckets) < states)
-        buckets += buckets / 4;
-    set_buckets(self, buckets);
+    uint64_t of_wide = buckets_for(self, FSM_WIDE, states), of_narrow = buckets_for(self, FSM_NARROW, states);
+    self->slots = of_narrow < of_wide ? FSM_NARROW : FSM_WIDE;
+    set_buckets(self, of_narrow < of_wide ? of_narrow : of_wide);
 }
 
 static void start_dense(fsm_shard *self)
@@ -297,7 +300,7 @@ static bool add_new(fsm_shard *self, fsm_state state)
 static size_t needed(const fsm_shard *self)
 {
     return self->dense ? (size_t)(self->rows * self->width / 8)
-                       : (size_t)(self->buckets * BUCKET * sizeof(uint32_t));
+                       : (size_t)(self->buckets * FSM_BUCKET);
 }
 
 /* Whether to be dense rather than hashed: it is much faster, and spaces become denser as they are
@@ -373,9 +376,10 @@ static bool make_room(fsm_shard *self)
     fsm_shard dense = *self;
     start_dense(&dense);
     uint64_t buckets = self->buckets + self->buckets / 4;
-    size_t bytes = (size_t)(buckets * BUCKET * sizeof(uint32_t));
-    if (prefers_dense(&dense, bytes))
-        return rebuild(self);
+    size_t bytes = (size_t)(buckets * FSM_BUCKET);
+    bool narrow = self->slots == FSM_WIDE && buckets_for(self, FSM_NARROW, self->count) < buckets;
+    if ((prefers_dense(&dense, bytes) || narrow) && rebuild(self))
+        return true;
     return bytes <= self->limit && hashed_grow(self, buckets);
 }
 
@@ -430,16 +434,16 @@ static fsm_put dense_put(fsm_shard *self, fsm_state state, uint64_t cell)
 static fsm_put hashed_put(fsm_shard *self, fsm_state state, uint64_t home)
 {
     uint64_t bucket = home >> 32, x = bucket * self->divisor + ((uint32_t)home >> 1);
-    unsigned taken;
-    uint32_t *slots = bucket_at(self, bucket);
-    if (search_bucket(slots, (uint32_t)home, &taken) < BUCKET)
+    void *slots = bucket_at(self, bucket);
+    if (fsm_bucket_find(slots, self->slots, (uint32_t)home) < self->slots)
         return FSM_KNOWN;
-    if (taken == BUCKET && self->overflow.capacity > 0 && *overflow_slot(&self->overflow, x) != 0)
+    unsigned taken = fsm_bucket_taken(slots, self->slots);
+    if (taken == self->slots && self->overflow.capacity > 0 && *overflow_slot(&self->overflow, x) != 0)
         return FSM_KNOWN;
     if (self->count >= self->most)
         return make_room(self) ? fsm_shard_put(self, state) : FSM_NO_ROOM;
-    if (taken < BUCKET)
-        slots[taken] = (uint32_t)home;
+    if (taken < self->slots)
+        fsm_bucket_set(slots, self->slots, taken, (uint32_t)home);
     else if (!overflow_add(&self->overflow, x))
         return FSM_NO_ROOM;
     self->count++;
@@ -448,12 +452,13 @@ static fsm_put hashed_put(fsm_shard *self, fsm_state state, uint64_t home)
 
 bool fsm_shard_bucket_has(const fsm_shard *self, uint64_t home)
 {
-    unsigned taken;
     uint64_t bucket = home >> 32;
-    if (search_bucket(bucket_at(self, bucket), (uint32_t)home, &taken) < BUCKET)
+    const void *slots = bucket_at(self, bucket);
+    if (fsm_bucket_find(slots, self->slots, (uint32_t)home) < self->slots)
         return true;
     uint64_t x = bucket * self->divisor + ((uint32_t)home >> 1);
-    return taken == BUCKET && self->overflow.capacity > 0 && *overflow_slot(&self->overflow, x) != 0;
+    return self->overflow.capacity > 0 && fsm_bucket_taken(slots, self->slots) == self->slots
+        && *overflow_slot(&self->overflow, x) != 0;
 }
 
 fsm_put fsm_shard_put(fsm_shard *self, fsm_state state)
@@ -486,14 +491,14 @@ uint64_t fsm_shard_find(const fsm_shard *self, fsm_state state)
     }
     uint64_t x = permuted(self, state), bucket;
     uint32_t rest;
-    unsigned taken;
     divide(self, x, &bucket, &rest);
-    unsigned at = search_bucket(bucket_at(self, bucket), rest, &taken);
-    if (at < BUCKET)
-        return bucket * BUCKET + at;
-    if (taken < BUCKET || self->overflow.capacity == 0)
+    const void *slots = bucket_at(self, bucket);
+    unsigned at = fsm_bucket_find(slots, self->slots, rest);
+    if (at < self->slots)
+        return bucket * self->slots + at;
+    if (self->overflow.capacity == 0 || fsm_bucket_taken(slots, self->slots) < self->slots)
         return FSM_NOWHERE;
     const uint64_t *slot = overflow_slot(&self->overflow, x);
     return *slot == 0 ? FSM_NOWHERE
-                      : self->buckets * BUCKET + (uint64_t)(slot - self->overflow.slots);
+                      : self->buckets * self->slots + (uint64_t)(slot - self->overflow.slots);
 }

@@ -1,9 +1,9 @@
 /* shard.h: a shard of the passed list (set.h), an exact set of states.
  *
  * Hashed form: the bits of a state are permuted; the quotient of that number names a bucket of one
- * cache line, the rest is kept in a slot of 32 bits (quotienting: Cleary 1984). What finds its
- * bucket full goes to a small table of whole states. Buckets are in the order of the permuted
- * numbers, so the table grows in place, by a little at a time.
+ * cache line, the rest is kept in a slot of 32 bits, or 16 where there are so many buckets that the rest is
+ * small (quotienting: Cleary 1984). What finds its bucket full goes to a small table of whole states. Buckets are
+ * in the order of the permuted numbers, so the table grows in place, by a little at a time.
  *
  * Dense form: a bit for each pair of halves; chosen where that is smaller. */
 #ifndef FSM_SHARD_H
@@ -26,6 +26,7 @@ typedef struct {
     fsm_region region;
     /* hashed */
     unsigned left_bits, right_bits; /* of the halves */
+    unsigned slots;                 /* in a bucket: 16, or 32 of half the size */
     uint64_t buckets, most;         /* states that fit before the table must grow */
     uint64_t divisor, reciprocal;   /* permuted number / divisor is the bucket */
     uint64_t factors[2], inverses[2];

@@ -164,14 +164,6 @@ static void fetch_next(const void *context, fsm_state state)
     fetch_moves(tree->root_right, fsm_right(state));
 }
 
-/* Fetches what becomes of a half by what the other half sends it. */
-static void fetch_deliveries(const fsm_node *half, uint32_t state, const fsm_moves *moves)
-{
-    for (uint32_t i = 0; i < moves->count; i++)
-        if (moves->items[i].sent != 0)
-            fsm_memo_fetch(&half->delivered, fsm_join(state, moves->items[i].sent));
-}
-
 static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_part part, moves_of_both *found)
 {
     static const fsm_moves none = {0};
@@ -179,13 +171,7 @@ static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_par
     found->left = fsm_node_moves(tree, thread, tree->root_left, fsm_left(state), part);
     found->right = tree->root_right == NULL ? &none
                                             : fsm_node_moves(tree, thread, tree->root_right, fsm_right(state), part);
-    if (found->left == NULL || found->right == NULL)
-        return false;
-    if (is_worth_fetching(tree)) {
-        fetch_deliveries(tree->root_right, fsm_right(state), found->left);
-        fetch_deliveries(tree->root_left, fsm_left(state), found->right);
-    }
-    return true;
+    return found->left != NULL && found->right != NULL;
 }
 
 /* What both halves show, and which steps can be taken. */
@@ -204,40 +190,46 @@ static fsm_summary look(const fsm_tree *tree, fsm_state state)
     return left;
 }
 
-static bool add_left(fsm_tree *tree, fsm_state state, const fsm_moves *moves, fsm_steps *steps)
+/* The steps of one half that are taken, as if the other one, in the state `other_state`, got nothing of them; what it gets
+ * is left for later. */
+static bool add_steps(fsm_tree *tree, const fsm_moves *moves, const fsm_node *other, uint32_t other_state, bool of_left,
+                      fsm_steps *steps)
 {
+    const uint64_t *sleeping = fsm_sleep_row(&tree->sleep, steps->found_by);
+    bool fetches = is_worth_fetching(tree);
     for (uint32_t i = 0; i < moves->count; i++) {
-        fsm_move move = moves->items[i];
-        uint32_t right = fsm_right(state);
-        if (move.sent != 0) {
-            uint64_t reached = fsm_node_deliver(tree, tree->root_right, right, move.sent);
-            if (reached == UINT64_MAX)
-                return false;
-            right = fsm_left(reached);
-            move.marks = fsm_tree_join_marks(tree, move.marks, fsm_right(reached));
+        const fsm_move *move = &moves->items[i];
+        if (fsm_sleeps(sleeping, move->footprint)) {
+            fsm_steps_leave_out(steps, move->kind);
+            continue;
         }
-        if (move.marks == FSM_NONE || !fsm_steps_add(steps, fsm_join(move.to, right), move.marks, move.kind))
+        fsm_state to = of_left ? fsm_join(move->to, other_state) : fsm_join(other_state, move->to);
+        if (!fsm_steps_append(steps, to, move->marks, move->footprint, move->kind))
             return fsm_fail(tree->composition, "out of memory");
+        steps->items[steps->count - 1].sent = move->sent;
+        steps->items[steps->count - 1].of_left = of_left;
+        if (fetches && move->sent != 0)
+            fsm_memo_fetch(&other->delivered, fsm_join(other_state, move->sent));
     }
     return true;
 }
 
-static bool add_right(fsm_tree *tree, fsm_state state, const fsm_moves *moves, fsm_steps *steps)
+static bool add_both(fsm_tree *tree, fsm_state state, const moves_of_both *moves, fsm_steps *steps)
 {
-    for (uint32_t i = 0; i < moves->count; i++) {
-        fsm_move move = moves->items[i];
-        uint32_t left = fsm_left(state);
-        if (move.sent != 0) {
-            uint64_t reached = fsm_node_deliver(tree, tree->root_left, left, move.sent);
-            if (reached == UINT64_MAX)
-                return false;
-            left = fsm_left(reached);
-            move.marks = fsm_tree_join_marks(tree, move.marks, fsm_right(reached));
-        }
-        if (move.marks == FSM_NONE || !fsm_steps_add(steps, fsm_join(left, move.to), move.marks, move.kind))
-            return fsm_fail(tree->composition, "out of memory");
-    }
-    return true;
+    return add_steps(tree, moves->left, tree->root_right, fsm_right(state), true, steps)
+        && add_steps(tree, moves->right, tree->root_left, fsm_left(state), false, steps);
+}
+
+/* Delivers to the other half what it gets of a step. */
+static bool deliver_step(fsm_tree *tree, fsm_state state, fsm_step *step)
+{
+    uint32_t other = step->of_left ? fsm_right(state) : fsm_left(state);
+    uint64_t reached = fsm_node_deliver(tree, step->of_left ? tree->root_right : tree->root_left, other, step->sent);
+    if (reached == UINT64_MAX)
+        return false;
+    step->to = step->of_left ? fsm_join(fsm_left(step->to), fsm_left(reached)) : fsm_join(fsm_left(reached), fsm_right(step->to));
+    step->marks = fsm_tree_join_marks(tree, step->marks, fsm_right(reached));
+    return step->marks != FSM_NONE || fsm_fail(tree->composition, "out of memory");
 }
 
 static bool pass_time(fsm_tree *tree, fsm_state state, fsm_steps *steps)
@@ -254,8 +246,7 @@ static bool successors_in_turn(fsm_composition *self, fsm_state state, fsm_steps
 {
     fsm_turn turn;
     return fsm_turn_find(self, steps->thread, state, &turn) && fsm_turn_steps(self, &turn, steps)
-        && (!turn.may_pass || self->system->unit == 0 || pass_time(self->tree, state, steps))
-        && (self->system->asked_count == 0 || judge_steps(self, steps, 0));
+        && (!turn.may_pass || self->system->unit == 0 || pass_time(self->tree, state, steps));
 }
 
 static bool successors(void *context, fsm_state state, fsm_steps *steps)
@@ -264,6 +255,8 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     fsm_tree *tree = c->tree;
     if (c->system->turn != NULL)
         return successors_in_turn(c, state, steps);
+    if (c->system->asked_count > 0)
+        steps->found_by = 0; /* each step is judged, with the state that it leads to */
     fsm_summary seen = look(tree, state);
     bool is_open = seen.first == FSM_OWN && seen.waiting <= c->system->patience;
     moves_of_both own, open = {0};
@@ -271,15 +264,21 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
         || (is_open && !part_moves(tree, steps->thread, state, FSM_OPEN, &open)))
         return false;
     bool busy = own.left->busy || own.right->busy;
-    if (!add_left(tree, state, own.left, steps) || !add_right(tree, state, own.right, steps))
-        return false;
-    if (is_open && (!add_left(tree, state, open.left, steps) || !add_right(tree, state, open.right, steps)))
+    if (!add_both(tree, state, &own, steps) || (is_open && !add_both(tree, state, &open, steps)))
         return false;
     bool owed = own.left->owed || own.right->owed || (is_open && (open.left->owed || open.right->owed));
     steps->deadlock = !c->system->open && seen.waiting == 0 && seen.awaited == 0 && !seen.faulted
         && !busy && !owed && !seen.at_rest;
-    return (busy || !seen.ticking || c->system->unit == 0 || pass_time(tree, state, steps))
-        && (c->system->asked_count == 0 || judge_steps(c, steps, 0));
+    return busy || !seen.ticking || c->system->unit == 0 || pass_time(tree, state, steps);
+}
+
+static bool finish(void *context, fsm_state state, fsm_steps *steps)
+{
+    fsm_composition *c = context;
+    for (size_t i = 0; i < steps->count; i++)
+        if (steps->items[i].sent != 0 && !deliver_step(c->tree, state, &steps->items[i]))
+            return false;
+    return c->system->asked_count == 0 || judge_steps(c, steps, 0);
 }
 
 /* What a step of a state that has so many was. */
@@ -315,7 +314,7 @@ bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal,
                        fsm_state *to)
 {
     fsm_steps steps = {0};
-    bool fine = successors(self, state, &steps) && ordinal < steps.count;
+    bool fine = fsm_successors(&self->model, state, &steps) && ordinal < steps.count;
     if (fine)
         *to = steps.items[ordinal].to;
     free(steps.items);
@@ -475,7 +474,7 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
     self->model = (fsm_model){
         .abi = FSM_MODEL_ABI, .mark_count = fsm_first_mark(system, count), .self = self,
         .action_count = first_timer(system, count),
-        .initial = initial, .successors = successors,
+        .initial = initial, .successors = successors, .finish = finish,
         .fetch_first = fetch_first, .fetch_next = fetch_next, .marks = marks, .mark_set = mark_set,
         .configuration = configuration, .at_rest = at_rest, .owed = owed, .memory = memory, .failure = failure};
     self->tree = fine && self->lock != NULL ? fsm_tree_make(self) : NULL;

@@ -177,7 +177,7 @@ static fsm_state rewrite(fsm_timed_model *self, fsm_state from, fsm_timed_sought
     for (size_t i = 0; fine && i < path->count; i++) {
         uint32_t ordinal = path->steps[i];
         bool initial = from == FSM_NO_STATE;
-        steps.count = 0;
+        fsm_steps_clear(&steps, 0);
         fine = (initial ? self->model.initial(self, &steps) : self->model.successors(self, from, &steps))
             && ordinal < steps.count;
         uint32_t number = fine ? self->moves[ordinal].number : FSM_NONE;

@@ -31,7 +31,8 @@ fsm_tree *fsm_tree_make(fsm_composition *composition)
     self->composition = composition;
     self->most_kept = composition->memory_limit / 3;
     self->nodes = calloc(2 * (size_t)system->machine_count, sizeof *self->nodes);
-    bool fine = self->nodes != NULL && fsm_lists_init(&self->messages) && fsm_lists_init(&self->marks);
+    bool fine = self->nodes != NULL && fsm_lists_init(&self->messages) && fsm_lists_init(&self->marks)
+        && fsm_sleep_init(&self->sleep);
     if (fine) {
         uint32_t count = system->machine_count, middle = count / 2;
         self->root_left = make_node(self, 0, count > 1 ? middle : count);
@@ -85,6 +86,7 @@ void fsm_tree_free(fsm_tree *self)
     fsm_arena_free(&self->moves);
     fsm_lists_free(&self->messages);
     fsm_lists_free(&self->marks);
+    fsm_sleep_free(&self->sleep);
     fsm_memo_free(&self->judged);
     free(self->buffer);
     free(self->seen);
@@ -117,7 +119,8 @@ void fsm_tree_tidy(fsm_tree *self)
 size_t fsm_tree_bytes(const fsm_tree *self)
 {
     size_t bytes = __atomic_load_n(&self->kept, __ATOMIC_RELAXED) + self->node_bytes
-        + fsm_lists_bytes(&self->messages) + fsm_lists_bytes(&self->marks) + fsm_memo_bytes(&self->judged);
+        + fsm_lists_bytes(&self->messages) + fsm_lists_bytes(&self->marks) + fsm_memo_bytes(&self->judged)
+        + fsm_sleep_bytes(&self->sleep);
     for (uint32_t i = 0; i < self->node_count; i++)
         bytes += fsm_memo_bytes(&self->nodes[i].aspects);
     return bytes;
@@ -160,10 +163,8 @@ static uint32_t join_new_marks(fsm_tree *self, uint32_t a, uint32_t b)
     return fsm_lists_number(&self->marks, self->buffer, count);
 }
 
-uint32_t fsm_tree_join_marks(fsm_tree *self, uint32_t a, uint32_t b)
+uint32_t fsm_tree_join_some_marks(fsm_tree *self, uint32_t a, uint32_t b)
 {
-    if (a == 0 || b == 0 || a == b)
-        return a | b;
     fsm_lock_take(self->composition->lock);
     uint32_t joined = join_new_marks(self, a, b);
     fsm_lock_leave(self->composition->lock);
@@ -400,14 +401,9 @@ static uint64_t deliver_to_group(fsm_tree *self, fsm_node *node, uint32_t state,
     return to == FSM_NONE || marks == FSM_NONE ? UINT64_MAX : fsm_join(to, marks);
 }
 
-uint64_t fsm_node_deliver(fsm_tree *self, fsm_node *node, uint32_t state, uint32_t messages)
+uint64_t fsm_node_find_delivered(fsm_tree *self, fsm_node *node, uint32_t state, uint32_t messages)
 {
-    if (messages == 0)
-        return fsm_join(state, 0);
     uint64_t key = fsm_join(state, messages);
-    const uint64_t *known = fsm_memo_find(&node->delivered, key);
-    if (known != NULL)
-        return *known;
     uint32_t own = pick_messages(self, node, messages, true);
     if (own == FSM_NONE)
         return UINT64_MAX;
@@ -475,8 +471,44 @@ static bool add_move(fsm_tree *self, fsm_moves **moves, fsm_move move)
     return true;
 }
 
+/* The bit of an input of a machine. */
+static uint64_t bit_of_input(const fsm_system *system, const fsm_message *message)
+{
+    uint32_t link = 0;
+    while (system->input_links[link].target != message->target || system->input_links[link].input != message->number)
+        link++;
+    return UINT64_C(1) << link % 64;
+}
+
+/* Number of the footprint of a step of a machine; FSM_NONE if memory ran out. */
+static uint32_t footprint_of(fsm_tree *self, const fsm_node *node, uint32_t state, fsm_part part,
+                             const fsm_local_step *step)
+{
+    const fsm_composition *c = self->composition;
+    const fsm_machine *const *machines = c->system->machines;
+    uint32_t before = fsm_info(c, node->first, state)->view.waiting;
+    uint32_t after = fsm_info(c, node->first, step->next)->view.waiting;
+    fsm_footprint found = {.moved = UINT64_C(1) << node->first, .mover = (unsigned char)node->first,
+                           .part = (unsigned char)part, .takes = after < before, .sends = after > before};
+    found.calls = machines[node->first]->environment && part >= FSM_OWN && after > 0;
+    for (uint32_t i = 0; i < step->message_count; i++) {
+        const fsm_message *message = fsm_store_at(&c->messages, c->numbers.items[step->messages + i]);
+        uint64_t target = UINT64_C(1) << message->target;
+        if (message->is_input && !machines[message->target]->monitor) { /* monitors may have an event of it */
+            found.told |= target;
+            found.inputs |= bit_of_input(c->system, message);
+        } else {
+            found.moved |= target;
+            found.sends = true;
+            found.calls = found.calls || machines[message->target]->environment;
+        }
+    }
+    return fsm_sleep_number(&self->sleep, &found);
+}
+
 /* A step of a machine: what it sends to itself arrives at once. */
-static bool machine_move(fsm_tree *self, fsm_node *node, const fsm_local_step *step, fsm_move *move)
+static bool machine_move(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, const fsm_local_step *step,
+                         fsm_move *move)
 {
     fsm_composition *c = self->composition;
     const uint32_t *numbers = c->numbers.items;
@@ -487,13 +519,15 @@ static bool machine_move(fsm_tree *self, fsm_node *node, const fsm_local_step *s
         self->buffer[i] = first + numbers[step->notes + i];
     uint32_t marks = fsm_lists_number(&self->marks, self->buffer, step->note_count);
     uint32_t sent = fsm_lists_number(&self->messages, numbers + step->messages, step->message_count);
-    if (marks == FSM_NONE || sent == FSM_NONE)
+    uint32_t footprint = footprint_of(self, node, state, part, step);
+    if (marks == FSM_NONE || sent == FSM_NONE || footprint == FSM_NONE)
         return out_of_memory(self);
     uint64_t to = fsm_node_deliver(self, node, step->next, sent);
     if (to == UINT64_MAX)
         return false;
     *move = (fsm_move){fsm_left(to), pick_messages(self, node, sent, false),
-                       fsm_tree_join_marks(self, marks, fsm_right(to)), step->kind};
+                       fsm_tree_join_marks(self, marks, fsm_right(to)), (fsm_footprint_number)footprint,
+                       (unsigned char)step->kind};
     return (move->sent != FSM_NONE && move->marks != FSM_NONE) || out_of_memory(self);
 }
 
@@ -509,7 +543,7 @@ static bool run_machine(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part
     for (uint32_t i = first; i < first + count; i++) {
         fsm_local_step step = c->steps[i];
         fsm_move move;
-        if (!machine_move(self, node, &step, &move) || !add_move(self, moves, move))
+        if (!machine_move(self, node, state, part, &step, &move) || !add_move(self, moves, move))
             return false;
     }
     return true;

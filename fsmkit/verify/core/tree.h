@@ -14,17 +14,15 @@
 #include "arena.h"
 #include "composition.h"
 #include "lists.h"
+#include "sleep.h"
 #include "workers.h"
-
-/* Which steps of a node: own ones of monitors, of machines of the environment that have an event
- * waiting, all own ones, and what may happen to its machines. */
-typedef enum { FSM_WATCHES, FSM_ANSWERS, FSM_OWN, FSM_OPEN, FSM_PARTS } fsm_part;
 
 /* A step of a node: the state it leads to, messages for machines outside it (a list of messages), and
  * marks of the step (a list of marks). */
 typedef struct {
     uint32_t to, sent, marks;
-    fsm_kind kind;
+    fsm_footprint_number footprint;
+    unsigned char kind; /* an fsm_kind */
 } fsm_move;
 
 typedef struct {
@@ -80,6 +78,7 @@ typedef struct fsm_tree {
     uint32_t node_count;
     fsm_lists messages, marks;
     fsm_arena moves; /* those that are kept */
+    fsm_sleep sleep;
     fsm_memo judged; /* aspects of both halves -> list of marks */
     size_t kept, most_kept; /* bytes of steps and deliveries that are kept */
     size_t node_bytes;
@@ -118,9 +117,18 @@ static inline const fsm_moves *fsm_node_moves(fsm_tree *self, uint32_t thread, f
     return known != NULL ? known : fsm_node_find_moves(self, thread, node, state, part);
 }
 
+/* Finds out what becomes of a node; see fsm_node_deliver. */
+uint64_t fsm_node_find_delivered(fsm_tree *self, fsm_node *node, uint32_t state, uint32_t messages);
+
 /* The state after messages have come, and the list of marks of that (both joined as in a memo:
  * state << 32 | marks); UINT64_MAX if it failed. Messages to machines outside the node are ignored. */
-uint64_t fsm_node_deliver(fsm_tree *self, fsm_node *node, uint32_t state, uint32_t messages);
+static inline uint64_t fsm_node_deliver(fsm_tree *self, fsm_node *node, uint32_t state, uint32_t messages)
+{
+    if (messages == 0)
+        return fsm_join(state, 0);
+    const uint64_t *known = fsm_memo_find(&node->delivered, fsm_join(state, messages));
+    return known != NULL ? *known : fsm_node_find_delivered(self, node, state, messages);
+}
 
 /* The state after a unit of time; FSM_NONE if it failed. */
 uint32_t fsm_node_elapse(fsm_tree *self, fsm_node *node, uint32_t state);
@@ -129,7 +137,13 @@ uint32_t fsm_node_elapse(fsm_tree *self, fsm_node *node, uint32_t state);
 fsm_description fsm_node_describe(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, uint32_t number);
 
 /* Joins two lists of marks, or adds a mark to one. FSM_NONE if memory ran out. */
-uint32_t fsm_tree_join_marks(fsm_tree *self, uint32_t a, uint32_t b);
+uint32_t fsm_tree_join_some_marks(fsm_tree *self, uint32_t a, uint32_t b);
+
+static inline uint32_t fsm_tree_join_marks(fsm_tree *self, uint32_t a, uint32_t b)
+{
+    return a == 0 || b == 0 || a == b ? a | b : fsm_tree_join_some_marks(self, a, b);
+}
+
 uint32_t fsm_tree_add_mark(fsm_tree *self, uint32_t marks, uint32_t mark);
 
 #endif

@@ -35,8 +35,8 @@ static bool push_edges(fsm_walk *self, uint64_t state)
 {
     const fsm_model *model = self->search->model;
     const fsm_set *passed = &self->search->passed;
-    self->steps.count = 0;
-    if (!model->successors(model->self, fsm_set_at(passed, state), &self->steps))
+    fsm_steps_clear(&self->steps, 0);
+    if (!fsm_successors(model, fsm_set_at(passed, state), &self->steps))
         return false;
     for (size_t i = 0; i < self->steps.count; i++) {
         const fsm_step *step = &self->steps.items[i];
