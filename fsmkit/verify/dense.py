@@ -6,7 +6,8 @@ which is passed over for a larger one (``core/timed_model.h``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from fsmkit.verify.closed import Closed
@@ -31,14 +32,22 @@ def temporal_answers(
 ) -> tuple[Answer, ...]:
     """Decide the temporal properties; ``names`` limits them, none named: all.
 
-    Of runs nothing is asked unless all that is reached was ``found``.
+    Of runs nothing is asked unless all that is reached was ``found``. ``seconds`` (0: no limit) is
+    for that and for all of these explorations together.
     """
+    left = _clock(seconds, found.seconds)
     properties = closed.system.properties
     asked = [n for n, p in enumerate(properties) if _is_asked(p, names)]
     within = [n for n in asked if properties[n].kind is PropertyKind.WITHIN]
     of_runs = [n for n in asked if n not in within and found.end is End.COMPLETE]
-    answers = [_delay(built, closed, number, memory, seconds) for number in within]
-    return (*answers, *_of_runs(built, of_runs, memory, seconds, progress))
+    answers = [_delay(built, closed, number, memory, left()) for number in within]
+    return (*answers, *_of_runs(built, of_runs, memory, left(), progress))
+
+
+def _clock(seconds: float, spent: float) -> Callable[[], float]:
+    """Return what tells how many seconds are left: at least a moment; 0 if there is no limit."""
+    end = time.monotonic() + seconds - spent
+    return lambda: max(end - time.monotonic(), 0.001) if seconds else 0
 
 
 def _is_asked(property_: Property, names: frozenset[str]) -> bool:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
@@ -13,7 +15,7 @@ from hypothesis import strategies as st
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.closed import close
 from fsmkit.verify.dense import temporal_answers
-from fsmkit.verify.engine import CEngine, compiler
+from fsmkit.verify.engine import CEngine, Progress, compiler
 from fsmkit.verify.exploration import End
 from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.system import System, temporal_properties
@@ -374,3 +376,24 @@ def test_what_was_not_explored_is_undecided() -> None:
         (answer,) = temporal_answers(engine, closed, whole, 1 << 16, 60, None, frozenset())
     assert not answer.known
     assert "memory" in answer.why
+
+
+def test_the_time_limit_is_for_all_explorations_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = load_files(alone(WAITING, "may: [m.tick, m.kick]", DONE))
+    given: list[float] = []
+    ask = CEngine.result
+
+    def asked(self: CEngine, command: list[str], progress: Progress | None) -> Mapping[str, Any]:
+        at = command.index("--timeout") if "--timeout" in command else None
+        given.append(float(command[at + 1]) if at else 0)
+        return ask(self, command, progress)
+
+    monkeypatch.setattr(CEngine, "result", asked)
+    closed = close(system, zones=True)
+    with closing(CEngine(closed, Findings())) as engine:
+        whole = replace(engine.explore(1 << 30, 0, None), seconds=40.0)
+        for seconds in (0, 30, 60):
+            temporal_answers(engine, closed, whole, 1 << 30, seconds, None, frozenset())
+    assert given[:2] == [0, 0]
+    assert given[2] == 0.001
+    assert 0.001 < given[3] <= 20
