@@ -34,7 +34,8 @@ class End(Enum):
 class Mark:
     """How often something was seen, and a shortest way there (ordinals; the last may be it).
 
-    States are counted, and steps; not those that sleep (core/sleep.h).
+    The way is empty if memory for it ran out. States are counted, and steps; not those that sleep
+    (core/sleep.h).
     """
 
     number: int

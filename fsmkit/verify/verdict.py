@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from fsmkit.diagnostics import Findings, Severity, Span
@@ -79,6 +79,7 @@ ENDS = {
 
 
 MEMORY_RAN_OUT = "memory ran out"
+NO_WAY = "it is not shown: memory for the way there ran out; allow more with `--memory`"
 LATER = {
     PropertyKind.RECOVERABLE: "from the end of this path on it never holds again",
     PropertyKind.LEADS_TO: "on this path, and as it goes on, the second never follows the first",
@@ -128,6 +129,11 @@ def _assumptions(closed: Closed) -> Iterator[str]:
         yield f"{sample} takes sample values only"
 
 
+def _told(result: Result) -> Result:
+    """Return the verdict on something that was seen; if it is not shown, with the reason."""
+    return result if result.trace is not None else replace(result, reason=NO_WAY)
+
+
 @dataclass(frozen=True)
 class _Judge:
     closed: Closed
@@ -174,8 +180,12 @@ class _Judge:
         verdict = Verdict.UNDECIDED if doubt else Verdict.HOLDS
         return Result(name, kind, text, verdict, doubt, span=span)
 
-    def _seen(self, mark: Mark) -> Counterexample:
-        return self.show(mark.path, ())
+    def _seen(self, mark: Mark) -> Counterexample | None:
+        return self._trace(mark.path)
+
+    def _trace(self, path: tuple[int, ...], cycle: tuple[int, ...] = ()) -> Counterexample | None:
+        """Return what a path shows; None if memory for it ran out."""
+        return self.show(path, cycle) if path else None
 
     # --- what is asked for ---------------------------------------------------------------------
 
@@ -204,14 +214,15 @@ class _Judge:
         if kind is PropertyKind.REACHABLE:
             if mark is not None:
                 trace = self._seen(mark)
-                return Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span)
+                return _told(Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span))
             absent = self._absent(name, kind, text, span, self._doubt)
             if absent.verdict is Verdict.UNDECIDED:
                 return absent
             return Result(name, kind, text, Verdict.VIOLATED, span=span)
         if mark is None:
             return self._absent(name, kind, text, span, self._doubt)
-        return Result(name, kind, text, Verdict.VIOLATED, trace=self._seen(mark), span=span)
+        trace = self._seen(mark)
+        return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
 
     def _doubt_of_monitor(self, index: int, property_: Property) -> str:
         """Return why nothing can be told of a monitor; empty if it can, or it is none."""
@@ -244,7 +255,7 @@ class _Judge:
         reason = self._seen_of(property_, found)
         if not found.violated:
             return Result(name, kind, text, Verdict.HOLDS, reason, span=span)
-        trace = self.show(found.path, found.cycle) if found.path else None
+        trace = self._trace(found.path, found.cycle)
         return Result(name, kind, text, Verdict.VIOLATED, reason, trace=trace, span=span)
 
     def _doubt_of_turns(self) -> str:
@@ -271,23 +282,25 @@ class _Judge:
         mark = self.found.mark(DEADLOCK)
         if mark is None:
             return self._absent(name, kind, text, span, self._doubt)
-        return Result(name, kind, text, Verdict.VIOLATED, trace=self._seen(mark), span=span)
+        trace = self._seen(mark)
+        return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
 
     def _trap(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
         text = "no traps"
         for path in sorted(self.found.traps, key=len):
-            trace = self.show(path, ())
-            if len({step.after for step in trace.steps}) == 1 and not trace.differs:
+            trace = self._trace(path)
+            places = {step.after for step in trace.steps} if trace is not None else set()
+            if trace is not None and len(places) == 1 and not trace.differs:
                 continue  # the chart has never been anywhere else: it works without states
-            return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
+            return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
         doubt = "" if self.found.traps_known else self.found.doubt or MEMORY_RAN_OUT
         return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
 
     def _livelock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
         text = "no livelock"
         if self.found.livelock is not None:
-            trace = self.show(*self.found.livelock)
-            return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
+            trace = self._trace(*self.found.livelock)
+            return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
         doubt = "" if self.found.livelock_known else MEMORY_RAN_OUT
         return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
 
@@ -331,11 +344,11 @@ class _Judge:
         if mark is None:
             return
         trace = self._seen(mark)
-        if rule == "reachable-fault" and trace.steps:
+        if rule == "reachable-fault" and trace is not None and trace.steps:
             reasons = [line for line in trace.steps[-1].lines if line.startswith("fault ")]
             message += f": {reasons[-1].removeprefix('fault ')}" if reasons else ""
         self.findings.add(rule, message, span)
-        yield Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span)
+        yield _told(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
 
     def add_findings(self) -> None:
         """Tell what is never reached, what is lost, and what was only sampled."""

@@ -15,12 +15,13 @@ from fsmkit.model.elaborate import elaborate
 from fsmkit.testing.charts import random_document
 from fsmkit.testing.choices import SeededChoices
 from fsmkit.verify.closed import close
+from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.engine import compiler
 from fsmkit.verify.exploration import End, Exploration
 from fsmkit.verify.explore import Limits, Manner, check, explored
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import System, system_of
-from fsmkit.verify.verdict import Report
+from fsmkit.verify.verdict import Report, Verdict, conclude
 from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
@@ -242,3 +243,26 @@ def test_nearest_counterexamples_are_as_near_in_both_engines(tmp_path: Path) -> 
         assert result.trace is not None
         lengths.append(len(result.trace.steps))
     assert lengths[0] == lengths[1]
+
+
+def test_what_was_seen_is_told_though_memory_for_the_way_there_ran_out(load: Load) -> None:
+    system = load(**SYSTEMS["livelock"])
+    closed = close(system)
+    found = explored(system, Findings(), Manner("c", limits=Limits(1 << 30, 60)))
+    assert found.livelock is not None
+    lost = replace(
+        found,
+        marks=tuple(replace(mark, path=()) for mark in found.marks),
+        livelock=((), found.livelock[1]),
+    )
+
+    def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
+        raise AssertionError((path, cycle))
+
+    findings = Findings()
+    results = conclude(closed, lost, show, frozenset(), findings).results
+    violated = [result for result in results if result.verdict is Verdict.VIOLATED]
+    assert violated
+    for result in violated:
+        assert result.trace is None
+        assert "memory for the way there ran out" in result.reason

@@ -145,12 +145,12 @@ static bool make_path(delays *self, fsm_path *path)
     const fsm_search *search = self->search;
     fsm_state at = fsm_path_to_flagged(self->search, self->flags, BEFORE_LATE, path);
     if (at != FSM_NO_STATE && (self->flags[fsm_set_find(&search->passed, at)] & LATE) == 0)
-        at = fsm_path_from(search->model, at, way_to_begin, self, path);
+        at = fsm_path_from(search, at, way_to_begin, self, path);
     for (uint32_t passed = 0; at != FSM_NO_STATE && passed <= self->most; passed++) {
         uint64_t place = fsm_set_find(&search->passed, at);
         if ((self->flags[place] & ENDED) != 0)
             return true;
-        fsm_state next = fsm_path_from(search->model, at, way_on, self, path);
+        fsm_state next = fsm_path_from(search, at, way_on, self, path);
         if (next == FSM_NO_STATE)
             return true; /* where time does not count any more */
         at = next;

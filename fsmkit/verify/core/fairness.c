@@ -234,7 +234,7 @@ static bool go_round(round_trip *self, fsm_path *cycle)
     while (!self->stable_seen || is_any(f, self->open) || self->running != 0) {
         fsm_state from = at;
         size_t before = cycle->count;
-        at = fsm_path_from(model, from, way_round, self, cycle);
+        at = fsm_path_from(f->search, from, way_round, self, cycle);
         if (at == FSM_NO_STATE || cycle->count == before || f->failed)
             return false;
         fsm_state last = from; /* that of the last step */
@@ -247,7 +247,7 @@ static bool go_round(round_trip *self, fsm_path *cycle)
             (void)see(self, last, true);
         }
     }
-    return (cycle->count > 0 && at == self->first) || fsm_path_from(model, at, way_back, self, cycle) != FSM_NO_STATE;
+    return (cycle->count > 0 && at == self->first) || fsm_path_from(f->search, at, way_back, self, cycle) != FSM_NO_STATE;
 }
 
 bool fsm_fairness_lasso(fsm_fairness *self, const fsm_components *stable, const fsm_components *unstable,
@@ -256,7 +256,7 @@ bool fsm_fairness_lasso(fsm_fairness *self, const fsm_components *stable, const 
     enum { CORE = FSM_ENDS | FSM_FAIR | FSM_ENDLESS };
     fsm_state at = fsm_path_to_flagged(self->search, self->flags, FSM_HOPELESS, &found->path);
     if (at != FSM_NO_STATE && (flags_of(self, at) & CORE) == 0)
-        at = fsm_path_from(self->search->model, at, way_to_core, self, &found->path);
+        at = fsm_path_from(self->search, at, way_to_core, self, &found->path);
     if (at == FSM_NO_STATE)
         return false;
     unsigned char flags = flags_of(self, at);

@@ -46,6 +46,7 @@ fsm_state fsm_path_to_flagged(fsm_search *search, const unsigned char *flags, un
     again.cores = search->cores;
     again.large = search->large;
     again.chunk = search->chunk;
+    again.sleepless = search->sleepless;
     again.is_target = is_flagged;
     again.target_context = &context;
     again.groups = &found;

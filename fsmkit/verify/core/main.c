@@ -58,7 +58,7 @@ typedef struct {
     uint32_t temporal_count;
 } options;
 
-/* Prints the path to a state and one more step, unless that is FSM_NONE. */
+/* Prints the path to a state and one more step, unless that is FSM_NONE; nothing if memory ran out. */
 static void print_path(const fsm_search *search, const fsm_found *found, uint32_t step)
 {
     fsm_path path = {0};
@@ -317,6 +317,7 @@ static int explore(fsm_composition *composition, options *o)
            search.transitions, search.left_out, search.depth, fsm_search_bytes(&search), fsm_set_is_dense(&search.passed) ? "true" : "false",
            search.cores_used);
     print_table(search.passed.lossy);
+    fsm_search_forget(&search); /* so that paths have room */
     print_marks(&search);
     fsm_found groups[MOST_TRAPS + 1] = {{.state = FSM_NO_STATE}};
     uint32_t group_count = found.traps;

@@ -28,6 +28,7 @@ typedef struct {
     node *nodes;
     uint32_t *slots; /* number of a node plus one; 0 is empty */
     uint32_t count, capacity;
+    size_t limit; /* bytes */
 } tree;
 
 static uint32_t *slot_of(const tree *self, fsm_state state)
@@ -42,6 +43,8 @@ static uint32_t *slot_of(const tree *self, fsm_state state)
 static bool grow(tree *self)
 {
     uint32_t capacity = self->capacity == 0 ? 256 : 2 * self->capacity;
+    if (capacity / 2 * sizeof(node) + capacity * sizeof(uint32_t) > self->limit)
+        return false;
     node *nodes = realloc(self->nodes, capacity / 2 * sizeof *nodes);
     if (nodes != NULL)
         self->nodes = nodes;
@@ -98,10 +101,18 @@ static fsm_state search_from(const fsm_model *model, tree *self, fsm_find_way *w
     return end;
 }
 
-fsm_state fsm_path_from(const fsm_model *model, fsm_state from, fsm_find_way *way, void *context, fsm_path *path)
+/* What the search has left, but at least a part: it may have ended because it had nothing left. */
+static size_t room_for_paths(const fsm_search *search)
 {
-    tree self = {0};
-    fsm_state end = add(&self, from, FSM_NONE, 0) ? search_from(model, &self, way, context, path) : FSM_NO_STATE;
+    enum { PART = 8 };
+    size_t used = fsm_search_bytes(search), limit = search->memory_limit, least = limit / PART;
+    return used < limit - least ? limit - used : least;
+}
+
+fsm_state fsm_path_from(const fsm_search *search, fsm_state from, fsm_find_way *way, void *context, fsm_path *path)
+{
+    tree self = {.limit = room_for_paths(search)};
+    fsm_state end = add(&self, from, FSM_NONE, 0) ? search_from(search->model, &self, way, context, path) : FSM_NO_STATE;
     free(self.nodes);
     free(self.slots);
     return end;
@@ -116,7 +127,7 @@ static fsm_way way_to(void *context, const fsm_steps *steps, size_t step, fsm_st
 
 static bool add_segment(const fsm_search *search, fsm_state from, fsm_state to, fsm_path *path)
 {
-    return from == to || fsm_path_from(search->model, from, way_to, &to, path) != FSM_NO_STATE;
+    return from == to || fsm_path_from(search, from, way_to, &to, path) != FSM_NO_STATE;
 }
 
 bool fsm_path_to(const fsm_search *search, const fsm_found *found, fsm_path *path)
