@@ -287,7 +287,7 @@ static int explore(fsm_composition *composition, options *o)
     if (!fsm_search_init(&search, fsm_composition_model(composition), o->memory))
         return 2;
     search.cores = o->cores;
-    search.sleepless = o->sleepless;
+    search.sleepless = o->sleepless || o->graph; /* the graph has what every message does wherever it comes (sleep.h) */
     if (o->share != NULL)
         read_share(&search, o->share);
     if (o->storage != NULL && !choose_storage(&search, o))

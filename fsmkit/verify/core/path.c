@@ -19,9 +19,12 @@ bool fsm_path_add(fsm_path *self, uint32_t step)
 /* --- between two checkpoints ---------------------------------------------------------------------- */
 
 /* How a state was first reached; the nodes double as the waiting list. */
+enum { STEP_BITS = 20, FOOTPRINT_BITS = 12 };
+
 typedef struct {
     fsm_state state;
-    uint32_t from, step;
+    uint32_t from;
+    uint32_t step : STEP_BITS, footprint : FOOTPRINT_BITS;
 } node;
 
 typedef struct {
@@ -29,6 +32,7 @@ typedef struct {
     uint32_t *slots; /* number of a node plus one; 0 is empty */
     uint32_t count, capacity;
     size_t limit; /* bytes */
+    bool sleeps;  /* steps of which another order is taken are left out (sleep.h) */
 } tree;
 
 static uint32_t *slot_of(const tree *self, fsm_state state)
@@ -61,14 +65,20 @@ static bool grow(tree *self)
     return true;
 }
 
-static bool add(tree *self, fsm_state state, uint32_t from, uint32_t step)
+/* Adds the state to which a step leads from that node. False if memory ran out, or its ordinal is beyond all that is kept. */
+static bool add(tree *self, uint32_t from, const fsm_step *step)
 {
+    fsm_state state = step->to;
+    if (step->ordinal >> STEP_BITS != 0)
+        return false;
     if (self->count == self->capacity / 2 && !grow(self))
         return false;
     uint32_t *slot = slot_of(self, state);
     if (*slot != 0)
         return true;
-    self->nodes[self->count] = (node){state, from, step};
+    bool known = self->sleeps && step->footprint >> FOOTPRINT_BITS == 0;
+    self->nodes[self->count] = (node){.state = state, .from = from, .step = step->ordinal & ((1u << STEP_BITS) - 1),
+                                      .footprint = known ? step->footprint & ((1u << FOOTPRINT_BITS) - 1) : 0};
     *slot = ++self->count;
     return true;
 }
@@ -88,13 +98,14 @@ static fsm_state search_from(const fsm_model *model, tree *self, fsm_find_way *w
     bool fine = true;
     for (uint32_t at = 0; fine && end == FSM_NO_STATE && at < self->count; at++) {
         fsm_state from = self->nodes[at].state;
-        fsm_steps_clear(&steps, 0);
+        fsm_steps_clear(&steps, (fsm_footprint_number)self->nodes[at].footprint);
         fine = fsm_successors(model, from, &steps);
         for (uint32_t i = 0; fine && end == FSM_NO_STATE && i < steps.count; i++) {
             fsm_way goes = way(context, &steps, i, from);
-            if (goes == FSM_ARRIVES && add_back(self, at, path) && fsm_path_add(path, i))
-                end = steps.items[i].to;
-            fine = goes == FSM_GOES_ON ? add(self, steps.items[i].to, at, i) : goes == FSM_NO_WAY || end != FSM_NO_STATE;
+            const fsm_step *step = &steps.items[i];
+            if (goes == FSM_ARRIVES && add_back(self, at, path) && fsm_path_add(path, step->ordinal))
+                end = step->to;
+            fine = goes == FSM_GOES_ON ? add(self, at, step) : goes == FSM_NO_WAY || end != FSM_NO_STATE;
         }
     }
     free(steps.items);
@@ -109,13 +120,21 @@ static size_t room_for_paths(const fsm_search *search)
     return used < limit - least ? limit - used : least;
 }
 
-fsm_state fsm_path_from(const fsm_search *search, fsm_state from, fsm_find_way *way, void *context, fsm_path *path)
+static fsm_state find_path(const fsm_search *search, fsm_state from, fsm_find_way *way, void *context, bool sleeps,
+                           fsm_path *path)
 {
-    tree self = {.limit = room_for_paths(search)};
-    fsm_state end = add(&self, from, FSM_NONE, 0) ? search_from(search->model, &self, way, context, path) : FSM_NO_STATE;
+    tree self = {.limit = room_for_paths(search), .sleeps = sleeps};
+    const fsm_step first = {.to = from};
+    fsm_state end = add(&self, FSM_NONE, &first) ? search_from(search->model, &self, way, context, path) : FSM_NO_STATE;
     free(self.nodes);
     free(self.slots);
     return end;
+}
+
+/* Every step is asked about: not all may be taken, and then it is another graph. */
+fsm_state fsm_path_from(const fsm_search *search, fsm_state from, fsm_find_way *way, void *context, fsm_path *path)
+{
+    return find_path(search, from, way, context, false, path);
 }
 
 static fsm_way way_to(void *context, const fsm_steps *steps, size_t step, fsm_state from)
@@ -127,7 +146,7 @@ static fsm_way way_to(void *context, const fsm_steps *steps, size_t step, fsm_st
 
 static bool add_segment(const fsm_search *search, fsm_state from, fsm_state to, fsm_path *path)
 {
-    return from == to || fsm_path_from(search, from, way_to, &to, path) != FSM_NO_STATE;
+    return from == to || find_path(search, from, way_to, &to, !search->sleepless, path) != FSM_NO_STATE;
 }
 
 bool fsm_path_to(const fsm_search *search, const fsm_found *found, fsm_path *path)

@@ -11,6 +11,9 @@
  *   sleeps there, go on in the same way. Each time the step into our state is a later one in the order, so this ends, with
  *   a step that does not sleep.
  *
+ * What is lost: a value for an input may come to fewer of the local states of the machine that gets it, if another one
+ * is put beside it in the same state of the system. All local states that this leads to are found.
+ *
  * Nor is the first sight of a mark lost: what x did in u it would have done in q, which is nearer. Properties that are
  * judged at steps look at the state after it, too; where there are any, no step sleeps (system.c).
  *
