@@ -78,11 +78,6 @@ class Manner:
                 help=f"use one of {', '.join(REDUCTIONS)}",
             )
 
-    @property
-    def sleeps(self) -> bool:
-        """Whether steps are left out of which another order is taken."""
-        return SLEEP not in self.without
-
     def closed(self, system: System, *, zones: bool) -> Closed:
         """Return a system closed to be explored in this manner; ``zones`` as the engine has it."""
         return close(
@@ -129,15 +124,7 @@ def check(
         return conclude(closed, found, _shower(closed, trail_of), names, findings)
     with closing(CEngine(closed, findings)) as built:
         limits = manner.limits
-        found = built.explore(
-            limits.memory,
-            limits.seconds,
-            progress,
-            until,
-            limits.threads,
-            manner.storage,
-            sleeps=manner.sleeps,
-        )
+        found = _searched(built, manner, progress, until)
         if closed.zones:
             answers = temporal_answers(
                 built, closed, found, limits.memory, limits.seconds, progress, names
@@ -145,6 +132,17 @@ def check(
             found = replace(found, temporal=answers)
         show = _shower(closed, built.trail, built.confirm)
         return conclude(closed, found, show, names, findings)
+
+
+def _searched(
+    built: CEngine,
+    manner: Manner,
+    progress: Progress | None,
+    until: frozenset[int] = frozenset(),
+) -> Exploration:
+    limits, sleeps = manner.limits, SLEEP not in manner.without
+    memory, seconds, cores = limits.memory, limits.seconds, limits.threads
+    return built.explore(memory, seconds, progress, until, cores, manner.storage, sleeps=sleeps)
 
 
 def _demand_stored(storage: Storage, engine: str, closed: Closed) -> None:
@@ -239,12 +237,4 @@ def explored(
         )
         return found
     with closing(CEngine(closed, findings)) as built:
-        limits = manner.limits
-        return built.explore(
-            limits.memory,
-            limits.seconds,
-            progress,
-            cores=limits.threads,
-            storage=manner.storage,
-            sleeps=manner.sleeps,
-        )
+        return _searched(built, manner, progress)
