@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.closed import Closed, close
-from fsmkit.verify.engine import CEngine, compiler
+from fsmkit.verify.engine import CEngine, Progress, compiler
 from fsmkit.verify.replay import load_any
 from tests.verify.conftest import Load
 from tests.verify.random_systems import load_files, random_loop, random_system
@@ -129,9 +130,21 @@ states: {counts: {rest: true, on: {lit: {do: n = (n + 1) % 4}}}}
     assert asleep == 0
 
 
-def test_the_switch_is_one_of_the_api_too(tmp_path: Path) -> None:
+def test_the_switch_of_the_api_reaches_the_explorer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "lamp.yaml").write_text(LAMP, encoding="utf-8")
     path = tmp_path / "lamps.yaml"
     path.write_text(LAMPS, encoding="utf-8")
+    left_out: list[int] = []
+    ask = CEngine.result
+
+    def asked(self: CEngine, command: list[str], progress: Progress | None) -> Mapping[str, Any]:
+        result = ask(self, command, progress)
+        left_out.append(result["left_out"])
+        return result
+
+    monkeypatch.setattr(CEngine, "result", asked)
     found = [fsmkit.check(path, no_reduction=names).exploration for names in ((), ("sleep",))]
-    assert [e.transitions for e in found] == [24, 24]
+    assert left_out[0] > left_out[1] == 0
+    assert [(e.states, e.transitions) for e in found] == [(8, 24), (8, 24)]
