@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -13,7 +14,7 @@ from fsmkit.cli.console import err, out, print_json
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import fail
 from fsmkit.testing.conformance import Case, Result, Verdict, judge
-from fsmkit.testing.conformance_charts import Reading, Stage, read_chart, totals
+from fsmkit.testing.conformance_charts import Reading, Stage, meaning, read_chart, totals
 from fsmkit.testing.conformance_page import page, write_into
 from fsmkit.testing.conformance_suites import find_cases, find_charts
 from fsmkit.testing.harness import Harness, harness, target_harnesses
@@ -45,7 +46,8 @@ def command(
 
     The W3C's SCXML tests (in folders named `ecma`) must end in `pass`; a chart with a script beside
     it (`.json`) must follow it. Each runs on the target, or on all. Of any other chart it is told
-    how far it gets: is it read, does it become a Chart, does a strict C compiler take its C.
+    how far it gets: is it read, does it become a Chart, does a strict C compiler take its C. Its
+    meaning is kept if no condition and no content is replaced by an error at run time.
     """
     chosen = target_harnesses() if target == "all" else (harness(target),)
     cases, charts = find_cases(folder), find_charts(folder)
@@ -125,6 +127,13 @@ def summary(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> None:
     if readings:
         told = (f"{n} {name.replace('_', ' ')}" for name, n in totals(readings).items())
         out.print(f"charts: {', '.join(told)}")
+        kept = meaning(readings)
+        out.print(
+            f"meaning kept: {kept.kept} of {kept.files} files; "
+            f"{kept.places} places are an error at run time"
+        )
+        for cause in kept.causes:
+            out.print(f"{cause.files:5} files {cause.places:5} places  {cause.name}")
 
 
 def count(results: Sequence[Result]) -> dict[str, int]:
@@ -151,6 +160,7 @@ def document(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> dict[s
             "chart": reading.stage >= Stage.CHART,
             "compiled": reading.stage >= Stage.COMPILED,
             "warnings": reading.warnings,
+            "replaced": list(reading.replaced),
             **({"reason": reading.reason} if reading.reason else {}),
         }
         for reading in readings
@@ -158,6 +168,6 @@ def document(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> dict[s
     results = [*(v.result for v in verdicts), *(reading.result for reading in readings)]
     return {
         **count(results),
-        **({"charts": totals(readings)} if readings else {}),
+        **({"charts": totals(readings), "meaning": asdict(meaning(readings))} if readings else {}),
         "tests": tests,
     }

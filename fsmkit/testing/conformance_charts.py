@@ -15,6 +15,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.model.elaborate import elaborate
 from fsmkit.plugins import Target, plugin
 from fsmkit.testing.conformance import Result, reason_of, time_limit
+from fsmkit.testing.conformance_meaning import REFUSED, Cause, count_causes, replaced
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 NO_CHART = frozenset({"not-scxml", "not-a-chart"})
@@ -41,6 +42,13 @@ class Reading:
     warnings: int
     reason: str
     is_chart: bool = True
+    replaced: tuple[str, ...] = ()
+    """The cause of each place that is replaced by an error at run time."""
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Return why the meaning is not kept; nothing where every condition and content is."""
+        return self.replaced if self.stage >= Stage.CHART else (REFUSED,)
 
     @property
     def result(self) -> Result:
@@ -71,7 +79,8 @@ def read_chart(path: Path, name: str, limit: float) -> Reading:
     except Exception as error:  # noqa: BLE001  (a bug fails one file, not the run)
         reason = reason_of(error)
     warnings = sum(d.severity is Severity.WARNING for d in findings)
-    return Reading(name, stage, warnings, reason, NO_CHART.isdisjoint(_errors(findings)))
+    is_chart = NO_CHART.isdisjoint(_errors(findings))
+    return Reading(name, stage, warnings, reason, is_chart, replaced(findings))
 
 
 def compile_strictly(chart: Chart, findings: Findings) -> None:
@@ -98,6 +107,26 @@ def totals(readings: Iterable[Reading]) -> dict[str, int]:
         "compiled": len(compiled),
         "compiled_without_warning": sum(not reading.warnings for reading in compiled),
     }
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """How many of the charts keep every condition and every content, and why others do not."""
+
+    files: int
+    kept: int
+    causes: tuple[Cause, ...]
+
+    @property
+    def places(self) -> int:
+        """Return how many places are replaced by an error."""
+        return sum(cause.places for cause in self.causes if cause.name != REFUSED)
+
+
+def meaning(readings: Iterable[Reading]) -> Meaning:
+    """Return how many charts keep their meaning."""
+    causes = [reading.causes for reading in readings if reading.is_chart]
+    return Meaning(len(causes), causes.count(()), count_causes(causes))
 
 
 def _errors(findings: Findings) -> set[str]:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from fsmkit.testing.conformance import Result, Verdict
-from fsmkit.testing.conformance_charts import Reading, totals
+from fsmkit.testing.conformance_charts import Reading, meaning, totals
 
 BEGIN = "<!-- conformance: written by `fsmkit conformance --markdown`, not by hand -->"
 END = "<!-- /conformance -->"
@@ -79,6 +79,16 @@ def _charts(readings: Sequence[Reading]) -> Iterator[str]:
     yield _row("files", "read", "become a Chart", "compile to C", "of these without a warning")
     yield "|---:|---:|---:|---:|---:|"
     yield _row(*map(str, totals(readings).values()))
+    kept = meaning(readings)
+    yield ""
+    yield f"Every condition and every content is kept in {kept.kept} of {kept.files} files; in the"
+    yield f"others {kept.places} places are an error when they are reached."
+    if kept.causes:
+        yield ""
+        yield _row("files", "places", "cause")
+        yield "|---:|---:|---|"
+        for cause in kept.causes:
+            yield _row(str(cause.files), str(cause.places), cause.name)
     stopped = [reading for reading in readings if reading.is_chart and reading.reason]
     if stopped:
         yield ""

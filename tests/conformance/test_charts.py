@@ -10,7 +10,8 @@ import pytest
 
 from fsmkit.cli import run
 from fsmkit.testing.conformance import Result
-from fsmkit.testing.conformance_charts import Stage, read_chart
+from fsmkit.testing.conformance_charts import Reading, Stage, meaning, read_chart
+from fsmkit.testing.conformance_meaning import REFUSED
 from fsmkit.testing.conformance_suites import find_cases, find_charts
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"'
@@ -95,6 +96,10 @@ def test_the_verb_tells_how_far(folder: Path, capsys: pytest.CaptureFixture[str]
     assert lines[4].startswith("read yes  chart no   C no   b/target.scxml  FK0201 unknown-name: ")
     assert lines[5].split() == ["no", "chart", "pom.xml"]
     assert lines[6] == ("charts: 5 files, 4 read, 3 charts, 3 compiled, 2 compiled without warning")
+    assert lines[7:] == [
+        "meaning kept: 3 of 5 files; 0 places are an error at run time",
+        "    2 files     2 places  the file is no chart",
+    ]
     assert run(["conformance", str(folder), "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert (document["passed"], document["failed"], document["skipped"]) == (3, 2, 1)
@@ -103,3 +108,31 @@ def test_the_verb_tells_how_far(folder: Path, capsys: pytest.CaptureFixture[str]
     assert (target["read"], target["chart"], target["compiled"]) == (True, False, False)
     assert run(["conformance", str(folder / "a"), "--quiet"]) == 0
     assert capsys.readouterr().out.startswith("charts: 3 files")
+
+
+REPLACED = {
+    '<transition cond="nosuch" target="s"/>': "a name, state or operation that is not there",
+    "<onentry><script>a.b(1)</script></onentry>": "a call on an object",
+    '<onentry><send event="e" target="#_b"/></onentry>': "a target that nothing is reached under",
+    '<onentry><send event="e" type="DOM"/></onentry>': (
+        "a service, processor or chart that is not there"
+    ),
+    '<invoke src="absent.scxml"/>': "a service, processor or chart that is not there",
+    '<onentry><assign name="x"/></onentry>': (
+        "an element without what SCXML demands, or of no SCXML"
+    ),
+    "<onentry><script>for (;;) {}</script></onentry>": "a function, loop, class or module",
+    '<transition cond="{" target="s"/>': "an object or a list that grows",
+    '<transition event="e" cond="_event.data == 1" target="s"/>': "`_event.data` as a whole",
+}
+
+
+@pytest.mark.parametrize(("inside", "cause"), REPLACED.items())
+def test_a_place_that_is_an_error_has_a_cause(tmp_path: Path, inside: str, cause: str) -> None:
+    path = tmp_path / "a.scxml"
+    path.write_text(f'{HEAD}><state id="s">{inside}</state></scxml>', encoding="utf-8")
+    reading = read_chart(path, "a", 20)
+    assert set(reading.causes) == {cause}
+    kept = meaning([reading, Reading("b", Stage.CHART, 0, ""), Reading("c", Stage.READ, 0, "x")])
+    assert (kept.files, kept.kept, kept.places) == (3, 1, len(reading.causes))
+    assert {one.name for one in kept.causes} == {cause, REFUSED}

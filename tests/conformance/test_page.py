@@ -54,11 +54,13 @@ def test_clauses_are_in_order_and_reasons_told_once() -> None:
 def test_charts_are_counted() -> None:
     readings = [
         Reading("a.scxml", Stage.COMPILED, 0, ""),
-        Reading("b.scxml", Stage.CHART, 3, "FK0400 x: y"),
+        Reading("b.scxml", Stage.CHART, 3, "FK0400 x: y", replaced=("other", "other")),
         Reading("pom.xml", Stage.NOWHERE, 0, "not-scxml", is_chart=False),
     ]
     lines = page([], readings)
     assert "| 2 | 2 | 2 | 1 | 1 |" in lines
+    assert "Every condition and every content is kept in 1 of 2 files; in the" in lines
+    assert "| 1 | 2 | other |" in lines
     assert lines[-1] == "| b.scxml | chart | FK0400 x: y |"
 
 
