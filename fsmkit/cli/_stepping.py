@@ -26,6 +26,9 @@ HELP = """\
   events             the events there are; * marks those that something active looks at
   quit               leave"""
 
+AT_START = ("start 0", "run 0")
+"""What the machine sent to itself at its start is taken before any time passes."""
+
 
 class Stepper:
     """A chart under the simulated clock of the command line."""
@@ -47,7 +50,8 @@ class Stepper:
 
     def start(self) -> None:
         """Start the machine at time 0."""
-        self._play(at_line("start 0"))
+        for line in AT_START:
+            self._play(at_line(line))
 
     def do(self, item: str) -> None:
         """Do one thing: an event, ``wait``, ``set``; an empty one is nothing."""
@@ -80,7 +84,7 @@ class Stepper:
         """Return the run as data for JSON."""
         return {
             "chart": self.chart.name,
-            "steps": [macrostep_document(self.chart, step) for step in self._steps],
+            "steps": [d for step in self._steps if (d := macrostep_document(self.chart, step))],
             "active": active_leaves(self.chart, self.snapshot),
             "data": {
                 name: to_python(value, field.type)
@@ -102,7 +106,8 @@ class Stepper:
                 for text in trace_lines(self.chart, (told,)):
                     out.print(text, markup=False)
             else:
-                out.print(pretty(self.chart, told))
+                for styled in pretty(self.chart, told):
+                    out.print(styled)
 
     def _print_data(self) -> None:
         for name, value, field in variables(self.chart, self.snapshot):
@@ -121,8 +126,10 @@ class Stepper:
 
 
 def macrostep_document(chart: Chart, step: Macrostep) -> dict[str, Any]:
-    """Return a macrostep as data for JSON."""
-    states = chart.states
+    """Return a macrostep as data for JSON; nothing for an event that only changes its queue."""
+    states, trace = chart.states, list(trace_lines(chart, (step,)))
+    if not trace:
+        return {}
     return {
         "at": step.at,
         "cause": Printer(chart).cause(step),
@@ -134,7 +141,7 @@ def macrostep_document(chart: Chart, step: Macrostep) -> dict[str, Any]:
             }
             for small in step.microsteps
         ],
-        "trace": list(trace_lines(chart, (step,))),
+        "trace": trace,
         "active": active_leaves(chart, step.after),
     }
 
@@ -156,7 +163,7 @@ def script_lines(chart: Chart, events: str | None, script: list[str] | None) -> 
     """Return the script of ``--events`` (which starts at 0), or the one that was given."""
     if script is not None:
         return script
-    lines, now = ["start 0"], 0
+    lines, now = [*AT_START], 0
     for item in (events or "").replace("\n", ";").split(";"):
         for step in steps_of(chart, at_line(item.strip())):
             if step.startswith("wait "):

@@ -123,11 +123,9 @@ class SystemStepper:
             "system": self.system.name,
             "now": self._session.now,
             "steps": [
-                {
-                    "machine": done.machine,
-                    **macrostep_document(self._charts[done.machine], done.macrostep),
-                }
+                {"machine": done.machine, **document}
                 for done in self._done
+                if (document := macrostep_document(self._charts[done.machine], done.macrostep))
             ],
             "active": {name: list(self._session.active(name)) for name in self._charts},
             "data": {
@@ -178,13 +176,9 @@ class SystemStepper:
                 lines = trace_lines(chart, (done.macrostep,))
                 self._print(f"{done.machine}: {line}" for line in lines)
             else:
-                text = Styled()
-                for line in pretty(chart, done.macrostep).split("\n"):
-                    text.append(f"{done.machine:<{self._width}}", "blue").append_text(line).append(
-                        "\n"
-                    )
-                text.right_crop(1)
-                out.print(text)
+                for line in pretty(chart, done.macrostep):
+                    name = f"{done.machine:<{self._width}}"
+                    out.print(Styled.assemble((name, "blue"), line))
 
     def _print(self, lines: Iterable[str]) -> None:
         for line in lines if not self._is_quiet else ():

@@ -47,31 +47,28 @@ from fsmkit.runtime.values import show
 INDENT = " " * 10
 
 
-def pretty(chart: Chart, macrostep: Macrostep) -> Text:
-    """Return a macrostep as styled text; the last line says what is active then.
+def pretty(chart: Chart, macrostep: Macrostep) -> Iterator[Text]:
+    """Yield a macrostep as styled lines; the last one says what is active then.
 
-    What an invoked machine does stands behind the id of its invocation.
+    A delayed event that only changes place, into the queue, has no line; one that leaves the
+    machine is told with its time. What an invoked machine does stands behind the id of its
+    invocation.
     """
-    text = Text()
     printer = Printer(chart)
+    effects = macrostep.effects
     is_whole = not isinstance(macrostep.event, Delayed | Within | Cancellation)
-    if is_whole:
+    if is_whole or (isinstance(macrostep.event, Delayed) and effects):
         time = duration_text(macrostep.at * chart.capacities.tick)
-        text.append(f"{time:>8}  ", "cyan")
-        text.append(printer.cause(macrostep), "bold")
-        text.append("\n")
-    for effect in macrostep.effects:
+        yield Text.assemble((f"{time:>8}  ", "cyan"), (printer.cause(macrostep), "bold"))
+    for effect in effects:
         if isinstance(effect, Ran):
             invocation = chart.invocations[effect.invocation]
-            for within in pretty(invocation.chart, effect.macrostep).split("\n"):
-                text.append(f"{INDENT}{invocation.id}: ", "blue").append_text(within).append("\n")
-            continue
-        line, style = printer.effect(effect)
-        text.append(f"{INDENT}{line}\n", style)
+            for within in pretty(invocation.chart, effect.macrostep):
+                yield Text.assemble((f"{INDENT}{invocation.id}: ", "blue"), within)
+        else:
+            yield Text(INDENT).append(*printer.effect(effect))
     if is_whole:
-        text.append(f"{INDENT}{printer.active(macrostep.after)}\n", "green")
-    text.right_crop(1)
-    return text
+        yield Text.assemble(INDENT, (printer.active(macrostep.after), "green"))
 
 
 class Printer:
@@ -88,7 +85,7 @@ class Printer:
             case Occurrence() as occurrence:
                 return self.event(occurrence)
             case Delayed(occurrence):
-                return self.event(occurrence)
+                return f"{self.event(occurrence)} is due"
             case Timeout(transition):
                 return self.trigger(self.chart.transitions[transition])
             case None:
