@@ -70,7 +70,16 @@ def with_invoked(document: Document, findings: Findings, invokers: tuple[Path, .
         return replace(invoke, loaded=tuple((name, d) for name, d in found if d))
 
     def load_source(name: Text) -> tuple[Document, ...]:
-        path = Path(document.source.name).parent / name.value.removeprefix("file:")
+        path = document.source.beside(name.value)
+        if path is None:
+            if document.datamodel != "fsmkit":
+                return ()
+            raise fail(
+                "unloaded-source",
+                f"`{name}` leaves the folder of the chart",
+                name,
+                help="invoke a chart in the folder of this one, or below it",
+            )
         if real(path) in invokers:
             raise fail(
                 "invocation-cycle",

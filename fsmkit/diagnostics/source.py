@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,22 @@ class Source:
         if line > len(starts):
             return len(self.text)
         return min(starts[max(line, 1) - 1] + column - 1, len(self.text))
+
+    def beside(self, src: str) -> Path | None:
+        """Return the path that a `src` in this text names; None if it leaves the folder.
+
+        It is beside this file or below, also where links lead; ``file:`` before it says nothing.
+        """
+        try:
+            here = Path(self.name)
+            folder = here.resolve().parent
+            if here.parent.resolve() == folder:
+                folder = here.parent
+            path = folder / src.strip().removeprefix("file:")
+            is_inside = path.resolve().is_relative_to(folder.resolve())
+        except (OSError, ValueError, RuntimeError):  # the last: links that go in circles
+            return None
+        return path if is_inside else None
 
     def line(self, number: int) -> str:
         """Return the text of a one-based line, without its newline."""

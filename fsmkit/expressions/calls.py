@@ -7,23 +7,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fsmkit.diagnostics import Severity
 from fsmkit.expressions.arithmetic import exact
+from fsmkit.expressions.mathematics import MATH, apply, bind_math
 from fsmkit.expressions.names import suggestion
-from fsmkit.expressions.operators import described, type_apply, type_binary
 from fsmkit.expressions.scope import Signature
 from fsmkit.expressions.syntax import CallNode, MemberNode, NameNode, StringNode
-from fsmkit.expressions.tree import (
-    Binary,
-    BinaryOp,
-    Call,
-    EventField,
-    Expr,
-    Function,
-    InState,
-    Literal,
-    Variable,
-)
-from fsmkit.expressions.types import ArrayType, IntType
+from fsmkit.expressions.tree import Call, Expr, Function, InState, Literal
+from fsmkit.expressions.types import BOOL, ArrayType
 
 if TYPE_CHECKING:
     from fsmkit.expressions.binding import Binder
@@ -42,13 +33,9 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
         case NameNode(name="len"):
             return _length(binder, node)
         case NameNode(name="min" | "max" | "abs" as name):
-            return _apply(binder, node, Function(name))
-        case MemberNode(base=NameNode(name="Math"), name="min" | "max" | "abs" as name):
-            return _apply(binder, node, Function(name))
-        case MemberNode(base=NameNode(name="Math"), name="trunc" | "floor" as name):
-            return _whole_quotient(binder, node, name)
-        case MemberNode(base=NameNode(name="Math"), name="pow"):
-            return _power(binder, node)
+            return apply(binder, node, Function(name))
+        case MemberNode(base=NameNode(name="Math"), name=name) if name in MATH:
+            return bind_math(binder, node, name)
         case NameNode(name=name):
             known = (*scope.operations, *BUILT_IN)
             declare = f"declare it under `operations`: `{name}(...)`"
@@ -91,7 +78,9 @@ def _operation(binder: Binder, node: CallNode, name: str, signature: Signature) 
 
 
 def _in_state(binder: Binder, node: CallNode) -> Expr | None:
-    states = binder.context.scope.states
+    """Type ``In(state)``: of no state of the chart it is false in SCXML, as none is active."""
+    scope = binder.context.scope
+    states = scope.states
     if len(node.arguments) != 1:
         message = f"`In` takes one state, not {len(node.arguments)}"
         return binder.context.report("wrong-arguments", message, binder.span(node))
@@ -101,12 +90,16 @@ def _in_state(binder: Binder, node: CallNode) -> Expr | None:
     state = argument.value if isinstance(argument, StringNode) else written
     if state in states:
         return InState(states[state], state, binder.span(node))
-    return binder.context.report(
+    is_loose = scope.dialect != "fsmkit"
+    otherwise = "it is never active: name a state of this chart" if is_loose else None
+    binder.context.report(
         "unknown-name",
         f"unknown state `{state}`",
         binder.span(argument),
-        suggestion(state, states, "name a state of this chart"),
+        suggestion(state, states, otherwise or "name a state of this chart"),
+        Severity.WARNING if is_loose else None,
     )
+    return Literal(False, BOOL, binder.span(node)) if is_loose else None
 
 
 def _length(binder: Binder, node: CallNode) -> Expr | None:
@@ -118,68 +111,3 @@ def _length(binder: Binder, node: CallNode) -> Expr | None:
         message = "`len` takes one array"
         return binder.context.report("wrong-arguments", message, binder.span(node))
     return Literal(type_.length, exact(type_.length, type_.length), binder.span(node))
-
-
-def _apply(binder: Binder, node: CallNode, function: Function) -> Expr | None:
-    arguments = []
-    for each in node.arguments:
-        argument = binder.value(each)
-        if argument is None:
-            return None
-        arguments.append(argument)
-    return type_apply(binder.context, function, tuple(arguments), binder.span(node))
-
-
-def _whole_quotient(binder: Binder, node: CallNode, name: str) -> Expr | None:
-    """Type ``Math.trunc(a / b)``, and ``Math.floor(a / b)`` where nothing is negative."""
-    quotient = binder.quotient(node.arguments[0]) if len(node.arguments) == 1 else None
-    if isinstance(quotient, Binary) and (name == "trunc" or _is_never_negative(quotient)):
-        return quotient
-    if quotient is None and len(node.arguments) == 1:
-        argument = binder.value(node.arguments[0])
-        if argument is None or isinstance(argument.type, IntType):
-            return argument
-        what = described(argument.type)
-    else:
-        what = "a quotient that may be negative"
-    return binder.context.report(
-        "outside-language",
-        f"`Math.{name}` of {what} is outside the language",
-        binder.span(node),
-        "declare an operation",
-    )
-
-
-def _is_never_negative(quotient: Binary) -> bool:
-    return all(
-        isinstance(side.type, IntType) and side.type.lo >= 0
-        for side in (quotient.left, quotient.right)
-    )
-
-
-MOST_FACTORS = 8
-"""The greatest exponent for which a power is written as a product."""
-
-
-def _power(binder: Binder, node: CallNode) -> Expr | None:
-    """Type ``Math.pow(x, 3)`` as ``x * x * x``: an integer stays one, as with ``*``."""
-    values = [binder.value(argument) for argument in node.arguments]
-    if any(value is None for value in values):
-        return None
-    match values:
-        case [(Variable() | Literal() | EventField()) as base, Literal(value=int(exponent))] if (
-            1 <= exponent <= MOST_FACTORS
-        ):
-            product: Expr | None = base
-            for _ in range(exponent - 1):
-                if product is not None:
-                    span = binder.span(node)
-                    product = type_binary(binder.context, BinaryOp.MUL, product, base, span)
-            return product
-        case _:
-            return binder.context.report(
-                "outside-language",
-                "this power is outside the language",
-                binder.span(node),
-                f"raise a variable to a constant of 1 to {MOST_FACTORS}, or declare an operation",
-            )

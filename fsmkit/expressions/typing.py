@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Set as AbstractSet
+
 from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.expressions.arithmetic import exact
 from fsmkit.expressions.binding import Binder
@@ -16,7 +18,7 @@ from fsmkit.expressions.names import Context
 from fsmkit.expressions.operators import described, type_binary
 from fsmkit.expressions.scope import Scope
 from fsmkit.expressions.spelling import spell
-from fsmkit.expressions.syntax import CallNode, Node, SyntaxFault, parse
+from fsmkit.expressions.syntax import CallNode, Node, SyntaxFault
 from fsmkit.expressions.tree import (
     Binary,
     BinaryOp,
@@ -45,6 +47,7 @@ from fsmkit.expressions.types import (
     Type,
     Value,
 )
+from fsmkit.expressions.words import OWN_WORDS, parse_with_names
 
 
 def type_expression(
@@ -79,7 +82,7 @@ def type_truth(text: Text, scope: Scope, findings: Findings) -> Expr | None:
 def type_location(text: Text, scope: Scope, findings: Findings) -> Location | None:
     """Read and type what an assignment writes: data or an output, or a part of one."""
     context = Context(scope, findings)
-    node = _parsed(text, context)
+    node = _parsed(text, context, is_location=True)
     expr = None if node is None else Binder(context, text).bind(node, None)
     if expr is None:
         return None
@@ -135,9 +138,13 @@ def type_update(
     return None if result is None else fit(context, result, location.type)
 
 
-def _parsed(text: Text, context: Context) -> Node | None:
+def _parsed(text: Text, context: Context, *, is_location: bool = False) -> Node | None:
+    """Read an expression; in ECMAScript our words are names in locations, and where declared."""
+    names: AbstractSet[str] = frozenset()
+    if context.is_ecmascript:
+        names = OWN_WORDS if is_location else OWN_WORDS & context.scope.variables.keys()
     try:
-        return parse(text.value)
+        return parse_with_names(text.value, names)
     except SyntaxFault as fault:
         span = text.span_of(fault.start, fault.end)
         return context.report(fault.rule, fault.message, span, fault.advice)

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
 from fsmkit.scxml.names import (
@@ -195,14 +194,13 @@ class Context:
         The text keeps the place of the name: what is wrong in the file is said there.
         """
         try:
-            folder = Path(self.source.name).resolve().parent
-            path = (folder / src.value.strip().removeprefix("file:")).resolve()
-            if not (path.is_relative_to(folder) and path.is_file()):
+            path = self.source.beside(src.value)
+            if path is None or not path.is_file():
                 return None
             if path.stat().st_size > LARGEST_PART:
                 return None
             content = path.read_text(encoding="utf-8-sig")
-        except (OSError, ValueError, RuntimeError):  # the last: links that go in circles
+        except (OSError, ValueError):
             return None
         return Text(content, src.span, ())
 

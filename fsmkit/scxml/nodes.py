@@ -165,6 +165,7 @@ class _Builder:
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
         self.parser.CharacterDataHandler = self._data
+        self.parser.StartDoctypeDeclHandler = self._doctype
         self.parser.EntityDeclHandler = self._entity
         self.parser.SkippedEntityHandler = self._skipped
 
@@ -185,6 +186,16 @@ class _Builder:
         place = Span(self.source, at, end)
         self._findings.add("xml-beyond-charts", what, place, help=advice)
         raise _Stop
+
+    def _doctype(
+        self, name: str, system_id: str | None, public_id: str | None, has_internal_subset: bool
+    ) -> None:
+        del has_internal_subset
+        if system_id is not None or public_id is not None:
+            self._refuse(
+                f"the declaration of `{name}` names an external subset; it is not read",
+                "remove `<!DOCTYPE ...>`: a chart needs none",
+            )
 
     def _entity(self, name: str, *rest: object) -> None:
         del rest

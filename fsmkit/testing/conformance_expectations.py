@@ -43,6 +43,17 @@ def ends_in_pass(chart: Chart, harness: Harness) -> None:
     raise Unmet(f"does not end: it stays in {where}{because}")
 
 
+def shows(line: str) -> Callable[[Chart, Harness], None]:
+    """Return the judge of a test that a person is to judge by what its log shows."""
+
+    def judge_line(chart: Chart, harness: Harness) -> None:
+        trace = harness.run(chart, ["start 0", "run 0", "run 0"])
+        if line not in trace:
+            raise Unmet(f"the trace does not show `{line}`")
+
+    return judge_line
+
+
 def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
     """Return the judge of a scripted chart.
 

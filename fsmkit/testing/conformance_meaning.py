@@ -20,7 +20,8 @@ REFUSED = "the file is no chart"
 CAUSES: Mapping[str, re.Pattern[str]] = {
     "a target that nothing is reached under": re.compile(r"is no target$|nothing is reached under"),
     "a service, processor or chart that is not there": re.compile(
-        r"there is no (service|event processor)|names no chart$|could not be read$"
+        r"there is no (service|event processor)|names no chart$"
+        r"|could not be read$|leaves the folder of the chart$"
     ),
     "an element without what SCXML demands, or of no SCXML": re.compile(
         r"`<[^>]*>` (has no `|is no executable content|follows)"

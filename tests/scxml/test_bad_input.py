@@ -43,6 +43,8 @@ def rules_of(text: str) -> list[str]:
         ('<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><scxml>&a;</scxml>',
          "xml-beyond-charts"),
         ('<!DOCTYPE x [<!ENTITY % a SYSTEM "http://x/y"> %a;]><scxml/>', "xml-beyond-charts"),
+        ('<!DOCTYPE scxml SYSTEM "http://x/y"><scxml/>', "xml-beyond-charts"),
+        ('<!DOCTYPE scxml PUBLIC "-//W3C//DTD" "http://x/y"><scxml/>', "xml-beyond-charts"),
         ('<!DOCTYPE x SYSTEM "http://x/y"><scxml>&unknown;</scxml>', "xml-beyond-charts"),
         ('<scxml xmlns:x="http://www.w3.org/2001/XInclude"><x:include href="a"/></scxml>',
          "xml-beyond-charts"),

@@ -18,10 +18,11 @@ def check(chart: Chart, findings: Findings) -> None:
     sent: set[int] = set()
     for statement in all_statements(chart):
         match statement:
-            case Send(
-                event, destination=Destination.PORT | Destination.INVOKER | Destination.INVOKED
-            ):
+            case Send(event, destination=Destination.PORT):
                 sent.add(event)
+            case Send(event, destination=Destination.INVOKER | Destination.INVOKED):
+                sent.add(event)
+                heard.add(event)  # by the other machine
             case Send(event) | Raise(event):
                 heard.add(event)
             case _:

@@ -39,6 +39,7 @@ from fsmkit.model.document import (
 from fsmkit.model.given import Given
 from fsmkit.model.literal_content import content_value, members, string
 from fsmkit.model.passes.known_strings import KnownStrings, assigned, find_strings
+from fsmkit.model.passes.repeated_params import apart, with_fields_of_their_own
 from fsmkit.model.passes.walk_document import parts
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
@@ -139,6 +140,7 @@ class _Lowering:
         done_data, done_content = state.done_data, state.done_content
         if done_content is not None and not done_data:
             done_data, done_content = _payload(done_content), None
+        done_data = apart(done_data)
         return replace(
             state,
             children=tuple(self._state(child) for child in state.children),
@@ -262,14 +264,21 @@ class _Lowering:
             )
         else:
             chosen = ()
-        return chosen or (self._with_id(send),)
+        return chosen or (self._with_id(self._apart(send)),)
+
+    def _apart(self, send: DocSend) -> DocSend:
+        """Return a send without two fields of one name; what is declared has none."""
+        is_declared = send.event is not None and send.event.value in self._declared()
+        return send if is_declared else with_fields_of_their_own(send)
+
+    def _declared(self) -> set[str]:
+        return {event.name.value for event in self.document.events}
 
     def _with_id(self, send: DocSend) -> DocSend:
         """Return a send whose id goes with the event, if ids are asked for (SCXML 5.10.1)."""
         if not self.asks_for_ids or send.id is None or send.event is None:
             return send
-        declared = {event.name.value for event in self.document.events}
-        if send.event.value in declared or send.event.value.startswith("done."):
+        if send.event.value in self._declared() or send.event.value.startswith("done."):
             return send
         name = replace(send.id, value=SEND_ID, offsets=())
         sent = DocArgument(name, string(send.id.value, send.id))

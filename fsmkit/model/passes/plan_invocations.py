@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Source, Text
 from fsmkit.expressions import location_of_session
 from fsmkit.model.document import DocInvoke, Document
 from fsmkit.model.given import Given
@@ -39,7 +39,7 @@ def plan_invocations(
     taken = {i.id.value for node in tree.nodes for i in node.state.invokes if i.id is not None}
     for node in tree.nodes:
         for number, invoke in enumerate(node.state.invokes, 1):
-            if reason := _why_not(invoke, depth):
+            if reason := _why_not(invoke, depth, document.source):
                 findings.add(
                     "unsupported-invoke",
                     f"what `{node.id}` invokes is not run: {reason}",
@@ -80,7 +80,7 @@ def is_service(type_: Text | None) -> bool:
     return type_ is None or type_.value.strip() in SERVICES
 
 
-def _why_not(invoke: DocInvoke, depth: int) -> str:
+def _why_not(invoke: DocInvoke, depth: int, source: Source) -> str:
     """Return why an ``invoke`` cannot be done at all; empty where it can."""
     if not is_service(invoke.type):
         return f"there is no service `{invoke.type}`"
@@ -90,6 +90,8 @@ def _why_not(invoke: DocInvoke, depth: int) -> str:
         return "its `src` is computed at run time"
     if invoke.content_expr is not None and not invoke.loaded:
         return "its content is computed at run time"
+    if not invoke.loaded and invoke.src is not None and source.beside(invoke.src.value) is None:
+        return f"`{invoke.src}` leaves the folder of the chart"
     if not invoke.loaded:
         return "it names no chart" if invoke.src is None else f"`{invoke.src}` could not be read"
     if depth >= DEEPEST:

@@ -118,7 +118,8 @@ def _start(slot: Slot, chart: Chart, context: Context) -> Statement:
     known = top_level(slot.documents)
     arguments: list[Expr] = []
     for name, data in _given_data(slot, chart):
-        value = next(v for n, v in given_values(slot.invoke) if n == name and name in known)
+        values = [v for n, v in given_values(slot.invoke) if n == name and name in known]
+        value = values[-1]  # as `_event.data.x` reads the last of two
         typed = type_value(value, chart.data[data].type, context)
         if typed is not None:
             arguments.append(typed)
