@@ -29,6 +29,7 @@ from fsmkit.verify.oracle import explore_in_python
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.system import PropertyKind, System
 from tests.verify.conftest import Load
+from tests.verify.export.cspm_format import broken_rules
 from tests.verify.export.cspm_meaning import Event, Meaning, bisimilar, relabelled
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
@@ -138,7 +139,9 @@ def compared(system: System, *, untimed: bool, silent: bool = False, most: int =
         name: f"{network.automata[event.machine].name}: {event.label}"
         for event, name in alphabet.events.items()
     }
-    meaning = Meaning(written(network))
+    text = written(network)
+    assert list(broken_rules(text)) == []
+    meaning = Meaning(text)
 
     def label(event: Event) -> str:
         if event[0] in names:
@@ -236,6 +239,23 @@ def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool)
     assert any(not local.running for local in network.automata[1].locals)
     assert "CALLED_QUEUE_CLOSED" in written(network)
     compared(system, untimed=untimed)
+
+
+SCRIPT = "channel go : {0..3}\nP(n) = (go.n -> P(n))\nassert P(0) :[deadlock free [F]]\n"
+WRONG = {
+    "not printable": SCRIPT.replace("channel", "-- \u2028\nchannel"),
+    "needed": f'include "x.csp"\n{SCRIPT}',
+    "closes nothing": SCRIPT.replace("3}", "3})"),
+    "not closed": SCRIPT.replace("3}", "3"),
+    "anew": SCRIPT.replace("P(", "head("),
+    "not defined": SCRIPT.replace("P(n))", "Q(n))"),
+}
+
+
+@pytest.mark.parametrize("told", WRONG)
+def test_the_rules_of_scripts_are_asked(told: str) -> None:
+    assert list(broken_rules(SCRIPT)) == []
+    assert any(told in rule for rule in broken_rules(WRONG[told]))
 
 
 def test_the_page_shows_what_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

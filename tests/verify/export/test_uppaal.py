@@ -22,6 +22,8 @@ from tests.verify.export.agreement import CELL, disturbed
 from tests.verify.export.agreement import loaded as loaded_file
 from tests.verify.export.uppaal_cell import agreement
 from tests.verify.export.uppaal_compared import compared
+from tests.verify.export.uppaal_format import broken_rules
+from tests.verify.export.uppaal_meaning import Meaning
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 
@@ -29,8 +31,11 @@ MACHINES = Path(__file__).parents[3] / "machines"
 SMALL = ["fischer/fischer", "fischer/hasty", "philosophers/table", "philosophers/ordered_table"]
 DRAWN = [*SMALL, "production_cell/feeder", "production_cell/molder",
          "production_cell/pairs/feeder_belt-feeder"]  # fmt: skip
+SAYABLE = sorted(set(SYSTEMS) - {"shared"})
+"""One of the systems has a float."""
 RANDOM = int(os.environ.get("FSMKIT_UPPAAL_SYSTEMS", "4"))
 """Random systems to compare; ``FSMKIT_UPPAAL_SYSTEMS=60`` takes some minutes."""
+FORMS = pytest.mark.parametrize("paced", [False, True], ids=["urgent channel", "paced"])
 TIMES = pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 
 
@@ -46,14 +51,41 @@ def of_chart(folder: Path, text: str) -> Network:
     return translated(close(load_any(folder / "chart.yaml", Findings())))
 
 
+@FORMS
 @TIMES
 @pytest.mark.parametrize("name", SMALL)
-def test_the_network_reaches_what_the_explorer_does(name: str, untimed: bool) -> None:
-    states, judged = compared(
-        close(load_any(MACHINES / f"{name}.yaml", Findings()), untimed=untimed)
-    )
+def test_the_network_reaches_what_the_explorer_does(name: str, untimed: bool, paced: bool) -> None:
+    closed = close(load_any(MACHINES / f"{name}.yaml", Findings()), untimed=untimed)
+    states, judged = compared(closed, paced=paced)
     assert states > 10
     assert judged == 3
+
+
+def without_urgent_channels(network: Network) -> Network:
+    """Return a network as uppaal-to-tchecker reads it."""
+    declared = (
+        replace(one, sort=Sort.BROADCAST) if one.sort is Sort.URGENT_BROADCAST else one
+        for one in network.declarations
+        if isinstance(one, Declared)
+    )
+    return replace(network, declarations=tuple(declared))
+
+
+@pytest.mark.parametrize("name", ["kitchen"])
+def test_a_reader_that_drops_urgent_channels_reads_the_flat_form_right(
+    tmp_path: Path, name: str
+) -> None:
+    closed = close(loaded(tmp_path, SYSTEMS[name]))
+
+    def reached(*, paced: bool, dropped: bool) -> set[tuple[int, ...]]:
+        network = translated(closed, flat=True, paced=paced, draw=False)
+        read_ = without_urgent_channels(network) if dropped else network
+        meaning = Meaning(read_, closed.unit)
+        return {meaning.without_time(s) for s in meaning.reached(10**5)}
+
+    right = reached(paced=False, dropped=False)
+    assert reached(paced=True, dropped=True) == right
+    assert reached(paced=False, dropped=True) > right
 
 
 @pytest.mark.parametrize("name", ["feeder", "molder", "supervisor"])
@@ -71,35 +103,80 @@ def test_the_same_of_pairs_that_nobody_disturbs(pair: str) -> None:
     assert not found.differing
 
 
+@FORMS
 @TIMES
 @pytest.mark.parametrize("name", ["livelock", "deadlock", "ring", "kitchen", "losing", "drive"])
-def test_the_same_of_the_systems_of_the_explorer(tmp_path: Path, name: str, untimed: bool) -> None:
-    states, _ = compared(close(loaded(tmp_path, SYSTEMS[name]), untimed=untimed))
+def test_the_same_of_the_systems_of_the_explorer(
+    tmp_path: Path, name: str, untimed: bool, paced: bool
+) -> None:
+    states, _ = compared(close(loaded(tmp_path, SYSTEMS[name]), untimed=untimed), paced=paced)
     assert states > 0
 
 
+@FORMS
 @TIMES
 @pytest.mark.parametrize("seed", range(RANDOM))
-def test_the_same_of_random_systems(tmp_path: Path, seed: int, untimed: bool) -> None:
+def test_the_same_of_random_systems(tmp_path: Path, seed: int, untimed: bool, paced: bool) -> None:
     try:
-        closed = close(loaded(tmp_path, random_system(seed)), untimed=untimed)
+        system = loaded(tmp_path, random_system(seed))
+        closed = close(system, untimed=untimed, keeps_dead=True)  # a network resets nothing
     except FsmkitError:
         pytest.skip("a property names an element that no chart holds")
     if Oracle(closed).run(livelock=False, timeout=2).end.value != "complete":
         pytest.skip("too large for a quick comparison")
-    compared(closed)
+    compared(closed, paced=paced)
 
 
 @pytest.mark.parametrize("flat", [False, True], ids=["readable", "flat"])
 @pytest.mark.parametrize("name", DRAWN)
 def test_what_is_written_reads_back(name: str, flat: bool) -> None:
-    network = translated(close(load_any(MACHINES / f"{name}.yaml", Findings())), flat=flat)
+    closed = close(load_any(MACHINES / f"{name}.yaml", Findings()))
+    network = translated(closed, flat=flat, paced=flat)
     text = write(network)
     assert read(text) == network
     assert list(problems(network)) == []
+    assert list(broken_rules(text)) == []
     if flat:
         assert "void" not in text
+        assert "urgent broadcast" not in text
         assert "bool environment_waits" not in text
+
+
+PLAIN = "chart: Lamp\ninitial: dark\nevents: {in: [go]}\nstates: {dark: {on: {go: lit}}, lit: {}}\n"
+
+
+@pytest.mark.parametrize("form", ["uppaal", "uppaal-flat"])
+@pytest.mark.parametrize("name", ["plain", "production_cell/supervisor", *SAYABLE])
+def test_files_keep_the_rules_of_the_format(tmp_path: Path, name: str, form: str) -> None:
+    file, out = MACHINES / f"{name}.yaml", tmp_path / "out.xml"
+    if name in SYSTEMS:
+        loaded(tmp_path, SYSTEMS[name])
+        file = tmp_path / f"{next(iter(SYSTEMS[name]))}.yaml"
+    elif name == "plain":
+        file = tmp_path / "plain.yaml"
+        file.write_text(PLAIN)
+    assert run(["export", str(file), "--to", form, "--out", str(out)]) == 0
+    assert list(broken_rules(out.read_text())) == []
+
+
+BROKEN = {
+    "No declaration for": ("<location ", "<place/><location "),
+    "already defined": ('id="id1"', 'id="id0"'),
+    "does not follow the DTD": ("</nta>", "<queries/></nta>"),
+    "references an unknown": ('ref="id0"', 'ref="id77"'),
+    "the first lines": ("DTD Flat System 1.6", "DTD"),
+    "labels": ('kind="assignment"', 'kind="guard"'),
+    "an empty": ("moves!", ""),
+}
+
+
+@pytest.mark.parametrize("told", BROKEN)
+def test_the_rules_of_the_format_are_asked(tmp_path: Path, told: str) -> None:
+    closed = close(loaded(tmp_path, SYSTEMS["livelock"]))
+    text = write(translated(closed, flat=True, paced=True))
+    old, new = BROKEN[told]
+    assert list(broken_rules(text)) == []
+    assert any(told in rule for rule in broken_rules(text.replace(old, new, 1)))
 
 
 def test_the_verb_writes_a_file(tmp_path: Path) -> None:

@@ -35,16 +35,18 @@ class Agreement:
     """Properties of which the verdicts differ."""
 
 
-def agreement(system: System, *, untimed: bool = True, most: int = 10**7) -> Agreement:
+def agreement(
+    system: System, *, untimed: bool = True, paced: bool = True, most: int = 10**7
+) -> Agreement:
     """Compare; untimed, watchdogs are silent. The network resets no data, so none are reset."""
     closed = close(system, untimed=untimed, silent=untimed, keeps_dead=True)
     with closing(CEngine(closed, Findings())) as engine:
         found = engine.explore(MEMORY, 0, None)
     assert found.end.value == "complete"
-    network = translated(closed, flat=True, draw=False)
+    network = translated(closed, flat=True, paced=paced, draw=False)
     meaning = Meaning(network, 0 if untimed else closed.unit)
     states = meaning.reached(most)
-    stable = sum(not meaning.is_committed(s) for s in states)
+    stable = len({meaning.without_time(s) for s in states if not meaning.is_committed(s)})
     judged, differing = 0, []
     for number, (property_, query) in enumerate(
         zip(closed.system.properties, network.queries, strict=False)

@@ -16,9 +16,12 @@ from tests.verify.export.uppaal_meaning import Meaning
 Shown = tuple[object, ...]
 
 
-def compared(closed: Closed, most: int = 10**6) -> tuple[int, int]:
-    """Demand that both reach the same; return how many stable states and how many verdicts."""
-    network = translated(closed, flat=True, draw=False)
+def compared(closed: Closed, most: int = 10**6, *, paced: bool = True) -> tuple[int, int]:
+    """Demand that both reach the same; return how many stable states and how many verdicts.
+
+    ``paced``: time passes by a template of its own, as in the flat form; else by an urgent channel.
+    """
+    network = translated(closed, flat=True, paced=paced, draw=False)
     meaning = Meaning(network, 0 if closed.untimed else closed.unit)
     states = meaning.reached(most)
     oracle = Oracle(closed)
@@ -111,7 +114,7 @@ def _partial(closed: Closed, machine: int, path: str) -> bool:
 
 def _of_state(closed: Closed, meaning: Meaning, names: list[set[str]], s: tuple[int, ...]) -> Shown:
     shown: list[object] = []
-    for machine, template in enumerate(meaning.network.templates):
+    for machine, template in enumerate(meaning.network.templates[: len(closed.charts)]):
         name = template.locations[s[machine]].name
         fault = name.endswith("_fault") or "_fault_" in name
         name = re.sub(r"_(range|microsteps|internal|error)_fault(_\d+)?$", "", name)

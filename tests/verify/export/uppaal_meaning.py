@@ -1,7 +1,7 @@
 """What a network means, untimed or in discrete time: a small interpreter of the flat form.
 
-It knows nothing of charts: locations, variables, clocks, urgent and committed are UPPAAL's
-(docs.uppaal.org, Semantics). Leaving the bounds of a variable is an error, as it is there.
+It knows nothing of charts: locations, variables, clocks, urgent, committed and broadcast are
+UPPAAL's (docs.uppaal.org, Semantics). Leaving the bounds of a variable is an error, as it is there.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ def bounded(value: int, lo: int, hi: int, name: str) -> int:
 class Compiled:
     target: int
     guard: Callable[[list[int]], bool]
-    update: Callable[[list[int]], None]
+    sync: str
     is_urgent: bool
     edge: Edge
     chosen: dict[str, int]
@@ -154,6 +154,7 @@ class Meaning:
     places: dict[tuple[int, str], tuple[int, Declared]] = field(default_factory=dict)
     """By template (-1: the global ones) and name."""
     start: list[int] = field(default_factory=list)
+    channels: dict[str, Sort] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.start = [0] * len(self.network.templates)
@@ -162,7 +163,8 @@ class Meaning:
         ):
             for one in declarations:
                 assert isinstance(one, Declared), "the flat form has no functions"
-                if one.sort is Sort.URGENT_BROADCAST:
+                if one.sort in (Sort.URGENT_BROADCAST, Sort.BROADCAST):
+                    self.channels[one.name] = one.sort
                     continue
                 self.places[scope, one.name] = len(self.start), one
                 if not one.constant:
@@ -223,6 +225,7 @@ class Meaning:
         self.edges: list[list[list[Compiled]]] = []
         self.invariants: list[list[Any]] = []
         self.committed: list[list[bool]] = []
+        self.urgent: list[list[bool]] = []
         self.active: list[list[frozenset[int]]] = []
         made: dict[Any, Any] = {}
 
@@ -243,15 +246,15 @@ class Meaning:
                     frozen = tuple(chosen.items())
                     make = partial(self.condition, edge.guard, n, chosen)
                     guard = once((n, edge.guard, frozen), make)
-                    make = partial(self._update, edge.update, n, chosen)
-                    update = once((n, edge.update, frozen, "u"), make)
                     target = self.numbers[n][edge.target]
-                    urgent = bool(edge.sync)
-                    out[source].append(Compiled(target, guard, update, urgent, edge, chosen))
+                    urgent = self.channels.get(edge.sync[:-1]) is Sort.URGENT_BROADCAST
+                    one = Compiled(target, guard, edge.sync, urgent, edge, chosen)
+                    out[source].append(one)
             self.edges.append(out)
             self.invariants.append([self.condition(loc.invariant, n, {}) if loc.invariant else None
                                     for loc in template.locations])  # fmt: skip
             self.committed.append([loc.committed for loc in template.locations])
+            self.urgent.append([loc.urgent for loc in template.locations])
             self.active.append([
                 frozenset(at for at, name in names.items() if re.search(rf"\b{name}\b", text))
                 for text in texts
@@ -261,25 +264,52 @@ class Meaning:
         numbers += [int(x) for t in self.network.templates for e in t.edges for g in e.guard
                     for x in re.findall(r"[<>]=? (\d+)", g)]  # fmt: skip
         self.most = max(numbers, default=0) + self.unit
+        self.bound = [n for n, of in enumerate(self.invariants) if any(of)]
         self.moves = [[self._moves(n, of) for of in out] for n, out in enumerate(self.edges)]
 
     def _moves(self, n: int, edges: list[Compiled]) -> Any:
         """Return one function of all edges of a location; it returns the states after them."""
         lines = ["  found = []"]
         for edge in edges:
+            if edge.sync.endswith("?"):
+                continue
             chosen = edge.chosen
             guard = " and ".join(f"({self.python(p, n, chosen)})" for p in edge.edge.guard)
-            update = [self.python(p, n, chosen) for p in edge.edge.update]
             lines += [f"  if {guard or 'True'}:", "    a = list(s)"]
-            lines += ["    " + re.sub(r"\bs([\[,])", r"a\1", text) for text in update]
-            lines += [f"    a[{n}] = {edge.target}", "    found.append(a)"]
+            lines += [f"    {text}" for text in self._updates(n, edge)]
+            for other, source, heard in self._receivers(n, edge):
+                lines += [f"    if s[{other}] == {source}:"]
+                lines += [f"      {text}" for text in self._updates(other, heard)]
+            lines += ["    found.append(a)"]
         return self.function("\n".join([*lines, "  return found"]))
 
-    def _update(self, parts: tuple[str, ...], scope: int, select: dict[str, int]) -> Any:
-        lines = [f"  {self.python(p, scope, select)}" for p in parts]
-        return self.function("\n".join(lines) or "  pass")
+    def _updates(self, n: int, edge: Compiled) -> Iterator[str]:
+        """Yield what taking an edge does to a state ``a``."""
+        for part in edge.edge.update:
+            yield re.sub(r"\bs([\[,])", r"a\1", self.python(part, n, edge.chosen))
+        yield f"a[{n}] = {edge.target}"
+
+    def _receivers(self, n: int, edge: Compiled) -> Iterator[tuple[int, int, Compiled]]:
+        """Yield who takes part in a broadcast, by template and location, in their order."""
+        if not edge.sync:
+            return
+        for other, of in enumerate(self.edges):
+            for source, edges in enumerate(of):
+                heard = [one for one in edges if one.sync == f"{edge.sync[:-1]}?"]
+                assert len(heard) <= 1, "a choice between receptions is not written"
+                if other != n and heard:
+                    assert not heard[0].edge.guard, "a reception with a guard is not written"
+                    yield other, source, heard[0]
 
     # --- running ---
+
+    def without_time(self, s: tuple[int, ...]) -> tuple[int, ...]:
+        """Return a state without what lets time pass in the flat form, if anything does."""
+        templates = [t.name for t in self.network.templates]
+        if "Time" not in templates:
+            return s
+        hidden = templates.index("Time"), self.places[-1, "calm"][0]
+        return tuple(value for at, value in enumerate(s) if at not in hidden)
 
     def is_committed(self, s: tuple[int, ...]) -> bool:
         return any(of[s[n]] for n, of in enumerate(self.committed))
@@ -289,23 +319,19 @@ class Meaning:
         committed = self.is_committed(s)
         for n, of in enumerate(self.moves):
             if not committed or self.committed[n][s[n]]:
-                yield from map(tuple, of[s[n]](s))
+                yield from (tuple(after) for after in of[s[n]](s) if self._allowed(after))
 
     def successors(self, s: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
         committed = self.is_committed(s)
         state = list(s)
-        urgent = False
+        urgent = any(of[s[n]] for n, of in enumerate(self.urgent))
         for n, of in enumerate(self.edges):
             if committed and not self.committed[n][s[n]]:
                 continue
             for edge in of[s[n]]:
-                if edge.guard(state):
-                    urgent = urgent or edge.is_urgent
-                    after = list(s)
-                    edge.update(after)
-                    after[n] = edge.target
-                    if self._allowed(after):
-                        yield self._settled(after)
+                if edge.is_urgent and edge.guard(state):
+                    urgent = True
+            yield from (self._settled(a) for a in self.moves[n][s[n]](s) if self._allowed(a))
         if not committed and not urgent and self.unit:
             after = list(s)
             for clock in self.clocks:
@@ -314,7 +340,9 @@ class Meaning:
                 yield self._settled(after)
 
     def _allowed(self, s: list[int]) -> bool:
-        return all(of[s[n]] is None or of[s[n]](s) for n, of in enumerate(self.invariants))
+        return all(
+            self.invariants[n][s[n]] is None or self.invariants[n][s[n]](s) for n in self.bound
+        )
 
     def _settled(self, s: list[int]) -> tuple[int, ...]:
         if self.clocks:

@@ -161,6 +161,12 @@ class Builder(Steps):
         for alike in merged.values():
             self._reaction(key, [trigger for trigger, _ in alike], alike[0][1], quiet)
 
+    def rests(self) -> dict[str, tuple[str, ...]]:
+        """Return for locations, by id, when no eventless transition is enabled there."""
+        return {
+            self.locations[key].id: tuple(self._quiet(still)) for key, still in self.still.items()
+        }
+
     def _quiet(self, still: tuple[Test, ...] | None) -> list[str]:
         """Return when no eventless transition is enabled."""
         return ["false"] if still is None else [self.condition(test) for test in still]
@@ -173,7 +179,7 @@ class Builder(Steps):
         beginnings: list[Beginning]
         match trigger.cause:
             case Cause.EVENTLESS:
-                sync = "" if space.closed.is_open else f"{space.hurry}!"
+                sync = "" if space.closed.is_open else space.urgently
                 guard = self._may_move(machine.environment, machine.is_monitor)
                 beginnings = [Beginning(tuple(guard), sync)]
             case Cause.TAKE:
@@ -187,7 +193,7 @@ class Builder(Steps):
                     first = space.nobody_answers(environment=not machine.environment)
                 given = self._front(trigger.event)
                 guard = [head, *first, *quiet]
-                beginnings = [Beginning(tuple(guard), f"{space.hurry}!", pops=True, given=given)]
+                beginnings = [Beginning(tuple(guard), space.urgently, pops=True, given=given)]
             case Cause.FIRE:
                 guard = [*self._due(key, trigger.place), *empty, *space.nobody_answers(), *quiet]
                 beginnings = [Beginning(tuple(dict.fromkeys(guard)))]

@@ -19,6 +19,7 @@ class Sort(Enum):
     BOOL = "bool"
     CLOCK = "clock"
     URGENT_BROADCAST = "urgent broadcast chan"
+    BROADCAST = "broadcast chan"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +53,11 @@ class Location:
     """A location; one without a name is passed through."""
 
     id: str
+    """Unique in the file, as the ids of its format are."""
     name: str = ""
     invariant: tuple[str, ...] = ()
     committed: bool = False
+    urgent: bool = False
     color: str = ""
     """As ``#rrggbb``; empty: the editor's own."""
     at: Point | None = None

@@ -20,7 +20,7 @@ class Uppaal:
         from fsmkit.verify.export.uppaal.writing import write
 
         closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
-        network = translated(closed, flat=self.flat)
+        network = translated(closed, flat=self.flat, paced=self.flat)
         figures = {
             "locations": sum(len(template.locations) for template in network.templates),
             "edges": sum(len(template.edges) for template in network.templates),

@@ -21,7 +21,7 @@ from fsmkit.verify.export.uppaal.network import (
 )
 
 DECLARATION = re.compile(
-    r"(?P<const>const )?(?P<sort>int|bool|clock|urgent broadcast chan)"
+    r"(?P<const>const )?(?P<sort>int|bool|clock|(?:urgent )?broadcast chan)"
     r"(?:\[(?P<lo>-?\d+),(?P<hi>-?\d+)\])? (?P<name>\w+)(?:\[(?P<length>\d+)\])?"
     r"(?: = (?P<init>[^;]+))?;(?:  // (?P<comment>.*))?"
 )
@@ -108,6 +108,7 @@ def _location(one: etree._Element) -> Location:
         one.findtext("name") or "",
         tuple(conjuncts(invariant)),
         committed=one.find("committed") is not None,
+        urgent=one.find("urgent") is not None,
         color=one.get("color", ""),
         at=_place(one),
         name_at=_place(one.find("name")),

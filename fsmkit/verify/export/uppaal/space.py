@@ -20,6 +20,7 @@ from fsmkit.model.statements import Destination, Send
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.export.uppaal.names import Names
 from fsmkit.verify.export.uppaal.network import Declarations, Declared, Function, Sort
+from fsmkit.verify.export.uppaal.pace import Pace
 from fsmkit.verify.export.uppaal.queues import Queue
 from fsmkit.verify.export.uppaal.terms import range_of_type, refuse
 from fsmkit.verify.monitors import look_event
@@ -46,6 +47,8 @@ class Space:
 
     closed: Closed
     flat: bool
+    paced: bool = False
+    """Whether a template of its own lets time pass (`pace`), in place of an urgent channel."""
     names: Names = field(default_factory=Names)
     instances: list[str] = field(default_factory=list)
     templates: list[str] = field(default_factory=list)
@@ -63,10 +66,11 @@ class Space:
     waits: str = ""
     watches: str = ""
     patience: str = ""
+    pace: Pace | None = None
 
     def __post_init__(self) -> None:
         """Give the names that do not depend on how the machines behave."""
-        self.hurry = self.names.take("hurry")
+        self.hurry = "" if self.paced else self.names.take("hurry")
         self.stable = self.names.take("stable")
         self.boot = self.names.take("started")
         self.waits = self.names.take("environment_waits")
@@ -77,6 +81,13 @@ class Space:
         for instance in self.instances:
             wanted = instance[0].upper() + instance[1:]
             self.templates.append(self.names.take(wanted if wanted != instance else f"T_{wanted}"))
+        if self.paced:
+            self.pace = Pace(
+                moves=self.names.take("moves"),
+                calm=self.names.take("calm"),
+                instance=self.names.take("time"),
+                template=self.names.take("Time"),
+            )
         for machine in machines:
             for chart in (machine.chart,):
                 for type_ in chart.types:
@@ -89,6 +100,11 @@ class Space:
         for place, member in enumerate(type_.members):
             if (type_, place) not in self._constants:
                 self._constants[type_, place] = self.names.take(f"{type_.name}_{member}")
+
+    @property
+    def urgently(self) -> str:
+        """The synchronisation of an edge before which no time passes."""
+        return f"{self.hurry}!" if self.hurry else ""
 
     # --- constants -------------------------------------------------------------------------------
 
@@ -290,7 +306,10 @@ class Space:
     def declarations(self, starting: int, *, boots: int) -> Declarations:
         """Return all that is declared; ``starting``: whether steps are needed at first."""
         found: list[Declared | Function] = []
-        found.append(Declared(self.hurry, Sort.URGENT_BROADCAST))
+        if self.pace is None:
+            found.append(Declared(self.hurry, Sort.URGENT_BROADCAST))
+        else:
+            found += self.pace.declared
         found.append(Declared(self.stable, Sort.BOOL, init=(0 if starting else 1,)))
         if boots > 1:
             found.append(Declared(self.boot, Sort.INT, 0, boots, init=(0,)))

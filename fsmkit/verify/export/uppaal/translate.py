@@ -6,6 +6,7 @@ time, if the system is closed so: then an armed timer fires whenever it may.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 from fsmkit.expressions import InState
@@ -17,6 +18,7 @@ from fsmkit.verify.export.uppaal.joining import joined
 from fsmkit.verify.export.uppaal.layout import laid_out
 from fsmkit.verify.export.uppaal.machine import Builder
 from fsmkit.verify.export.uppaal.network import Network
+from fsmkit.verify.export.uppaal.pace import Pace
 from fsmkit.verify.export.uppaal.queries import MANY, Queries
 from fsmkit.verify.export.uppaal.space import Space
 from fsmkit.verify.export.uppaal.terms import refuse
@@ -25,14 +27,16 @@ from fsmkit.verify.system import HEARD
 from fsmkit.verify.walk import nodes
 
 
-def translated(closed: Closed, *, flat: bool = False, draw: bool = True) -> Network:
+def translated(
+    closed: Closed, *, flat: bool = False, paced: bool = False, draw: bool = True
+) -> Network:
     """Return the network of a system; ``flat``: expressions only, no functions.
 
-    Raises `FsmkitError` (``not-in-uppaal``) where something cannot be said. ``draw``: give
-    positions.
+    ``paced``: without an urgent channel (`pace`). Raises `FsmkitError` (``not-in-uppaal``) where
+    something cannot be said. ``draw``: give positions.
     """
     _demand_sayable(closed)
-    space = Space(closed, flat)
+    space = Space(closed, flat, paced)
     automata = [
         followed(closed, machine, space.queueable(machine), space.known_inputs(machine))
         for machine in range(len(closed.charts))
@@ -49,21 +53,47 @@ def translated(closed: Closed, *, flat: bool = False, draw: bool = True) -> Netw
         boot = (starting.index(machine), len(starting)) if machine in starting else None
         builders.append(Builder(space, machine, automaton, data, boot))
     templates = [builder.template() for builder in builders]
+    if space.pace is not None:
+        templates = space.pace.paced(
+            templates,
+            [builder.rests() for builder in builders],
+            [queue.length for queue in space.queues.values()],
+        )
     has_steps = bool(starting) or any(builder.takes_steps for builder in builders)
     queries = Queries(space, builders, has_steps)
     found = Network(
-        tuple(_remark(closed)),
+        tuple(_remark(closed, space.pace)),
         (),
         tuple(templates),
         tuple(queries.made()),
     )
     declarations = space.declarations(len(starting), boots=len(starting))
-    found = joined(replace(found, declarations=declarations))
+    found = numbered(joined(replace(found, declarations=declarations)))
     demand_wellformed(found)
     return laid_out(found) if draw else found
 
 
-def _remark(closed: Closed) -> list[str]:
+def numbered(network: Network) -> Network:
+    """Return a network whose locations have ids that are unique in the file, in their order."""
+    count = itertools.count()
+    templates = []
+    for template in network.templates:
+        ids = {location.id: f"id{next(count)}" for location in template.locations}
+        templates.append(
+            replace(
+                template,
+                locations=tuple(replace(one, id=ids[one.id]) for one in template.locations),
+                initial=ids[template.initial],
+                edges=tuple(
+                    replace(one, source=ids[one.source], target=ids[one.target])
+                    for one in template.edges
+                ),
+            )
+        )
+    return replace(network, templates=tuple(templates))
+
+
+def _remark(closed: Closed, pace: Pace | None) -> list[str]:
     time = "any armed timer may fire at any time" if closed.untimed else "dense, in ticks"
     tick = closed.charts[0].capacities.tick
     found = [
@@ -72,6 +102,9 @@ def _remark(closed: Closed) -> list[str]:
         "A location is a stable configuration, named after its active leaves; a macrostep goes",
         "through committed locations, so that no other machine moves meanwhile.",
     ]
+    if pace is not None and pace.declared:
+        found.append(f"Nothing hurries by an urgent channel: time passes in {pace.instance}.later")
+        found.append("only, which is entered where nothing waits and left with every step.")
     if closed.silent:
         found.append("Watchdogs are assumed never to fire.")
     if closed.samples:

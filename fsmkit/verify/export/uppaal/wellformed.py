@@ -1,9 +1,9 @@
 """The rules that UPPAAL enforces only when it runs, or not at all (FORMATS; docs.uppaal.org).
 
-Names are legal, not reserved and unique in their scope; ends of edges exist; start values lie in
-their ranges; what is read is declared. Clocks: invariants bound them from above, guards compare
-them with whole numbers outside any disjunction and not on edges that synchronise on an urgent
-channel; updates set them to whole numbers.
+Names are legal, not reserved and unique in their scope; ids are unique in the file; ends of edges
+exist; start values lie in their ranges; what is read is declared. Clocks: invariants bound them
+from above, guards compare them with whole numbers outside any disjunction and not on edges that
+synchronise on an urgent channel or receive; updates set them to whole numbers.
 """
 
 from __future__ import annotations
@@ -45,6 +45,9 @@ def problems(network: Network) -> Iterator[str]:
     yield from _values(network.declarations)
     if not network.templates:
         yield "there is no template"
+    ids = [location.id for template in network.templates for location in template.locations]
+    if len(set(ids)) != len(ids):
+        yield "two locations have one id"
     for template in network.templates:
         yield from _of_template(network, template, set(outer))
     yield from _of_queries(network, set(_names(network.declarations)))
@@ -86,19 +89,19 @@ def _of_template(network: Network, template: Template, outer: set[str]) -> Itera
     yield from (f"`{name}` in {where} hides another" for name in own if name in outer)
     yield from _values(template.declarations)
     ids = [location.id for location in template.locations]
-    if len(set(ids)) != len(ids):
-        yield f"two locations of {where} have one id"
     if template.initial not in ids:
         yield f"{where} has no initial location"
     both = (*network.declarations, *template.declarations)
     clocks = {o.name for o in both if isinstance(o, Declared) and o.sort is Sort.CLOCK}
+    known = set(_names(both))
     for location in template.locations:
         if location.committed and location.invariant:
             yield f"a committed location of {where} has an invariant"
         for part in location.invariant:
-            if not (UPPER.fullmatch(part) and part.split()[0] in clocks):
+            if used_clocks(part, clocks) and not UPPER.fullmatch(part):
                 yield f"the invariant `{part}` does not bound a clock from above"
-    known = set(_names(both))
+            used = set(WORD.findall(part)) - WORDS
+            yield from (f"`{w}` is not declared: `{part}`" for w in used - known)
     for edge in template.edges:
         if edge.source not in ids or edge.target not in ids:
             yield f"an edge of {where} has no end"
@@ -112,12 +115,16 @@ def _of_edge(edge: Edge, known: set[str], clocks: set[str], both: Declarations) 
     for part in (*edge.guard, *edge.update):
         used = set(WORD.findall(part)) - WORDS
         yield from (f"`{w}` is not declared: `{part}`" for w in used - known - {*selected})
+    channels = {o.name: o.sort for o in both if isinstance(o, Declared) and "chan" in o.sort.value}
+    is_urgent = channels.get(edge.sync[:-1]) is Sort.URGENT_BROADCAST
     for part in edge.guard:
         if used_clocks(part, clocks):
             if not COMPARED.fullmatch(part):
                 yield f"the guard `{part}` compares a clock inside something else"
-            if edge.sync:
+            if is_urgent:
                 yield f"the guard `{part}` stands beside an urgent channel"
+            if edge.sync.endswith("?"):
+                yield f"the guard `{part}` stands where a broadcast is received"
         if re.search(r"(?<![=!<>])=(?!=)", part):
             yield f"the guard `{part}` stores something"
     yield from (
@@ -129,7 +136,6 @@ def _of_edge(edge: Edge, known: set[str], clocks: set[str], both: Declarations) 
     for part in edge.update:
         if re.split(r"[\[ ]", part)[0] in constants:
             yield f"`{part}` changes a constant"
-    channels = {o.name for o in both if isinstance(o, Declared) and "chan" in o.sort.value}
     if edge.sync and not (edge.sync[-1] in "!?" and edge.sync[:-1] in channels):
         yield f"`{edge.sync}` is no channel"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from lxml import etree
 
@@ -15,6 +15,7 @@ from fsmkit.verify.export.uppaal.network import (
     Location,
     Network,
     Point,
+    Query,
     Sort,
     Template,
 )
@@ -37,20 +38,27 @@ def write(network: Network) -> str:
     instances = [f"{t.instance} = {t.name}();" for t in network.templates]
     names = ", ".join(t.instance for t in network.templates)
     etree.SubElement(root, "system").text = "\n".join([*instances, f"system {names};"])
-    queries = etree.SubElement(root, "queries")
-    for query in network.queries:
-        found = etree.SubElement(queries, "query")
-        etree.SubElement(found, "formula").text = query.formula
-        etree.SubElement(found, "comment").text = query.comment
+    if network.queries:
+        _queries(root, network.queries)
     etree.indent(root, "\t")
     text = etree.tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="utf-8"?>\n{DOCTYPE}\n{text}\n'
 
 
+def _queries(root: etree._Element, queries: Sequence[Query]) -> None:
+    """Write what is asked; UPPAAL's reader takes neither an empty list nor an empty text."""
+    found = etree.SubElement(root, "queries")
+    for query in queries:
+        one = etree.SubElement(found, "query")
+        etree.SubElement(one, "formula").text = query.formula or None
+        etree.SubElement(one, "comment").text = query.comment or None
+
+
 def _template(root: etree._Element, template: Template) -> None:
     found = etree.SubElement(root, "template")
     etree.SubElement(found, "name").text = template.name
-    etree.SubElement(found, "declaration").text = "\n".join(_declared(template.declarations))
+    if template.declarations:
+        etree.SubElement(found, "declaration").text = "\n".join(_declared(template.declarations))
     for location in template.locations:
         _location(found, location)
     etree.SubElement(found, "init", ref=template.initial)
@@ -64,6 +72,8 @@ def _location(template: etree._Element, location: Location) -> None:
     if location.name:
         _put(found, "name", location.name_at).text = location.name
     _label(found, "invariant", " && ".join(location.invariant), location.invariant_at)
+    if location.urgent:
+        etree.SubElement(found, "urgent")
     if location.committed:
         etree.SubElement(found, "committed")
 
