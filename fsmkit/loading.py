@@ -25,7 +25,10 @@ def load(path: str | Path) -> Chart:
 
 
 def load_with_findings(path: str | Path, findings: Findings, *, strict: bool = False) -> Chart:
-    """Return the chart of a file and leave warnings in ``findings``."""
+    """Return the chart of a file and leave warnings in ``findings``.
+
+    ``strict``: what SCXML would make an error at run time is an error here.
+    """
     documents = read_documents(Path(path), findings)
     chart = elaborate(documents, findings, strict=strict)
     findings.stop_on_errors()

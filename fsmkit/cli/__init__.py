@@ -16,9 +16,10 @@ from pathlib import Path
 import click
 
 import fsmkit
-from fsmkit.cli.console import crash, interrupted, report, reported
+from fsmkit.cli._options import OneOf, no_such
+from fsmkit.cli.console import WrongOptionError, crash, interrupted, report, reported, set_up
 from fsmkit.cli.writing import write_files
-from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.diagnostics.sarif import sarif_log
 
 OK, FINDINGS, USAGE, BUG, INTERRUPTED = 0, 1, 2, 3, 130
@@ -27,6 +28,15 @@ COLLECT_AFTER = 100_000
 
 Python's 700 would look through a large chart again and again: a third of the time that it takes.
 """
+OF_OPTIONS = {
+    "unknown-plugin",
+    "unknown-part",
+    "unknown-aim",
+    "no-such-property",
+    "no-such-machine",
+    "not-a-system",
+}
+"""Rules that nothing but the value of an option breaks: the command line is used wrongly."""
 NO_VERBS = {"console", "writing"}
 """Modules of this package that serve the verbs."""
 
@@ -46,7 +56,17 @@ class Verbs(click.Group):
             return None
         command = import_module(f"{__name__}.{cmd_name}").command
         assert isinstance(command, click.Command)  # noqa: S101  (a law of this package)
+        own = {parameter.name for parameter in command.params}
+        command.params += [option for option in EVERYWHERE if option.name not in own]
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the verb and the rest of the line; a wrong verb is told with the nearest one."""
+        if args and not args[0].startswith("-") and args[0] not in self.list_commands(ctx):
+            raise click.UsageError(no_such("verb", args[0], self.list_commands(ctx)), ctx)
+        return super().resolve_command(ctx, args)
 
 
 @dataclass
@@ -56,6 +76,39 @@ class Options:
     sarif: Path | None = None
 
 
+def _set_up(ctx: click.Context, param: click.Parameter, value: object) -> None:
+    """Set up the streams; called for each of the options, of which all that came before count."""
+    talk: dict[str, object] = ctx.meta.setdefault("fsmkit.talk", {})
+    talk[str(param.name)] = value
+    verbosity = -1 if talk.get("quiet") else 1 if talk.get("verbose") else 0
+    set_up(str(talk.get("color", "auto")), verbosity)
+
+
+EVERYWHERE = (
+    click.Option(
+        ["-q", "--quiet"],
+        is_flag=True,
+        expose_value=False,
+        callback=_set_up,
+        help="Print errors and results, but no remarks, warnings and notes.",
+    ),
+    click.Option(
+        ["-v", "--verbose"],
+        is_flag=True,
+        expose_value=False,
+        callback=_set_up,
+        help="Print the explanation of each finding, too.",
+    ),
+    click.Option(
+        ["--color"],
+        type=OneOf("colouring", ("auto", "always", "never")),
+        default="auto",
+        expose_value=False,
+        callback=_set_up,
+        help="Colours: on terminals, always, or never.",
+    ),
+)
+"""The options of every verb."""
 EPILOG = """\b
 Examples:
   fsmkit check machine.yaml
@@ -87,6 +140,7 @@ def run(arguments: list[str]) -> int:
     """Run one command line and return its exit code."""
     options = Options()
     reported.clear()
+    set_up()
     code = _guarded(
         lambda: cli.main(arguments, prog_name="fsmkit", standalone_mode=False, obj=options) or OK
     )
@@ -106,9 +160,13 @@ def _guarded(body: Callable[[], int]) -> int:
     """Return the exit code of a body, whatever it raises."""
     try:
         return body()
+    except WrongOptionError as error:
+        report(error.diagnostics)
+        return USAGE
     except FsmkitError as error:
         report(error.diagnostics)
-        return FINDINGS
+        broken = {d.rule.name for d in error.diagnostics if d.severity is Severity.ERROR}
+        return USAGE if broken <= OF_OPTIONS else FINDINGS
     except click.ClickException as error:
         error.show()
         return USAGE

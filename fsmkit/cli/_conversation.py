@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, TextIO
 
-from fsmkit.cli.console import out, report
+from fsmkit.cli.console import report, result
 from fsmkit.diagnostics import FsmkitError
 
 
@@ -26,17 +26,17 @@ def converse(partner: Conversant, file: TextIO) -> None:
     """Read what to do until the end; on a terminal a wrong line is told and forgotten."""
     is_terminal = file.isatty()
     if is_terminal:
-        out.print("type an event, or help", style="dim")
+        result.print("type an event, or help", style="dim")
     while True:
         if is_terminal:
-            out.print("> ", end="")
+            result.print("> ", end="")
         line = file.readline()
         word = line.strip()
         if not line or word in ("quit", "exit"):
             return
         try:
             if word in ("help", "?"):
-                out.print(partner.help, markup=False)
+                result.print(partner.help, markup=False)
             elif not partner.answer(word):
                 partner.do(word)
         except FsmkitError as error:

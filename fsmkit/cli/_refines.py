@@ -10,7 +10,8 @@ from rich.progress import Progress, SpinnerColumn, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from fsmkit.cli.console import err, out, print_json, report
+from fsmkit.cli._options import Reading
+from fsmkit.cli.console import err, print_json, report, result
 from fsmkit.diagnostics import Findings, Span, fail
 from fsmkit.expressions import Value
 from fsmkit.loading import load_with_findings
@@ -25,10 +26,10 @@ from fsmkit.verify.show import STYLES
 from fsmkit.verify.verdict import Verdict
 
 
-def compare(file: Path, base: Path, seconds: float, *, as_json: bool) -> int:
+def compare(file: Path, base: Path, seconds: float, reading: Reading, *, as_json: bool) -> int:
     """Compare two charts, tell what was found, and return the exit code."""
-    findings = Findings()
-    charts = [chart_alone(path, findings) for path in (file, base)]
+    findings = reading.findings()
+    charts = [chart_alone(path, findings, strict=reading.strict) for path in (file, base)]
     columns = SpinnerColumn(), TextColumn("{task.description}")
     hidden = not err.is_terminal or as_json
     with Progress(*columns, console=err, transient=True, disable=hidden) as bar:
@@ -44,11 +45,11 @@ def compare(file: Path, base: Path, seconds: float, *, as_json: bool) -> int:
     if as_json:
         print_json(_document(found))
     else:
-        out.print(_summary(found))
-    return 0 if _verdict(found) is Verdict.HOLDS else 1
+        result.print(_summary(found))
+    return int(_verdict(found) is not Verdict.HOLDS or findings.has_errors)
 
 
-def chart_alone(path: Path, findings: Findings) -> Chart:
+def chart_alone(path: Path, findings: Findings, *, strict: bool = False) -> Chart:
     """Load a chart that is compared, which may be abstract."""
     if is_system_file(path):
         raise fail(
@@ -57,7 +58,7 @@ def chart_alone(path: Path, findings: Findings) -> Chart:
             help="name the chart of one of its machines",
         )
     own = Findings()
-    chart = load_with_findings(path, own)
+    chart = load_with_findings(path, own, strict=strict)
     findings.extend(d for d in own if d.rule.name != "abstract-chart")
     return chart
 

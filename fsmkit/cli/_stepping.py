@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from fsmkit.cli.console import out
+from fsmkit.cli.console import result
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.expressions import Field
 from fsmkit.model.chart import Chart
@@ -71,7 +71,7 @@ class Stepper:
         """Answer a question of whoever looks on; False if it is none."""
         match question:
             case "state":
-                out.print(Printer(self.chart).active(self.snapshot), style="green")
+                result.print(Printer(self.chart).active(self.snapshot), style="green")
             case "data":
                 self._print_data()
             case "events":
@@ -101,18 +101,18 @@ class Stepper:
             if self._is_quiet:
                 continue
             if isinstance(told, str):
-                out.print(told, markup=False)
+                result.print(told, markup=False)
             elif self._lines_only:
                 for text in trace_lines(self.chart, (told,)):
-                    out.print(text, markup=False)
+                    result.print(text, markup=False)
             else:
                 for styled in pretty(self.chart, told):
-                    out.print(styled)
+                    result.print(styled)
 
     def _print_data(self) -> None:
         for name, value, field in variables(self.chart, self.snapshot):
             text = show(value, field.type, self.chart.capacities.tick)
-            out.print(f"  {name} = {text}", markup=False)
+            result.print(f"  {name} = {text}", markup=False)
 
     def _print_events(self) -> None:
         active = [self.chart.states[state] for state in self.snapshot.configuration]
@@ -122,7 +122,9 @@ class Stepper:
             if is_received(event):
                 mark = "*" if event.index in wanted else " "
                 fields = ", ".join(f"{field.name} {field.type}" for field in event.fields)
-                out.print(f"  {mark} {event.name}{f'({fields})' if fields else ''}", markup=False)
+                result.print(
+                    f"  {mark} {event.name}{f'({fields})' if fields else ''}", markup=False
+                )
 
 
 def macrostep_document(chart: Chart, step: Macrostep) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 from rich.text import Text as Styled
 
 from fsmkit.cli._stepping import at_line, macrostep_document
-from fsmkit.cli.console import out
+from fsmkit.cli.console import result
 from fsmkit.diagnostics import Text
 from fsmkit.expressions import Value
 from fsmkit.model.chart import Chart
@@ -103,16 +103,16 @@ class SystemStepper:
         match question:
             case "state":
                 for name in self._charts:
-                    out.print(f"{name}: {', '.join(self._session.active(name))}", style="green")
+                    result.print(f"{name}: {', '.join(self._session.active(name))}", style="green")
             case "data":
                 for machine, name, text in self._variables():
-                    out.print(f"  {machine}.{name} = {text}", markup=False)
+                    result.print(f"  {machine}.{name} = {text}", markup=False)
             case "events":
                 for machine, chart in self._charts.items():
                     for event in filter(is_received, chart.events):
                         fields = ", ".join(f"{field.name} {field.type}" for field in event.fields)
                         shown = f"({fields})" if fields else ""
-                        out.print(f"  {machine}.{event.name}{shown}", markup=False)
+                        result.print(f"  {machine}.{event.name}{shown}", markup=False)
             case _:
                 return False
         return True
@@ -178,11 +178,11 @@ class SystemStepper:
             else:
                 for line in pretty(chart, done.macrostep):
                     name = f"{done.machine:<{self._width}}"
-                    out.print(Styled.assemble((name, "blue"), line))
+                    result.print(Styled.assemble((name, "blue"), line))
 
     def _print(self, lines: Iterable[str]) -> None:
         for line in lines if not self._is_quiet else ():
-            out.print(line, markup=False)
+            result.print(line, markup=False)
 
     def _variables(self) -> Iterator[tuple[str, str, str]]:
         for machine, chart in self._charts.items():

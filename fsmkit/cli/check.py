@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from math import isfinite
 from pathlib import Path
+from types import MappingProxyType
 
 import click
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
+from fsmkit.cli._options import OneOf, Reading, option_value, reading_options
 from fsmkit.cli._quantities import read_size, read_span
 from fsmkit.cli._refines import compare
+from fsmkit.cli._several import check_several
 from fsmkit.cli._spin import show_trail
-from fsmkit.cli.console import err, out, print_json, report
+from fsmkit.cli.console import err, out, print_json, report, result
 from fsmkit.cli.writing import write_files
 from fsmkit.composition.parts import named_charts
-from fsmkit.diagnostics import Diagnostic, Findings
+from fsmkit.diagnostics import Diagnostic
 from fsmkit.model.chart import Chart
 from fsmkit.verify.counterexample import as_json
 from fsmkit.verify.cover import cover, told
@@ -57,12 +61,12 @@ def read_replacements(
 
 
 @click.command(epilog=EPILOG)
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--property", "names", multiple=True, help="Judge this property; can be repeated.")
 @click.option(
     "--time",
     "time_mode",
-    type=click.Choice(["zones", "discrete", "untimed"]),
+    type=OneOf("kind of time", ("zones", "discrete", "untimed")),
     default="zones",
     show_default=True,
     help="Zones: time is dense. Discrete: it passes by the greatest common divisor of all delays. "
@@ -74,13 +78,15 @@ def read_replacements(
     is_flag=True,
     help="Transitions marked `watchdog` never fire (untimed only).",
 )
-@click.option("--engine", type=click.Choice(["c", "python"]), help="What explores.  [default: c]")
+@click.option(
+    "--engine", type=OneOf("engine", ("c", "python")), help="What explores.  [default: c]"
+)
 @click.option(
     "--memory", callback=read_size, default="4G", show_default=True, help="The most to use."
 )
 @click.option(
     "--storage",
-    type=click.Choice([storage.value for storage in Storage]),
+    type=OneOf("storage", [storage.value for storage in Storage]),
     default=Storage.EXACT.value,
     show_default=True,
     help="What is kept of a state: all of it; a hash of 24 bits; or 3 bits. The latter two, in a "
@@ -100,7 +106,7 @@ def read_replacements(
     "--no-reduction",
     "without",
     multiple=True,
-    type=click.Choice(REDUCTIONS),
+    type=OneOf("reduction", REDUCTIONS),
     help="Switch a reduction off; verdicts stay the same. Dead: data that nothing can read any "
     "more count as at their start. Sleep: of steps that do not see each other one order is taken.",
 )
@@ -150,8 +156,9 @@ def read_replacements(
     help="Show instead the path that SPIN found in the exported model (x.pml, beside x.pml.trail).",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+@reading_options
 def command(
-    file: Path,
+    files: tuple[Path, ...],
     names: tuple[str, ...],
     time_mode: str,
     silent: bool,
@@ -169,12 +176,16 @@ def command(
     base: Path | None,
     spin_trail: Path | None,
     as_json_document: bool,
+    reading: Reading,
 ) -> int:
     """Explore all that a chart or a system can do.
 
     Tells deadlocks, traps, livelocks, faults, overflows, what is never reached, and whether the
     properties hold. Exit code 0: all of them hold; 1: one is violated or undecided, or something
     is wrong; 2: usage.
+
+    Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
+    abstract charts are skipped. The exit code is the worst of all.
     """
     if silent and time_mode != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
@@ -182,19 +193,20 @@ def command(
         others = (names, silent, engine, without, replacing, save_trace, drawings, tests)
         if any((*others, cover_folder, storage != Storage.EXACT.value)):
             raise click.UsageError("--refines goes only with --timeout and --json")
-        return compare(file, base, timeout, as_json=as_json_document)
+        return compare(_only(files), base, timeout, reading, as_json=as_json_document)
     if spin_trail is not None:
+        file = _only(files)
         if time_mode == "zones":
             raise click.UsageError("--spin-trail needs --time discrete or untimed, as exported")
         wanted = Wanted(time_mode == "untimed", silent, seconds=timeout)
-        loaded = asking_only(load_any(file, Findings(), replacing), frozenset(names))
+        whole = load_any(file, reading.findings(), replacing, strict=reading.strict)
+        loaded = asking_only(whole, frozenset(names))
         return show_trail(loaded, wanted, file, spin_trail, save_trace, as_json_=as_json_document)
-    for path in drawings:
-        demand_notation(path)
-    for path in tests:
-        demand_language(path)
-    findings = Findings()
-    system = load_any(file, findings, replacing)
+    with option_value():
+        for path in drawings:
+            demand_notation(path)
+        for path in tests:
+            demand_language(path)
     manner = Manner(
         engine or "",
         untimed=time_mode == "untimed",
@@ -205,20 +217,14 @@ def command(
         without=frozenset(without),
         storage=Storage(storage),
     )
-    with Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        console=err,
-        transient=True,
-        disable=not err.is_terminal or as_json_document,
-    ) as bar:
-        task = bar.add_task(f"exploring {system.name}")
-
-        def progress(states: int, transitions: int, depth: int) -> None:
-            told = f"{states:,} states, {transitions:,} transitions, depth {depth}"
-            bar.update(task, description=f"exploring {system.name}: {told}")
-
-        found = check(system, findings, manner=manner, names=frozenset(names), progress=progress)
+    judge = partial(judged, manner=manner, reading=reading, is_quiet=as_json_document)
+    if len(files) > 1 or files[0].is_dir():
+        if any((names, replacing, save_trace, drawings, tests, cover_folder)):
+            given = "--property, --replace, --save-trace, --draw, --save-test and --cover"
+            raise click.UsageError(f"{given} go with one file")
+        return check_several(files, judge, document if as_json_document else None)
+    (file,) = files
+    system, found = judge(file, names=frozenset(names), replacing=replacing)
     saved = save(found, file, save_trace) if save_trace is not None else []
     made = {path: text for d in drawings for path, text in pictures(found, d).items()}
     charts = compiled_charts(system, found.closed.system)
@@ -235,14 +241,48 @@ def command(
     if as_json_document:
         print_json(document(found))
     else:
-        out.print(summary(found, out.width))
+        result.print(summary(found, result.width))
         if saved:
             out.print(f"saved {len(saved)} files in {save_trace}", style="dim")
         if covered is not None:
-            out.print(escape(told(covered)))
+            result.print(escape(told(covered)))
         for path in made:
             out.print(f"wrote {escape(str(path))}", style="dim")
     return 0 if found.verdict is Verdict.HOLDS else 1
+
+
+def _only(files: tuple[Path, ...]) -> Path:
+    if len(files) > 1:
+        raise click.UsageError("--refines and --spin-trail go with one file")
+    return files[0]
+
+
+def judged(
+    file: Path,
+    *,
+    manner: Manner,
+    reading: Reading,
+    is_quiet: bool,
+    names: frozenset[str] = frozenset(),
+    replacing: Mapping[str, Path] = MappingProxyType({}),
+) -> tuple[System, Report]:
+    """Return the system of a file, or of a chart, and what its exploration found."""
+    findings = reading.findings()
+    system = load_any(file, findings, replacing, strict=reading.strict)
+    with Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        console=err,
+        transient=True,
+        disable=not err.is_terminal or is_quiet,
+    ) as bar:
+        task = bar.add_task(f"exploring {system.name}")
+
+        def progress(states: int, transitions: int, depth: int) -> None:
+            told = f"{states:,} states, {transitions:,} transitions, depth {depth}"
+            bar.update(task, description=f"exploring {system.name}: {told}")
+
+        return system, check(system, findings, manner=manner, names=names, progress=progress)
 
 
 def compiled_charts(system: System, explored: System) -> tuple[Chart, ...]:
@@ -268,7 +308,7 @@ def document(found: Report) -> Mapping[str, object]:
         "exact": explored.table is None,
         "storage": _stored(explored, explored.table),
         "complete": explored.end is End.COMPLETE and explored.table is None,
-        "properties": [_result(result) for result in found.results],
+        "properties": [_judged(one) for one in found.results],
         "findings": [_finding(diagnostic) for diagnostic in found.findings],
         "bounds": {
             machine.name: {
@@ -307,17 +347,17 @@ def time_of(found: Report) -> str:
     return "zones" if closed.zones else "discrete" if closed.unit else "none"
 
 
-def _result(result: Result) -> Mapping[str, object]:
+def _judged(one: Result) -> Mapping[str, object]:
     told: dict[str, object] = {
-        "name": result.name,
-        "kind": result.kind.value if result.kind is not None else result.name.rpartition(".")[2],
-        "verdict": result.verdict.value,
+        "name": one.name,
+        "kind": one.kind.value if one.kind is not None else one.name.rpartition(".")[2],
+        "verdict": one.verdict.value,
     }
-    if result.reason:
-        told["reason"] = result.reason
-    if result.trace is not None:
-        told["trace"] = as_json(result.trace)
-        told["replayed"] = list(result.trace.replayed)
+    if one.reason:
+        told["reason"] = one.reason
+    if one.trace is not None:
+        told["trace"] = as_json(one.trace)
+        told["replayed"] = list(one.trace.replayed)
     return told
 
 

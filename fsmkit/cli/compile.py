@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 from rich.markup import escape
 
+from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli.console import out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.composition.deployment import is_deployment_file, load_deployment
@@ -21,7 +22,7 @@ from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import load_with_findings
 from fsmkit.model.chart import Chart
-from fsmkit.plugins import Generated, Target, plugin
+from fsmkit.plugins import Generated, Target, plugin, plugins
 from fsmkit.verify.bounds import Proved, noted, proved
 from fsmkit.verify.explore import Manner
 from fsmkit.verify.links import without_channels
@@ -42,9 +43,16 @@ Examples:
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
-    "--target", "name", default="c", show_default=True, help="What to write; see `fsmkit targets`."
+    "-t",
+    "--target",
+    "name",
+    type=OneOf("target", [found.name for found in plugins(Target)]),
+    default="c",
+    show_default=True,
+    help="What to write; see `fsmkit targets`.",
 )
 @click.option(
+    "-o",
     "--out",
     "folder",
     type=click.Path(path_type=Path),
@@ -57,12 +65,12 @@ Examples:
 @click.option("--no-build", is_flag=True, help="pyext: write the sources, build nothing.")
 @click.option("--with", "extras", help="Add parts, with commas: save; for C also trace.")
 @click.option(
-    "--optimize", type=click.Choice(("speed", "size")), help="C: make the code fast, or small."
+    "--optimize", type=OneOf("aim", ("speed", "size")), help="C: make the code fast, or small."
 )
 @click.option("--without", help="C: leave out parts, with commas: queue, counters.")
 @click.option(
     "--bounds",
-    type=click.Choice(("from-chart", "from-check")),
+    type=OneOf("kind of bounds", ("from-chart", "from-check")),
     default="from-chart",
     show_default=True,
     help="C: the capacities of the chart, or as little as a check proves to be enough.",
@@ -76,12 +84,13 @@ Examples:
 @click.option(
     "--time",
     "time_mode",
-    type=click.Choice(["zones", "discrete", "untimed"]),
+    type=OneOf("kind of time", ("zones", "discrete", "untimed")),
     default="zones",
     show_default=True,
     help="With --bounds from-check: how time passes in that check.",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+@reading_options
 def command(
     file: Path,
     name: str,
@@ -96,6 +105,7 @@ def command(
     system_file: Path | None,
     time_mode: str,
     as_json_document: bool,
+    reading: Reading,
 ) -> int:
     """Write the machine of a chart; or all machines of a system, in C with what connects them.
 
@@ -105,17 +115,19 @@ def command(
     none.
     """
     target = plugin(Target, name)
-    findings = Findings()
-    deployment = load_deployment(file, findings) if is_deployment_file(file) else None
+    findings = reading.findings()
+    strict, deployment = reading.strict, None
+    if is_deployment_file(file):
+        deployment = load_deployment(file, findings, strict=strict)
     if deployment is not None:
         whole: System | None = deployment.system
     else:
-        whole = load_system(file, findings) if is_system_file(file) else None
+        whole = load_system(file, findings, strict=strict) if is_system_file(file) else None
     proof = None
     if bounds == "from-check":
         if name != "c":
             raise click.UsageError("--bounds is for the target c")
-        checked = whole or load_any(system_file or file, findings)
+        checked = whole or load_any(system_file or file, findings, strict=strict)
         proof = proved(checked, Findings(), manner_of(time_mode))
         if whole is not None:
             whole = with_bounds(whole, proof)
@@ -124,7 +136,7 @@ def command(
     system = None if whole is None else without_channels(whole)
     is_joined = system is not None and name == "c"
     if system is None:
-        chart = load_with_findings(file, findings)
+        chart = load_with_findings(file, findings, strict=strict)
         charts: tuple[Chart, ...] = (chart if proof is None else bounded(chart, proof),)
     else:
         charts = named_charts(system, is_joined=is_joined)

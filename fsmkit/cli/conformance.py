@@ -10,6 +10,7 @@ import click
 from rich.progress import Progress
 from rich.text import Text
 
+from fsmkit.cli._options import OneOf
 from fsmkit.cli.console import err, out, print_json
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import fail
@@ -17,7 +18,7 @@ from fsmkit.testing.conformance import Case, Result, Verdict, judge
 from fsmkit.testing.conformance_charts import Reading, Stage, meaning, read_chart, totals
 from fsmkit.testing.conformance_page import page, write_into
 from fsmkit.testing.conformance_suites import find_cases, find_charts
-from fsmkit.testing.harness import Harness, harness, target_harnesses
+from fsmkit.testing.harness import Harness, harness, harnesses, target_harnesses
 
 STYLES = {Result.PASSED: "green", Result.FAILED: "bold red", Result.SKIPPED: "yellow"}
 EPILOG = """\b
@@ -29,7 +30,14 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("--target", default="interpreter", show_default=True, help="A target, or `all`.")
+@click.option(
+    "-t",
+    "--target",
+    type=OneOf("target", ["all", *(found.name for found in harnesses())]),
+    default="interpreter",
+    show_default=True,
+    help="A target, or `all`.",
+)
 @click.option("--limit", type=float, default=60.0, show_default=True, help="Seconds for a test.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @click.option(
@@ -38,7 +46,7 @@ Examples:
     metavar="FILE",
     help="Also write tables into this page, between the marks it has or at its end.",
 )
-@click.option("--quiet", is_flag=True, help="Print no line for what passed.")
+@click.option("-q", "--quiet", is_flag=True, help="Print no line for what passed.")
 def command(
     folder: Path, target: str, limit: float, as_json: bool, markdown: Path | None, quiet: bool
 ) -> int:

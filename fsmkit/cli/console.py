@@ -1,4 +1,8 @@
-"""What every verb prints with: findings on standard error, results on standard output."""
+"""What every verb prints with: findings on standard error, results on standard output.
+
+Streams: `result` prints what a verb is there to print, `out` remarks on what was done, which
+``--quiet`` leaves out, and `err` findings and progress.
+"""
 
 from __future__ import annotations
 
@@ -9,26 +13,73 @@ import tempfile
 import traceback
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Final, Literal
 
 from rich.console import Console
 from rich.text import Text
 
 import fsmkit
-from fsmkit.diagnostics import Diagnostic, Severity, render
+from fsmkit.diagnostics import Diagnostic, FsmkitError, Severity, render
 
 STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.NOTE: "bold cyan"}
+COLOR_SYSTEMS: Final[dict[str, Literal["auto", "256"] | None]] = {
+    "auto": "auto",
+    "always": "256",
+    "never": None,
+}
 
-out = Console(highlight=False, soft_wrap=True)
-err = Console(stderr=True, highlight=False, soft_wrap=True)
+
+class WrongOptionError(FsmkitError):
+    """Diagnostics about the value of an option: the command line is used wrongly."""
+
+
+class Stream(Console):
+    """A stream of styled text, set up anew for each command line."""
+
+    def __init__(self, *, stderr: bool = False, width: int | None = None) -> None:
+        """Open standard output, or standard error; ``width`` is that of the terminal, or given."""
+        self._is_error, self._wide = stderr, width
+        self.set_up()
+
+    def set_up(self, color: str = "auto") -> None:
+        """Print in colours always, never, or on terminals (``auto``)."""
+        super().__init__(
+            stderr=self._is_error,
+            highlight=False,
+            soft_wrap=self._wide is None,
+            width=self._wide,
+            no_color=True if color == "never" else None,
+            color_system=COLOR_SYSTEMS[color],
+        )
+
+
+LONGEST_LINE = 10_000
+"""Characters of a line of a tree in a pipe."""
+result, out, err = Stream(), Stream(), Stream(stderr=True)
+unwrapped = Stream(width=LONGEST_LINE)
+"""As `result`, for trees in a pipe: a line an item."""
 
 reported: list[Diagnostic] = []
 """The findings of the command line at hand, for the SARIF log."""
+verbosity = 0
+"""-1: errors only; 1: with the explanation of each rule."""
+
+
+def set_up(color: str = "auto", how_much: int = 0) -> None:
+    """Begin a command line."""
+    global verbosity  # noqa: PLW0603  (one command line at a time, as of standard output)
+    verbosity = how_much
+    for stream in (result, unwrapped, out, err):
+        stream.set_up(color)
+    out.quiet = how_much < 0
 
 
 def report(diagnostics: Iterable[Diagnostic]) -> None:
     """Print findings as text on standard error, then how many there were."""
     found = tuple(diagnostics)
     reported.extend(found)
+    if verbosity < 0:
+        found = tuple(d for d in found if d.severity is Severity.ERROR)
     for diagnostic in found:
         text = Text(render(diagnostic))
         text.stylize(STYLES[diagnostic.severity], 0, len(diagnostic.severity.value))
@@ -39,6 +90,8 @@ def report(diagnostics: Iterable[Diagnostic]) -> None:
         for severity in Severity
         if (number := sum(d.severity is severity for d in found))
     ]
+    for rule in dict.fromkeys(d.rule for d in found) if verbosity > 0 else ():
+        err.print(Text.assemble((f"{rule.code} {rule.name}\n\n", "bold"), rule.explanation, "\n"))
     if counts:
         err.print(", ".join(counts))
 

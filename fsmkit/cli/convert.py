@@ -9,12 +9,13 @@ from pathlib import Path
 
 import click
 
+from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli.console import print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings, Severity, Text
-from fsmkit.loading import read_document
+from fsmkit.loading import load_with_findings, read_document
 from fsmkit.model.document import DocInvoke, DocState, Document
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.plugins import FrontEnd, plugin, plugins
 
 EPILOG = """\b
 Examples:
@@ -25,17 +26,26 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--to", "notation", required=True, help="The notation: yaml or scxml.")
-@click.option("--out", type=click.Path(path_type=Path), help="Write this file, do not print.")
+@click.option(
+    "--to",
+    "notation",
+    required=True,
+    type=OneOf("notation", [found.name for found in plugins(FrontEnd)]),
+    help="The notation.",
+)
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Write this file, do not print.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def command(file: Path, notation: str, out: Path | None, as_json: bool) -> int:
+@reading_options
+def command(file: Path, notation: str, out: Path | None, as_json: bool, reading: Reading) -> int:
     """Write a chart in another notation, with the same meaning.
 
     One file is converted; what it extends or invokes keeps its notation. Comments are not carried
     over.
     """
     front_end = plugin(FrontEnd, notation)
-    findings = Findings()
+    findings = reading.findings()
+    if reading.strict:
+        load_with_findings(file, findings, strict=True)
     document = read_document(file, findings)
     if out is not None:
         document = moved(document, file.parent, out.parent, findings)

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import click
 
+from fsmkit.cli._options import Reading, option_value, reading_options
 from fsmkit.cli.console import print_json, report
 from fsmkit.cli.writing import write_files
-from fsmkit.diagnostics import Findings, fail
+from fsmkit.diagnostics import fail
 from fsmkit.loading import load_with_findings
 from fsmkit.model.chart import Chart
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
@@ -28,6 +29,7 @@ Examples:
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
+    "-o",
     "--out",
     "outputs",
     multiple=True,
@@ -36,16 +38,21 @@ Examples:
 )
 @click.option("--active", default="", metavar="A,B", help="States to mark as active.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def command(file: Path, outputs: tuple[Path, ...], active: str, as_json: bool) -> int:
+@reading_options
+def command(
+    file: Path, outputs: tuple[Path, ...], active: str, as_json: bool, reading: Reading
+) -> int:
     """Draw a chart: inherited items grey, active states filled, watchdogs dashed.
 
     Graphviz makes the pictures; the texts for Graphviz, Mermaid and PlantUML need nothing else.
     """
-    for path in outputs:
-        check_suffix(path)
-    findings = Findings()
-    chart = load_with_findings(file, findings)
-    marked = states_named(chart, active)
+    with option_value():
+        for path in outputs:
+            check_suffix(path)
+    findings = reading.findings()
+    chart = load_with_findings(file, findings, strict=reading.strict)
+    with option_value():
+        marked = states_named(chart, active)
     report(findings)
     text = plugin(Drawing, "dot").draw(chart, marked)
     write_files({path: drawing(chart, marked, path) for path in outputs})

@@ -8,7 +8,7 @@ import click
 from rich.markdown import Markdown
 from rich.text import Text
 
-from fsmkit.cli.console import STYLES, out, print_json
+from fsmkit.cli.console import STYLES, print_json, result
 from fsmkit.diagnostics import Rule, rule, rules
 
 EPILOG = """\b
@@ -29,15 +29,15 @@ def command(code: str | None, as_json: bool) -> int:
             print_json([document(known) for known in rules()])
         else:
             for known in rules():
-                out.print(heading(known))
+                result.print(heading(known))
         return 0
     known = find(code)
     if as_json:
         print_json({**document(known), "explanation": known.explanation})
     else:
-        out.print(heading(known))
-        out.print()
-        out.print(Markdown(known.explanation))
+        result.print(heading(known))
+        result.print()
+        result.print(Markdown(known.explanation))
     return 0
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import click
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
+from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli._quantities import read_span
 from fsmkit.cli._refines import chart_alone
 from fsmkit.cli.check import read_replacements
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
-from fsmkit.diagnostics import Findings
 from fsmkit.plugins import plugin, plugins
 from fsmkit.verify.explore import asking_only
 from fsmkit.verify.export.exporter import Exported, Exporter, RefinementExporter, Wanted
@@ -35,13 +35,15 @@ Examples:
     "--to",
     "notation",
     required=True,
-    type=click.Choice([found.name for found in plugins(Exporter)]),
+    type=OneOf("notation", [found.name for found in plugins(Exporter)]),
 )
-@click.option("--out", "path", type=click.Path(path_type=Path), help="The file.  [default: print]")
+@click.option(
+    "-o", "--out", "path", type=click.Path(path_type=Path), help="The file.  [default: print]"
+)
 @click.option(
     "--time",
     "time_mode",
-    type=click.Choice(["discrete", "untimed"]),
+    type=OneOf("kind of time", ("discrete", "untimed")),
     default="discrete",
     show_default=True,
     help="Discrete: time passes by the greatest common divisor of all delays. Untimed: an armed "
@@ -75,6 +77,7 @@ Examples:
     help="Write, instead, whether the chart FILE refines this one (untimed).",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@reading_options
 def command(
     file: Path,
     notation: str,
@@ -87,6 +90,7 @@ def command(
     timeout: float,
     base: Path | None,
     as_json: bool,
+    reading: Reading,
 ) -> int:
     """Write a chart or a system, closed as it is explored, for another tool.
 
@@ -94,18 +98,20 @@ def command(
     """
     if silent and time_mode != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
-    findings = Findings()
+    findings = reading.findings()
     exporter = plugin(Exporter, notation)
     write: Callable[[Wanted], Exported]
     if base is not None and (names or replacing):
         raise click.UsageError("--refines goes with neither --property nor --replace")
     if base is None:
-        loaded = asking_only(load_any(file, findings, replacing), frozenset(names))
+        whole = load_any(file, findings, replacing, strict=reading.strict)
+        loaded = asking_only(whole, frozenset(names))
         name, write = loaded.name, partial(exporter.export, loaded)
     elif isinstance(exporter, RefinementExporter):
-        derived = chart_alone(file, findings)
-        name = derived.name
-        write = partial(exporter.export_refinement, derived, chart_alone(base, findings))
+        derived, extended = (
+            chart_alone(path, findings, strict=reading.strict) for path in (file, base)
+        )
+        name, write = derived.name, partial(exporter.export_refinement, derived, extended)
     else:
         known = ", ".join(found.name for found in plugins(RefinementExporter))
         raise click.UsageError(f"--refines needs --to {known}")

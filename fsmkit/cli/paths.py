@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli.console import out, print_json
+from fsmkit.cli._options import OneOf
+from fsmkit.cli.console import print_json, result
 
 RUNTIME = Path(__file__).parents[1] / "runtime" / "c"
 PATHS = {
@@ -25,7 +26,7 @@ Examples:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("what", type=click.Choice(sorted(PATHS)), required=False)
+@click.argument("what", type=OneOf("folder", sorted(PATHS)), required=False)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(what: str | None, as_json: bool) -> int:
     """Print the folder of the CMake package, of pkg-config's file, of headers, hosts or links.
@@ -38,5 +39,5 @@ def command(what: str | None, as_json: bool) -> int:
         click.echo(PATHS[what])  # as it is: it goes into another command
     else:
         for name, path in PATHS.items():
-            out.print(f"{name:10} {path}", markup=False, soft_wrap=True)
+            result.print(f"{name:10} {path}", markup=False, soft_wrap=True)
     return 0

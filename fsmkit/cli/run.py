@@ -8,15 +8,16 @@ from pathlib import Path
 import click
 
 from fsmkit.cli._conversation import converse
+from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli._stepping import Stepper, script_lines
 from fsmkit.cli._system_stepping import SystemStepper
-from fsmkit.cli.console import out, print_json, report
-from fsmkit.diagnostics import Findings, Severity
+from fsmkit.cli.console import print_json, report, result
+from fsmkit.diagnostics import Severity
 from fsmkit.loading import load_with_findings, read_bytes
 from fsmkit.model.chart import Chart
 from fsmkit.runtime import replaying
 from fsmkit.runtime.recording import RING, ring_lines
-from fsmkit.testing.harness import harness
+from fsmkit.testing.harness import harness, harnesses
 from fsmkit.verify.reader import is_system_file, load_system
 
 EPILOG = """\b
@@ -34,13 +35,21 @@ Examples:
 @click.option("--events", help="What happens: events, `wait 500ms`, `set input value`; by `;`.")
 @click.option("--script", type=click.Path(path_type=Path), help="A file of script lines.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
-@click.option("--target", default="interpreter", show_default=True, help="What runs the chart.")
+@click.option(
+    "-t",
+    "--target",
+    type=OneOf("target", [found.name for found in harnesses()]),
+    default="interpreter",
+    show_default=True,
+    help="What runs the chart.",
+)
 @click.option("--trace", is_flag=True, help="Print the lines that all targets print alike.")
 @click.option(
     "--replay", type=click.Path(path_type=Path), help="A log (or ring) of a machine in C."
 )
 @click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of a log.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@reading_options
 def command(
     file: Path,
     events: str | None,
@@ -51,6 +60,7 @@ def command(
     replay: Path | None,
     instance: int | None,
     as_json: bool,
+    reading: Reading,
 ) -> int:
     """Step a chart or a system on a simulated clock; interactively, if nothing says what happens.
 
@@ -61,20 +71,20 @@ def command(
         raise click.UsageError("give --events or --script, not both")
     if replay is not None and (events is not None or script is not None or is_system_file(file)):
         raise click.UsageError("--replay takes a chart, and nothing else says what happens")
-    findings = Findings()
+    findings = reading.findings()
     if is_system_file(file):
         if target != "interpreter":
             raise click.UsageError("a system is run by the interpreter alone")
-        system = load_system(file, findings)
+        system = load_system(file, findings, strict=reading.strict)
         report(finding for finding in findings if finding.severity is not Severity.NOTE)
         machines = SystemStepper(system, seed, lines_only=trace, is_quiet=as_json)
         _step(machines, events, _read(script))
         if as_json:
             print_json(machines.document())
         for name, fault in machines.faults.items() if not as_json else ():
-            out.print(f"{name} stopped with the fault {fault}", style="bold red")
+            result.print(f"{name} stopped with the fault {fault}", style="bold red")
         return int(bool(machines.faults))
-    chart = load_with_findings(file, findings)
+    chart = load_with_findings(file, findings, strict=reading.strict)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     if replay is not None:
         return _replay(chart, read_bytes(replay), instance, as_json=as_json)
@@ -93,7 +103,9 @@ def command(
     if as_json:
         print_json(stepper.document())
     if stepper.snapshot.fault is not None and not as_json:
-        out.print(f"the machine stopped with the fault {stepper.snapshot.fault}", style="bold red")
+        result.print(
+            f"the machine stopped with the fault {stepper.snapshot.fault}", style="bold red"
+        )
     return int(stepper.snapshot.fault is not None)
 
 

@@ -5,23 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.console import Console
 from rich.tree import Tree
 
 from fsmkit.cli._chart_json import chart_document
 from fsmkit.cli._chart_tree import chart_tree
+from fsmkit.cli._options import Reading, reading_options
 from fsmkit.cli._origins import origins
 from fsmkit.cli._plan_tree import plan_document, plan_tree
 from fsmkit.cli._system_tree import system_document, system_tree
-from fsmkit.cli.console import out, print_json, report
-from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.cli.console import print_json, report, result, unwrapped
+from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import read_documents
 from fsmkit.model.elaborate import elaborate
 from fsmkit.plan.lower import lower
 from fsmkit.verify.reader import is_system_file, load_system
 
-LONGEST_LINE = 10_000
-"""Characters of a line in a pipe."""
 EPILOG = """\b
 Examples:
   fsmkit show feeder.yaml
@@ -35,17 +33,18 @@ Examples:
 @click.option("--origin", is_flag=True, help="Say where each item comes from.")
 @click.option("--plan", is_flag=True, help="Show what a machine executes, too.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def command(file: Path, origin: bool, plan: bool, as_json: bool) -> int:
+@reading_options
+def command(file: Path, origin: bool, plan: bool, as_json: bool, reading: Reading) -> int:
     """Show a chart as it is understood: inheritance resolved, names bound, types known.
 
     Inherited items are dim, overridden ones yellow.
     """
     if is_system_file(file):
-        return _show_system(file, as_json=as_json)
-    findings = Findings()
+        return _show_system(file, reading, as_json=as_json)
+    findings = reading.findings()
     documents = read_documents(file, findings)
-    chart = elaborate(documents, findings)
-    if chart is None:
+    chart = elaborate(documents, findings, strict=reading.strict)
+    if chart is None or findings.has_errors:
         raise FsmkitError(findings)
     report(findings)
     where = origins(documents)
@@ -59,9 +58,9 @@ def command(file: Path, origin: bool, plan: bool, as_json: bool) -> int:
     return 0
 
 
-def _show_system(file: Path, *, as_json: bool) -> int:
-    findings = Findings()
-    system = load_system(file, findings)
+def _show_system(file: Path, reading: Reading, *, as_json: bool) -> int:
+    findings = reading.findings()
+    system = load_system(file, findings, strict=reading.strict)
     report(findings)
     if as_json:
         print_json(system_document(system))
@@ -72,7 +71,7 @@ def _show_system(file: Path, *, as_json: bool) -> int:
 
 def print_tree(tree: Tree) -> None:
     """Print a tree: wrapped on a terminal, a line an item in a pipe."""
-    if out.is_terminal:
-        out.print(tree, soft_wrap=False)
+    if result.is_terminal:
+        result.print(tree, soft_wrap=False)
     else:
-        Console(file=out.file, width=LONGEST_LINE, highlight=False).print(tree)
+        unwrapped.print(tree)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 from rich.markup import escape
 
-from fsmkit.cli.console import out, print_json
+from fsmkit.cli.console import print_json, result
 from fsmkit.plugins import Drawing, FrontEnd, Reader, Target, plugins
 
 EPILOG = """\b
@@ -39,7 +39,7 @@ def command(as_json: bool) -> int:
         *(("draw --out", d.name, f"diagrams in {_list(d.suffixes)}") for d in drawings),
     ]
     for verb, name, summary in lines:
-        out.print(f"{verb:17} [bold]{name:12}[/] {escape(summary)}")
+        result.print(f"{verb:17} [bold]{name:12}[/] {escape(summary)}")
     return 0
 
 

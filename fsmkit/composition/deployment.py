@@ -61,19 +61,28 @@ def is_deployment_file(path: Path) -> bool:
     return any(line.startswith((b"nodes:", b"\xef\xbb\xbfnodes:")) for line in lines)
 
 
-def load_deployment(path: Path, findings: Findings | None = None) -> Deployment:
-    """Return the deployment of a file; `FsmkitError` with every finding where it has an error."""
+def load_deployment(
+    path: Path, findings: Findings | None = None, *, strict: bool = False
+) -> Deployment:
+    """Return the deployment of a file; `FsmkitError` with every finding where it has an error.
+
+    ``strict``: as of `fsmkit.loading.load_with_findings`, of every chart.
+    """
     findings = Findings() if findings is None else findings
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
-    found = None if source is None else read_deployment(source, path.parent, findings)
+    found = None
+    if source is not None:
+        found = read_deployment(source, path.parent, findings, strict=strict)
     findings.stop_on_errors()
     if found is None:
         raise FsmkitError(findings)
     return found
 
 
-def read_deployment(source: Source, folder: Path, findings: Findings) -> Deployment | None:
+def read_deployment(
+    source: Source, folder: Path, findings: Findings, *, strict: bool = False
+) -> Deployment | None:
     """Read a deployment; paths in it are relative to ``folder``. Mind the findings."""
     root = read_nodes(source, findings)
     top = None if root is None else demand_mapping(root, "a deployment", findings)
@@ -90,7 +99,7 @@ def read_deployment(source: Source, folder: Path, findings: Findings) -> Deploym
     if file is None:
         return None
     read_bytes(folder / file.value, file)
-    system = without_channels(load_system(folder / file.value, findings))
+    system = without_channels(load_system(folder / file.value, findings, strict=strict))
     found = _placed(parts["nodes"], system, findings)
     if found is None or findings.has_errors:
         return None

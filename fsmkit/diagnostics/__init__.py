@@ -1,6 +1,6 @@
 """Places and findings: what every stage uses to say what is wrong, where, and what to do."""
 
-from fsmkit.diagnostics.diagnostic import Diagnostic, Findings, FsmkitError, Label, fail
+from fsmkit.diagnostics.diagnostic import Diagnostic, Findings, FsmkitError, Label, Policy, fail
 from fsmkit.diagnostics.render import render
 from fsmkit.diagnostics.rules import Rule, Severity, rule, rules
 from fsmkit.diagnostics.source import Source, Span, Text
@@ -10,6 +10,7 @@ __all__ = [
     "Findings",
     "FsmkitError",
     "Label",
+    "Policy",
     "Rule",
     "Severity",
     "Source",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics.rules import Rule, Severity, rule
 from fsmkit.diagnostics.source import Span, Text
@@ -46,11 +46,33 @@ class FsmkitError(Exception):
         return "\n\n".join(render(d) for d in self.diagnostics)
 
 
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """What a user makes of rules, by name: an error of some, nothing of others.
+
+    An error stays one: only warnings and notes can be allowed.
+    """
+
+    errors: frozenset[str] = frozenset()
+    allowed: frozenset[str] = frozenset()
+
+    def applied(self, diagnostic: Diagnostic) -> Diagnostic | None:
+        """Return a diagnostic as it counts; None where it is allowed."""
+        if diagnostic.severity is Severity.ERROR:
+            return diagnostic
+        if diagnostic.rule.name in self.allowed:
+            return None
+        if diagnostic.rule.name in self.errors:
+            return replace(diagnostic, severity=Severity.ERROR)
+        return diagnostic
+
+
 class Findings:
     """Collects diagnostics through a stage, so that all of them are told before it stops."""
 
-    def __init__(self) -> None:
-        """Start with none."""
+    def __init__(self, policy: Policy | None = None) -> None:
+        """Start with none; what is added counts as the policy says."""
+        self._policy = policy or Policy()
         self._found: dict[Diagnostic, None] = {}
 
     def __iter__(self) -> Iterator[Diagnostic]:
@@ -84,11 +106,12 @@ class Findings:
             help,
             severity or kind.severity,
         )
-        self._found[diagnostic] = None
+        self.extend((diagnostic,))
 
     def extend(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Add what another stage found."""
-        self._found.update(dict.fromkeys(diagnostics))
+        counted = map(self._policy.applied, diagnostics)
+        self._found.update((diagnostic, None) for diagnostic in counted if diagnostic is not None)
 
     @property
     def has_errors(self) -> bool:

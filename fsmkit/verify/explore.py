@@ -8,6 +8,7 @@ from contextlib import closing
 from dataclasses import KW_ONLY, dataclass, replace
 
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.diagnostics.nearest import nearest
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import Counterexample, ReplayError, write
 from fsmkit.verify.dense import cycle_place, temporal_answers
@@ -216,11 +217,13 @@ def asking_only(system: System, names: frozenset[str]) -> System:
 def _demand_known(system: System, names: frozenset[str]) -> None:
     known = {property_.name for property_ in system.properties}
     for name in sorted(names - known):
+        near = nearest(name, known)
+        meant = "" if near is None else f"did you mean `{near}`? "
         raise fail(
             "no-such-property",
             f"`{system.name}` has no property `{name}`",
             None,
-            help=f"use one of {', '.join(sorted(known))}" if known else "it has no properties",
+            help=f"{meant}there are {', '.join(sorted(known))}" if known else "it has none",
         )
 
 

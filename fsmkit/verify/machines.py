@@ -34,6 +34,7 @@ class _Reader:
     folder: Path
     replacing: Mapping[str, Path]
     findings: Findings
+    strict: bool
     documents: dict[Path, tuple[Document, ...]] = field(default_factory=dict)
     charts: dict[tuple[Path, tuple[tuple[str, str], ...]], Chart] = field(default_factory=dict)
 
@@ -117,7 +118,7 @@ class _Reader:
             for name, value in given:
                 documents = with_constant(documents, name, value, own)
             own.stop_on_errors()
-            chart = elaborate(documents, own)
+            chart = elaborate(documents, own, strict=self.strict)
             own.stop_on_errors()
         except FsmkitError as error:
             self.findings.extend(error.diagnostics)
@@ -153,11 +154,16 @@ def with_constant(
 
 
 def read_machines(
-    node: Node | None, folder: Path, replacing: Mapping[str, Path], findings: Findings
+    node: Node | None,
+    folder: Path,
+    replacing: Mapping[str, Path],
+    findings: Findings,
+    *,
+    strict: bool = False,
 ) -> tuple[Machine, ...]:
     """Read all machines; the paths of charts are relative to ``folder``."""
     mapping = None if node is None else demand_mapping(node, "`machines`", findings)
-    reader = _Reader(folder, replacing, findings)
+    reader = _Reader(folder, replacing, findings, strict)
     found: list[Machine] = []
     for name, value in mapping.entries if mapping is not None else ():
         for machine in reader.read(name, value):
@@ -174,9 +180,11 @@ def read_machines(
     return tuple(found)
 
 
-def read_machine(name: Text, node: Node, folder: Path, findings: Findings) -> Machine | None:
+def read_machine(
+    name: Text, node: Node, folder: Path, findings: Findings, *, strict: bool = False
+) -> Machine | None:
     """Read one machine, given as its chart or with constants for it."""
-    reader = _Reader(folder, {}, findings)
+    reader = _Reader(folder, {}, findings, strict)
     wanted = reader._wanted(node)  # noqa: SLF001  (the same module)
     return None if wanted is None else reader._machine(name, name.value, wanted, {})  # noqa: SLF001
 
@@ -202,9 +210,10 @@ def _demand_replaced(
     for name in replacing if not findings.has_errors else ():
         if name not in known:
             close = get_close_matches(name, known, 1)
+            meant = f"did you mean `{close[0]}`? " if close else ""
             findings.add(
-                "unknown-name",
+                "no-such-machine",
                 f"there is no machine `{name}` to replace",
                 None,
-                help=f"did you mean `{close[0]}`?" if close else f"use one of {', '.join(known)}",
+                help=f"{meant}there are {', '.join(known)}",
             )

@@ -202,11 +202,13 @@ def read_monitor(
     machines: tuple[Machine, ...],
     folder: Path,
     findings: Findings,
+    *,
+    strict: bool = False,
 ) -> Monitor | None:
     """Read a property that is a monitor; None after telling what is wrong with it."""
     check_keys(node, frozenset({"monitor", "watch"}), f"the property `{name}`", findings)
     parts: dict[str, Node] = {key.value: value for key, value in node.entries}
-    machine = read_machine(name, parts["monitor"], folder, findings)
+    machine = read_machine(name, parts["monitor"], folder, findings, strict=strict)
     if machine is None:
         return None
     if any(machine.name == other.name for other in machines):

@@ -62,15 +62,22 @@ def is_system_file(path: Path) -> bool:
 
 
 def load_system(
-    path: Path, findings: Findings, replacing: Dictionary[str, Path] | None = None
+    path: Path,
+    findings: Findings,
+    replacing: Dictionary[str, Path] | None = None,
+    *,
+    strict: bool = False,
 ) -> System:
     """Return the system of a file; `FsmkitError` with every finding where it has an error.
 
     ``replacing``: charts that machines run in place of those the file names for them.
+    ``strict``: as of `fsmkit.loading.load_with_findings`, of every chart.
     """
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
-    system = None if source is None else read_system(source, path.parent, findings, replacing or {})
+    system = None
+    if source is not None:
+        system = read_system(source, path.parent, findings, replacing or {}, strict=strict)
     findings.stop_on_errors()
     if system is None:
         raise FsmkitError(findings)
@@ -82,6 +89,8 @@ def read_system(
     folder: Path,
     findings: Findings,
     replacing: Dictionary[str, Path] = MappingProxyType({}),
+    *,
+    strict: bool = False,
 ) -> System | None:
     """Read a system; the paths of charts are relative to ``folder``. Mind the findings."""
     root = read_nodes(source, findings)
@@ -91,7 +100,7 @@ def read_system(
     check_keys(top, KEYS, "a system", findings)
     parts = {key.value: node for key, node in top.entries}
     name = demand_text(parts["system"], "the name of a system", findings)
-    machines = read_machines(parts.get("machines"), folder, replacing, findings)
+    machines = read_machines(parts.get("machines"), folder, replacing, findings, strict=strict)
     if findings.has_errors or name is None:
         return None
     if not machines:
@@ -112,7 +121,8 @@ def read_system(
     schedule = read_schedule(parts.get("schedule"), machines, findings)
     links = connect(parts.get("connect"), machines, surroundings.possible, findings)
     monitors: list[Monitor] = []
-    properties = tuple(_properties(parts.get("properties"), machines, folder, monitors, findings))
+    asked = parts.get("properties")
+    properties = tuple(_properties(asked, machines, folder, monitors, findings, strict=strict))
     demand_few(tuple(monitors), len(machines) + len(links.machines), findings)
     system = System(
         name.value,
@@ -149,13 +159,15 @@ def _properties(
     folder: Path,
     monitors: list[Monitor],
     findings: Findings,
+    *,
+    strict: bool,
 ) -> Iterable[Property]:
     """Yield the properties; those that are monitors also go to ``monitors``."""
     mapping = None if node is None else demand_mapping(node, "`properties`", findings)
     for name, value in mapping.entries if mapping is not None else ():
         kind = PropertyKind.MONITOR
         if isinstance(value, Mapping) and any(key.value == kind.value for key, _ in value.entries):
-            monitor = read_monitor(name, value, machines, folder, findings)
+            monitor = read_monitor(name, value, machines, folder, findings, strict=strict)
             if monitor is not None:
                 monitors.append(monitor)
                 text = f"`{monitor.machine.chart.name}` never comes to `error`"

@@ -17,20 +17,27 @@ from fsmkit.verify.reader import is_system_file, load_system
 from fsmkit.verify.system import System, system_of
 
 
-def load_any(path: Path, findings: Findings, replacing: Mapping[str, Path] | None = None) -> System:
+def load_any(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+) -> System:
     """Return the system of a system file, or that of one chart alone.
 
     ``replacing``: charts that machines of the system run in place of those the file names.
+    ``strict``: as of `fsmkit.loading.load_with_findings`.
     """
     if is_system_file(path):
-        return load_system(path, findings, replacing)
+        return load_system(path, findings, replacing, strict=strict)
     if replacing:
         raise fail(
             "not-a-system",
             f"`{path}` is one chart: it has no machine to replace",
             help="name a system file",
         )
-    return system_of(load_with_findings(path, findings))
+    return system_of(load_with_findings(path, findings, strict=strict))
 
 
 def perform(recorded: Mapping[str, Any], folder: Path = Path()) -> list[list[str]]:

@@ -283,20 +283,20 @@ def test_a_wrong_system(
 
 
 @pytest.mark.parametrize(
-    ("replace", "rule"),
-    [("b=base.yaml", "unknown-name"), ("a=nowhere.yaml", "unreadable-file")],
+    ("replace", "rule", "code"),
+    [("b=base.yaml", "no-such-machine", 2), ("a=nowhere.yaml", "unreadable-file", 1)],
 )
 def test_a_wrong_replacement(
-    replace: str, rule: str, folder: Path, capsys: pytest.CaptureFixture[str]
+    replace: str, rule: str, code: int, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "s.yaml").write_text(SYSTEM)
-    assert run(["check", "s.yaml", "--replace", replace]) == 1
+    assert run(["check", "s.yaml", "--replace", replace]) == code
     demand(capsys, rule)
 
 
 def test_a_replacement_needs_a_system(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert folder.is_dir()
-    assert run(["check", "base.yaml", "--replace", "a=base.yaml"]) == 1
+    assert run(["check", "base.yaml", "--replace", "a=base.yaml"]) == 2
     demand(capsys, "not-a-system")
 
 

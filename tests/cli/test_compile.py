@@ -84,8 +84,8 @@ def test_parts_are_left_out_of_c_alone(lamp: Path) -> None:
 def test_unknown_target_names_those_there_are(
     lamp: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["compile", str(lamp), "--target", "fortran"]) == 1
-    assert "use c, pyext, python" in capsys.readouterr().err
+    assert run(["compile", str(lamp), "--target", "fortran"]) == 2
+    assert "there is no target `fortran`: c, pyext, python" in capsys.readouterr().err
 
 
 def test_abstract_chart_is_refused_and_nothing_is_written(

@@ -70,7 +70,7 @@ def test_json(capsys: pytest.CaptureFixture[str]) -> None:
     ("arguments", "code", "rule"),
     [
         (["nowhere.yaml", "--to", "yaml"], 1, "unreadable-file"),
-        (["feeder.yaml", "--to", "uml"], 1, "unknown-plugin"),
+        (["feeder.yaml", "--to", "uml"], 2, "there is no notation `uml`: "),
         (["feeder.yaml"], 2, "--to"),
         (["feeder.yaml", "--to", "yaml", "--out", "."], 1, "unwritable-output"),
     ],

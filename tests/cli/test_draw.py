@@ -52,17 +52,17 @@ def test_without_graphviz(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "rule", "advice"),
+    ("arguments", "code", "rule", "advice"),
     [
-        (["--active", "pushin"], "unknown-name", "did you mean `pushing`?"),
-        (["--out", "a.gif"], "unknown-suffix", ".svg"),
-        (["--out", "/dev/null/a.mmd"], "unwritable-output", "--out"),
+        (["--active", "pushin"], 2, "unknown-name", "did you mean `pushing`?"),
+        (["--out", "a.gif"], 2, "unknown-suffix", ".svg"),
+        (["--out", "/dev/null/a.mmd"], 1, "unwritable-output", "--out"),
     ],
 )
 def test_what_goes_wrong(
-    arguments: list[str], rule: str, advice: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], code: int, rule: str, advice: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["draw", FEEDER, *arguments]) == 1
+    assert run(["draw", FEEDER, *arguments]) == code
     told = capsys.readouterr().err
     assert rule in told
     assert advice in told

@@ -115,12 +115,12 @@ def test_only_what_is_asked_for_is_carried_over(tmp_path: Path) -> None:
     assert said("export", FISCHER, "--to", "promela", "--out", model, *names)[0] == 0
     assert re.findall(r"^never (\w+)", model.read_text(), re.MULTILINE) == ["exclusion"]
     code, _, err = said("export", FISCHER, "--to", "promela", "--property", "exclusive")
-    assert code == 1
+    assert code == 2
     assert "no property `exclusive`" in err
 
 
 def test_a_machine_runs_another_chart() -> None:
     pair = ROOT / "machines/production_cell/pairs/feeder_belt-feeder.yaml"
     code, _, err = said("export", pair, "--to", "promela", "--replace", "nobody=x.yaml")
-    assert code == 1
+    assert code == 2
     assert "nobody" in err

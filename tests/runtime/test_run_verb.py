@@ -116,8 +116,8 @@ def test_wrong_events_are_diagnostics(
 
 def test_a_missing_chart_and_a_wrong_target(door: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["run", "nowhere.yaml", "--events", ""]) == 1
-    assert run(["run", door, "--events", "", "--target", "cobol"]) == 1
-    assert "nothing runs a chart as `cobol`" in capsys.readouterr().err
+    assert run(["run", door, "--events", "", "--target", "cobol"]) == 2
+    assert "there is no target `cobol`: interpreter, c" in capsys.readouterr().err
     assert run(["run", door, "--events", "", "--script", "x"]) == 2
 
 

@@ -60,5 +60,5 @@ def test_an_endless_run_is_marked(tmp_path: Path) -> None:
 
 
 def test_an_unknown_suffix_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["check", str(written("drive", tmp_path)), "--draw", "a.gif"]) == 1
+    assert run(["check", str(written("drive", tmp_path)), "--draw", "a.gif"]) == 2
     assert "unknown-suffix" in capsys.readouterr().err

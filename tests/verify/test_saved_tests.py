@@ -130,5 +130,5 @@ def test_generated_python_does_what_the_interpreter_does(
 
 def test_an_unknown_language_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     chart = written(tmp_path, {"sender": CHART})
-    assert run(["check", str(chart), "--save-test", "a.rs"]) == 1
+    assert run(["check", str(chart), "--save-test", "a.rs"]) == 2
     assert "unknown-suffix" in capsys.readouterr().err
