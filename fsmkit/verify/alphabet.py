@@ -69,6 +69,8 @@ class Uses:
     """The constants each is compared with."""
     kept: set[Origin] = field(default_factory=set)
     """Those used in any other way."""
+    strings: set[str] = field(default_factory=set)
+    """Every string that the chart compares, assigns or sends."""
 
 
 def uses_of(chart: Chart) -> Uses:
@@ -93,6 +95,7 @@ def _walk(node: object, uses: Uses) -> None:
                 if origin is not None and isinstance(other, Literal):
                     if not isinstance(other.value, tuple):
                         uses.constants.setdefault(origin, set()).add(other.value)
+                    _walk(other, uses)
                     _walk_arguments(side, uses)
                 else:
                     _walk(side, uses)
@@ -101,6 +104,8 @@ def _walk(node: object, uses: Uses) -> None:
             if origin is not None:
                 uses.kept.add(origin)
             _walk_arguments(node, uses)
+        case Literal(value=str() as text):
+            uses.strings.add(text)
         case tuple():
             for part in node:
                 _walk(part, uses)
@@ -146,7 +151,9 @@ def values_of(type_: Type, origin: Origin, uses: Uses) -> Values:
         case FloatType():
             return _floats(constants, exact=only_compared)
         case SymbolType():
-            known = sorted(str(c) for c in constants)
+            # one that is stored may be compared later, with whatever the chart mentions
+            mentioned = uses.strings if not only_compared else {str(c) for c in constants}
+            known = sorted(mentioned)
             return Values(("", *(c for c in known if c)), exact=only_compared)
         case ArrayType(element, length):
             return _combined([values_of(element, origin, uses)] * length)

@@ -8,6 +8,8 @@ import pytest
 
 from fsmkit.expressions import BOOL, FLOAT64, INT32, SYMBOL, Field, Type
 from fsmkit.model.statements import Assign
+from fsmkit.testing.conformance_traces import configurations
+from fsmkit.testing.harness import harness
 
 DATA = """<data id="n" expr="0"/><data id="x" expr="0.5"/><data id="b" expr="false"/>
     <data id="s" expr="'on'"/>"""
@@ -105,3 +107,68 @@ def test_an_id_with_a_space_is_told(scxml: Any) -> None:
     assert result.maybe is None
     messages = [d.message for d in result.found]
     assert messages[0].endswith("the id `b c` holds a space, and targets are separated by spaces")
+
+
+# --- through the variables that take a field ------------------------------------------------------
+
+TAKING = assigned("v", "_event.data.f")
+
+
+def asked(condition: str) -> str:
+    return f'<transition cond="{condition}" target="a"/>'
+
+
+@pytest.mark.parametrize(
+    ("more", "type_"),
+    [
+        (asked("v == 'OK'"), SYMBOL),
+        (asked("'OK' != v"), SYMBOL),
+        (asked("v &lt; 0.5"), FLOAT64),
+        (asked("v &lt; 5"), INT32),
+        (asked("!v"), BOOL),
+        (asked("v") + asked("v &gt; 2"), INT32),
+        (asked("v &gt; 2") + asked("v"), INT32),
+        (asked("v") + asked("v == 'OK'"), SYMBOL),
+        (assigned("w", "v") + asked("w == 'OK'"), SYMBOL),
+        (assigned("w", "v") + assigned("u", "w") + asked("u == 'OK'"), SYMBOL),
+        (assigned("w", "_event.data.f") + asked("w == 'OK'"), SYMBOL),
+        (assigned("v", "'no'") + asked("v"), SYMBOL),
+        (assigned("v", "0.5") + asked("v"), FLOAT64),
+        ("", INT32),
+    ],
+)
+@pytest.mark.parametrize("is_first", [True, False])
+def test_the_uses_of_a_variable_type_the_field(
+    scxml: Any, more: str, type_: Type, is_first: bool
+) -> None:
+    data = '<data id="v"/><data id="w"/><data id="u"/>'
+    result = scxml(chart(more + TAKING if is_first else TAKING + more, data))
+    assert fields(result) == (Field("f", type_),)
+    assert result.chart.data[0].type == type_
+    assert "content-not-evaluable" not in result.rules
+
+
+def test_strings_with_numbers_are_strings_and_both_places_are_told(scxml: Any) -> None:
+    more = '<transition event="e" cond="_event.data.f &lt; 5"/>'
+    result = scxml(chart(more + '<transition event="e" cond="_event.data.f == \'x\'"/>'))
+    assert fields(result) == (Field("f", SYMBOL),)
+    told = result.one("assumed-field")
+    assert [label.text for label in told.secondary] == ["used as `int32` here"]
+    assert result.rules.count("content-not-evaluable") == 1
+
+
+OTHER = TAKING.replace("<assign", "<raise event='i'/><assign") + (
+    "<transition event='i' cond=\"v == 'OK'\" target='b'/>"
+    "<transition event='i' cond=\"v != 'NO'\" target='c'/>"
+)
+
+
+@pytest.mark.parametrize(("posted", "state"), [("OK", "b"), ("NO", "a"), ("OTHER", "c")])
+def test_a_string_that_nothing_names_is_unequal_to_all(scxml: Any, posted: str, state: str) -> None:
+    text = chart(OTHER, '<data id="v"/>').replace(
+        "</scxml>", '<state id="b"/><state id="c"/></scxml>'
+    )
+    machine = scxml(text).chart
+    for runtime in ("interpreter", "python", "c", "pyext"):
+        trace = harness(runtime).run(machine, ["start 0", f'post e "{posted}"', "run 0"])
+        assert configurations(trace)[-1][1] == (state,), runtime

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.expressions import (
+    BOOL,
     INT32,
     SYMBOL,
     ArrayType,
@@ -36,7 +37,7 @@ from fsmkit.model.passes.collect_events import Events, done_event
 from fsmkit.model.passes.collect_names import Names
 from fsmkit.model.passes.number_states import Tree
 from fsmkit.model.passes.plan_invocations import Slot
-from fsmkit.model.passes.read_payloads import Read, reads
+from fsmkit.model.passes.read_payloads import Read, join_uses, reads
 from fsmkit.model.passes.read_values import general_type, join_types
 from fsmkit.model.passes.walk_content import Place, places, statements
 
@@ -61,7 +62,7 @@ def infer_types(
     content = tuple(places(document, tree)) if document.datamodel != "fsmkit" else ()
     for _ in range(2):
         for _ in range(MOST_ROUNDS):
-            before = (dict(uses.types), {e: dict(f) for e, f in uses.fields.items()})
+            before = uses.known()
             for place in content:
                 uses.look_at(place)
             uses.look_at_finals(tree)
@@ -69,7 +70,7 @@ def infer_types(
             if given is not None:
                 uses.look_at_given(given)
             uses.learn()
-            if before == (uses.types, uses.fields):
+            if before == uses.known():
                 break
         uses.assume_numbers()
     uses.report_reads(findings)
@@ -94,6 +95,15 @@ class _Uses:
     fields: dict[str, dict[str, Type]] = field(default_factory=dict)
     read: dict[tuple[str, str], Text] = field(default_factory=dict)
     """By event and field: where a field that nothing declares is first read."""
+    used: dict[tuple[str, str], dict[Type, Text]] = field(default_factory=dict)
+    """By event and field: the types that uses tell, each with the first place that does."""
+    hints: dict[str, Type] = field(default_factory=dict)
+    """The types of variables that only their uses tell."""
+
+    def known(self) -> tuple[object, ...]:
+        """Return all that was found so far."""
+        fields = {event: dict(known) for event, known in self.fields.items()}
+        return dict(self.types), fields, dict(self.hints)
 
     def look_at(self, place: Place) -> None:
         """Take note of what one handler assigns and sends."""
@@ -108,8 +118,15 @@ class _Uses:
         )
         for statement in statements(place.block):
             self._use(statement, scope)
-        if matched and all(self._comes_from_host(index) for index in matched):
-            for read in reads(place, scope, type_of):
+        of_host = bool(matched) and all(self._comes_from_host(index) for index in matched)
+        sought = self.names.untyped - self.types.keys()
+        if not of_host and not sought:
+            return
+        for read in reads(place, scope, self._expected, sought):
+            if read.is_variable and read.type is not None:
+                known = self.hints.get(read.name, read.type)
+                self.hints[read.name] = join_uses(known, read.type) or known
+            elif of_host and not read.is_variable:
                 for index in matched:
                     self._read(self.events.all[index].name, read)
 
@@ -139,7 +156,12 @@ class _Uses:
                     known[part.name] = join_types(own, part.type) or own
 
     def assume_numbers(self) -> None:
-        """Take what is read of events, and no use tells the type of, to be whole numbers."""
+        """Take what is read of events, and no use tells the type of, to be whole numbers.
+
+        A variable to which nothing typed is assigned has the type that its uses tell.
+        """
+        for name in self.hints.keys() & self.names.untyped - self.types.keys():
+            self.types[name] = self.hints[name]
         for event, name in self.read:
             self.fields.setdefault(event, {}).setdefault(name, INT32)
         self.learn()
@@ -147,11 +169,17 @@ class _Uses:
     def report_reads(self, findings: Findings) -> None:
         """Tell which fields the host must give, and of which type."""
         for (event, name), at in self.read.items():
+            others = {
+                other: place
+                for other, place in self.used.get((event, name), {}).items()
+                if self.fields[event][name] == SYMBOL and other not in (SYMBOL, BOOL)
+            }
             findings.add(
                 "assumed-field",
                 f"nothing declares the field `{name}` of `{event}`: it is taken to be "
                 f"`{self.fields[event][name]}`",
                 at,
+                secondary=[(place, f"used as `{other}` here") for other, place in others.items()],
                 help=f"declare the event: `{event}({name} {self.fields[event][name]})`",
             )
 
@@ -175,9 +203,14 @@ class _Uses:
     def _read(self, event: str, read: Read) -> None:
         self.read.setdefault((event, read.name), read.at)
         if read.type is not None:
+            self.used.setdefault((event, read.name), {}).setdefault(read.type, read.at)
             fields = self.fields.setdefault(event, {})
             known = fields.get(read.name, read.type)
-            fields[read.name] = join_types(known, read.type) or known
+            fields[read.name] = join_uses(known, read.type) or known
+
+    def _expected(self, text: Text, scope: Scope) -> Type | None:
+        """Return the type of what stands beside a use; of a variable perhaps by its own uses."""
+        return type_of(text, scope) or self.hints.get(text.value.strip())
 
     def _matched(self, place: Place) -> tuple[int, ...]:
         transition = place.transition

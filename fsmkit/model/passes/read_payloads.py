@@ -1,16 +1,18 @@
 """Find what handlers read of events that nothing declares, raises or sends: those of the host.
 
 A field is known by being read (``_event.data.x``), its type by what stands beside it: what it is
-assigned to, compared or added with, or that it is a condition.
+assigned to, compared or added with, or that it is a condition. The same is found of variables
+that nothing else types, so that a field is typed by the uses of the variable that takes it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Text
-from fsmkit.expressions import BOOL, Scope, Type
+from fsmkit.expressions import BOOL, SYMBOL, FloatType, IntType, Scope, Type
 from fsmkit.expressions.syntax import (
     BinaryNode,
     CallNode,
@@ -33,6 +35,7 @@ from fsmkit.model.document import (
     DocStatement,
     DocTransition,
 )
+from fsmkit.model.passes.read_values import join_types
 from fsmkit.model.passes.walk_content import Place, statements
 
 TypeOf = Callable[[Text, Scope], Type | None]
@@ -48,25 +51,49 @@ class Read:
     name: str
     at: Text
     type: Type | None
+    is_variable: bool = False
 
 
-def reads(place: Place, scope: Scope, type_of: TypeOf) -> Iterator[Read]:
-    """Yield what one handler reads of the payload. ``type_of`` types what stands beside it."""
-    for text, expected in _texts(place.transition, statements(place.block), scope, type_of):
-        if EVENT not in text.value:
+def reads(
+    place: Place, scope: Scope, type_of: TypeOf, sought: Collection[str] = ()
+) -> Iterator[Read]:
+    """Yield what one handler reads of the payload, and of the variables that are ``sought``.
+
+    ``type_of`` types what stands beside it.
+    """
+    wanted = re.compile("|".join([EVENT, *(re.escape(name) for name in sorted(sought))]))
+
+    def expected_at(location: Text, value: Text) -> Type | None:
+        return type_of(location, scope) if wanted.search(value.value) else None
+
+    for text, expected in _texts(place.transition, statements(place.block), expected_at):
+        if not wanted.search(text.value):
             continue
         try:
             node = parse(text.value)
         except SyntaxFault:
             continue
-        yield from _Reader(text, scope, type_of).look(node, expected)
+        yield from _Reader(text, scope, type_of, frozenset(sought)).look(node, expected)
+
+
+def join_uses(first: Type, second: Type) -> Type | None:
+    """Return the type of what is used in two ways, None where one of them must fail.
+
+    What is compared with a string is one; what is only asked for its truth may be a number.
+    """
+    if SYMBOL in (first, second):
+        return SYMBOL
+    if first == BOOL and isinstance(second, IntType | FloatType):
+        return second
+    if second == BOOL and isinstance(first, IntType | FloatType):
+        return first
+    return join_types(first, second)
 
 
 def _texts(
     transition: DocTransition | None,
     content: Iterator[DocStatement],
-    scope: Scope,
-    type_of: TypeOf,
+    expected_at: Callable[[Text, Text], Type | None],
 ) -> Iterator[tuple[Text, Type | None]]:
     """Yield each expression of a handler, with the type its place wants if it may read."""
     if transition is not None and transition.guard is not None:
@@ -74,7 +101,7 @@ def _texts(
     for statement in content:
         match statement:
             case DocAssign(location, value):
-                yield value, type_of(location, scope) if EVENT in value.value else None
+                yield value, expected_at(location, value)
             case DocIf(branches):
                 yield from ((b.condition, BOOL) for b in branches if b.condition is not None)
             case DocRaise(arguments=arguments) | DocSend(arguments=arguments):
@@ -90,11 +117,14 @@ class _Reader:
     text: Text
     scope: Scope
     type_of: TypeOf
+    sought: frozenset[str] = frozenset()
 
     def look(self, node: Node, expected: Type | None) -> Iterator[Read]:
         match node:
             case MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data")):
                 yield Read(node.name, self._part(node), expected)
+            case NameNode(name=name) if name in self.sought:
+                yield Read(name, self._part(node), expected, is_variable=True)
             case BinaryNode(op=op, left=left, right=right):
                 joins = op in JOINING
                 yield from self.look(left, BOOL if joins else self._type(right))
