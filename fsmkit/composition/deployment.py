@@ -14,6 +14,7 @@ from fsmkit.composition.limits import report_limits
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.channels import EventMap
+from fsmkit.runtime.channels.endpoints import is_loopback
 from fsmkit.verify.indices import integer
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.reader import load_system
@@ -29,7 +30,7 @@ from fsmkit.yaml.nodes import (
 )
 
 KEYS = frozenset({"system", "doc", "nodes", "links"})
-LINK_KEYS = frozenset({"endpoints", "curve", "every"})
+LINK_KEYS = frozenset({"endpoints", "curve", "every", "insecure"})
 MOST_NODES = 8
 """As many as ``FSM_LINK_NODES`` of the library in C, unless it is told otherwise."""
 
@@ -110,14 +111,16 @@ def read_deployment(
     options = {} if links is None else {key.value: node for key, node in links.entries}
     if links is not None:
         check_keys(links, LINK_KEYS, "`links`", findings)
-    endpoints = _endpoints(options.get("endpoints"), nodes, findings)
+    is_insecure = _insecure(options.get("insecure"), options.get("curve"), findings)
+    is_guarded = is_insecure or "curve" in options
+    endpoints = _endpoints(options.get("endpoints"), nodes, findings, is_guarded=is_guarded)
     if not _is_possible(system, placed, file, findings):
         return None
     return Deployment(
         system,
         nodes,
         placed,
-        wires_of(system, nodes, placed, endpoints),
+        wires_of(system, nodes, placed, endpoints, is_insecure=is_insecure),
         _every(options.get("every"), findings),
         _keys(options.get("curve"), folder, findings),
     )
@@ -229,8 +232,10 @@ def _without_environment(system: System, placed: tuple[int | None, ...]) -> Syst
     )
 
 
-def _endpoints(node: Node | None, nodes: tuple[str, ...], findings: Findings) -> tuple[str, ...]:
-    """Return where each node publishes."""
+def _endpoints(
+    node: Node | None, nodes: tuple[str, ...], findings: Findings, *, is_guarded: bool
+) -> tuple[str, ...]:
+    """Return where each node publishes; without a guard, only within this computer."""
     mapping = None if node is None else demand_mapping(node, "`endpoints`", findings)
     if mapping is None:
         return ()
@@ -240,6 +245,13 @@ def _endpoints(node: Node | None, nodes: tuple[str, ...], findings: Findings) ->
         text = demand_text(value, f"the endpoint of `{key}`", findings)
         if text is not None:
             found[key.value] = text.value
+            if not is_guarded and not is_loopback(text.value):
+                findings.add(
+                    "unguarded-endpoint",
+                    f"`{text}` is not of this computer only, and the links have no keys",
+                    text,
+                    help="name a folder of keys with `curve: keys`, or write `insecure: true`",
+                )
     missing = [name for name in nodes if name not in found]
     if missing and not findings.has_errors:
         findings.add(
@@ -259,6 +271,24 @@ def _every(node: Node | None, findings: Findings) -> int:
     if number is not None and not 1 <= number <= 65535:
         findings.add("unexpected-value", "`every` is 1 to 65535 cycles", text)
     return number or 1
+
+
+def _insecure(node: Node | None, curve: Node | None, findings: Findings) -> bool:
+    """Return whether endpoints beyond this computer may go without keys."""
+    text = None if node is None else demand_text(node, "`insecure`", findings)
+    if text is None:
+        return False
+    if text.value not in ("true", "false"):
+        findings.add("unexpected-value", "`insecure` is `true` or `false`", text)
+    elif text.value == "true" and curve is not None:
+        findings.add(
+            "broken-deployment",
+            "with `curve` the links have keys: `insecure: true` has no meaning",
+            text,
+            secondary=[(curve.span, "here")],
+            help="leave one of them out",
+        )
+    return text.value == "true"
 
 
 def _keys(node: Node | None, folder: Path, findings: Findings) -> Path | None:

@@ -30,6 +30,8 @@ def wires_of(
     nodes: tuple[str, ...],
     placed: tuple[int | None, ...],
     endpoints: tuple[str, ...] = (),
+    *,
+    is_insecure: bool = False,
 ) -> Wires:
     """Return what crosses the nodes; ``placed[machine]`` is its node, None for no node."""
     events = tuple(_crossing(system.event_links, placed))
@@ -48,7 +50,8 @@ def wires_of(
         for number, link in enumerate(events, 1)
     )
     levels = tuple(_level(system, link, placed) for link in inputs)
-    return Wires(EventMap(system.name, nodes, messages, levels, endpoints), events, inputs)
+    map_ = EventMap(system.name, nodes, messages, levels, endpoints, is_insecure)
+    return Wires(map_, events, inputs)
 
 
 def port_name(machine: Machine, link: EventLink) -> str:

@@ -77,7 +77,8 @@ def print_tables(out: Emitter, node: Node) -> None:
                 f"{s}_levels,",
                 f"{s}_nodes,",
                 f"{s}_is_valid,",
-                f"{node.deployment.every}u",
+                f"{node.deployment.every}u,",
+                str(node.map.is_insecure).lower(),
             ]
         )
     out.line()

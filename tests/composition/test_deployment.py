@@ -61,11 +61,15 @@ def write_pair(tmp_path: Path) -> Callable[[str], Path]:
 LANGUAGE = {"gcc": ["-std=c99"], "clang": ["-std=c99"], "g++": ["-x", "c++"]}
 WHOLE = "system: pair.yaml\nnodes: {a: [left], b: [right]}\n"
 
+FAR = WHOLE + "links: {endpoints: {a: 'tcp://x:1', b: 'ipc://y'}}\n"
+
 
 def test_the_environment_needs_no_node_and_channels_are_links(
     write_pair: Callable[[str], Path],
 ) -> None:
-    path = write_pair(WHOLE + "links: {every: 10, endpoints: {a: 'tcp://x:1', b: 'tcp://y:2'}}\n")
+    path = write_pair(
+        WHOLE + "links: {every: 10, insecure: true, endpoints: {a: 'tcp://x:1', b: 'ipc://y'}}\n"
+    )
     deployment = load_deployment(path)
     assert is_deployment_file(path)
     assert not is_deployment_file(path.parent / "pair.yaml")
@@ -76,12 +80,12 @@ def test_the_environment_needs_no_node_and_channels_are_links(
     assert len(deployment.map.levels) == 2
     assert deployment.placed == (0, 1, None)
     assert deployment.every == 10
-    assert deployment.map.endpoints == ("tcp://x:1", "tcp://y:2")
+    assert deployment.map.endpoints == ("tcp://x:1", "ipc://y")
 
 
 def test_the_hash_is_of_what_crosses_not_of_endpoints(write_pair: Callable[[str], Path]) -> None:
     plain = load_deployment(write_pair(WHOLE)).map
-    ends = WHOLE + "links: {endpoints: {a: 'tcp://x:1', b: 'tcp://y:2'}}\n"
+    ends = WHOLE + "links: {insecure: true, endpoints: {a: 'tcp://x:1', b: 'tcp://y:2'}}\n"
     assert load_deployment(write_pair(ends)).map.hash == plain.hash
     swapped = "system: pair.yaml\nnodes: {b: [right], a: [left]}\n"
     assert load_deployment(write_pair(swapped)).map.hash != plain.hash
@@ -96,7 +100,11 @@ def test_the_hash_is_of_what_crosses_not_of_endpoints(write_pair: Callable[[str]
         ("links: {}\n", "broken-deployment", "needs `system` and `nodes`"),
         ("nodes: {}\n", "broken-deployment", "1 to 8 nodes"),
         ("nodes: {a b: [left, right]}\n", "broken-deployment", "no name for a node"),
-        (WHOLE + "links: {endpoints: {a: 'x'}}\n", "broken-deployment", "`b` has no endpoint"),
+        (WHOLE + "links: {endpoints: {a: 'ipc://x'}}\n", "broken-deployment", "`b` has no"),
+        (FAR, "unguarded-endpoint", "`tcp://x:1` is not of this computer only"),
+        (FAR.replace("{e", "{insecure: false, e"), "unguarded-endpoint", "`tcp://x:1`"),
+        (FAR.replace("{e", "{insecure: maybe, e"), "unexpected-value", "`true` or `false`"),
+        (FAR.replace("{e", "{insecure: true, curve: k, e"), "broken-deployment", "has no meaning"),
         (WHOLE + "links: {every: 0}\n", "unexpected-value", "1 to 65535"),
         (WHOLE + "links: {speed: 1}\n", "unknown-key", "speed"),
         ("system: none.yaml\nnodes: {a: [left]}\n", "unreadable-file", "none.yaml"),
@@ -110,6 +118,35 @@ def test_a_wrong_deployment_is_refused(
         load_deployment(write_pair(system + text))
     found = {(finding.rule.name, finding.message) for finding in caught.value.diagnostics}
     assert any(name == rule and message in told for name, told in found), found
+
+
+def test_an_endpoint_beyond_the_computer_needs_keys_or_the_word_insecure(
+    write_pair: Callable[[str], Path],
+) -> None:
+    path = write_pair(FAR)
+    with pytest.raises(FsmkitError) as caught:
+        load_deployment(path)
+    (found,) = caught.value.diagnostics
+    assert found.primary is not None
+    span = found.primary.span
+    assert path.read_text()[span.start : span.end].strip("'") == "tcp://x:1"
+    keys = load_deployment(write_pair(FAR.replace("{e", "{curve: keys, e")))
+    assert (keys.map.is_insecure, keys.keys) == (False, path.parent / "keys")
+    said = load_deployment(write_pair(FAR.replace("{e", "{insecure: true, e"))).map
+    assert said.is_insecure
+    assert said.hash == keys.map.hash
+    assert EventMap.from_json(said.as_json()).is_insecure
+    assert not EventMap.from_json(keys.map.as_json()).is_insecure
+
+
+def test_the_c_of_a_node_knows_whether_the_deployment_says_insecure(
+    write_pair: Callable[[str], Path], tmp_path: Path
+) -> None:
+    for word in ("true", "false"):
+        text = FAR.replace("{e", f"{{insecure: {word}, e").replace("tcp://x:1", "ipc://x")
+        out = tmp_path / word
+        assert run(["compile", str(write_pair(text)), "--out", str(out)]) == 0
+        assert f"    1u,\n    {word}\n}};" in (out / "a/pair_a.c").read_text()
 
 
 def test_what_no_link_can_carry_is_refused(write_pair: Callable[[str], Path]) -> None:

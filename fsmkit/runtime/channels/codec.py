@@ -131,6 +131,11 @@ class Codec:
             for node in range(len(self.map.nodes))
         )
 
+    @cached_property
+    def largest(self) -> int:
+        """The bytes of the largest frame of the map."""
+        return HEADER.size + max(found.packing.size for found in (*self.events, *self.levels))
+
     def layout_of(self, sender: int, message: int) -> Layout:
         """Return how the payload of a message is packed."""
         return self.levels[sender] if message == LEVELS else self.events[message - 1]

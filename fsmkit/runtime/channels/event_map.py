@@ -85,6 +85,8 @@ class EventMap:
     levels: tuple[LevelType, ...]
     endpoints: tuple[str, ...] = field(default=(), compare=False)
     """Where each node publishes, if the deployment says so; no part of the hash."""
+    is_insecure: bool = field(default=False, compare=False)
+    """Whether endpoints beyond this computer may go without keys; no part of the hash."""
 
     @cached_property
     def hash(self) -> int:
@@ -160,7 +162,12 @@ class EventMap:
 
     def as_json(self) -> str:
         """Return the map as text, to be read back by `from_json`."""
-        shape = {**self._shape(), "endpoints": list(self.endpoints), "hash": f"{self.hash:08x}"}
+        shape = {
+            **self._shape(),
+            "endpoints": list(self.endpoints),
+            "insecure": self.is_insecure,
+            "hash": f"{self.hash:08x}",
+        }
         return json.dumps(shape, indent=2) + "\n"
 
     @staticmethod
@@ -194,6 +201,7 @@ class EventMap:
                     for part in found["levels"]
                 ),
                 tuple(str(endpoint) for endpoint in found.get("endpoints", ())),
+                found.get("insecure", False) is True,
             )
             is_whole = f"{made.hash:08x}" == found["hash"]
         except (KeyError, TypeError, AttributeError) as error:

@@ -75,11 +75,15 @@ class Link(Protocol):
 
     @property
     def foreign(self) -> int:
-        """The frames of another version, another event map, or a node that is none."""
+        """The frames of another version, another event map, or not of the node they came from."""
         ...
 
     def wait_listeners(self, timeout: float) -> None:
-        """Block until all other nodes listen; `LinkTimeout` after so many seconds."""
+        """Block until all other nodes listen; `LinkTimeout` after so many seconds.
+
+        A node listens when it has shown that it is the one at its endpoint, and with keys, that it
+        has the key.
+        """
         ...
 
     def wait_frames(
@@ -130,7 +134,14 @@ class Endpoint(ABC):
     """
 
     def __init__(
-        self, event_map: EventMap, node: str, session: int, faults: Faults | None, slots: int
+        self,
+        event_map: EventMap,
+        node: str,
+        session: int,
+        faults: Faults | None,
+        slots: int,
+        *,
+        is_proven: bool,
     ) -> None:
         if not 0 < session < WORD:
             raise ValueError(f"a session is 1 to 2^32 - 1, not {session}")
@@ -138,7 +149,7 @@ class Endpoint(ABC):
         self.node = event_map.node(node)
         self.session = session
         self.codec = Codec(event_map)
-        self.receiver = Receiver(self.codec, self.node, slots, faults)
+        self.receiver = Receiver(self.codec, self.node, slots, faults, is_proven=is_proven)
         self._own_levels = event_map.levels_of(self.node)
         self._places = {
             level.name: (sender, place)
@@ -261,7 +272,7 @@ class Endpoint(ABC):
 
     @property
     def foreign(self) -> int:
-        """The frames of another version, another event map, or a node that is none."""
+        """The frames of another version, another event map, or not of the node they came from."""
         return self.receiver.foreign
 
     def wait_frames(

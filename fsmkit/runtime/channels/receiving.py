@@ -12,6 +12,10 @@ from fsmkit.runtime.channels.ring import Ring
 WORD = 2**32
 WINDOW = 64
 """So many frames back a doubled frame is told from one that is late."""
+SESSIONS = 2**28
+"""A peer that has shown no key can go on by so many sessions at once."""
+QUIET = 200
+"""After so many cycles without a frame of the present session of a peer, any other may begin."""
 
 
 def reached(number: int, other: int) -> bool:
@@ -53,27 +57,34 @@ class Peer:
     events: int = 0
     window: int = 0
     heard: int = 0
+    spoke: int = 0
+    """The cycle of the last frame of the present session, faults counted as well."""
     levels: Frame | None = None
 
-    def is_present(self, session: int) -> bool:
-        """Count a frame of the present session, or one that begins a new one."""
+    def is_present(self, session: int, cycle: int, *, is_proven: bool) -> bool:
+        """Count a frame of the present session, or one that begins a new one.
+
+        A later session begins at once; of a peer that has shown no key only the next `SESSIONS`.
+        Any other begins when the present one has been silent for `QUIET` cycles, so that whoever
+        forges a session, and goes, does not lock the peer out for longer than that.
+        """
         counters = self.counters
         if session != counters.session:
-            if counters.session != 0 and not reached(session, counters.session):
+            ahead = (session - counters.session) % WORD
+            is_next = ahead < (WORD // 2 if is_proven else SESSIONS)
+            if counters.session != 0 and not is_next and cycle - self.spoke < QUIET:
                 counters.late += 1
                 return False
             counters.frames = 0
             counters.session = session
+        self.spoke = cycle
         counters.frames += 1
         return True
 
     def is_in_order(self, frame: Frame) -> bool:
         """Whether a frame is the next or a later one; count what is between, or what it is."""
         counters = self.counters
-        if frame.session != self.taken:
-            if self.taken != 0 and not reached(frame.session, self.taken):
-                counters.late += 1
-                return False
+        if frame.session != self.taken:  # `is_present` has let it in; faults keep the order
             if self.taken == 0:
                 counters.missed += frame.events
                 self.sequence, self.events = frame.sequence, frame.events
@@ -105,29 +116,48 @@ class Peer:
 
 
 class Receiver:
-    """Takes in what comes to a node. `arrive` and `pass_time` belong to one thread."""
+    """Takes in what comes to a node. `arrive` and `pass_time` belong to one thread.
 
-    def __init__(self, codec: Codec, node: int, slots: int, faults: Faults | None) -> None:
+    ``is_proven``: what carries the frames has made sure, by a key, which peer they come from.
+    """
+
+    def __init__(
+        self,
+        codec: Codec,
+        node: int,
+        slots: int,
+        faults: Faults | None,
+        *,
+        is_proven: bool = False,
+    ) -> None:
         self.codec = codec
         self.node = node
         self.faults = faults
+        self.is_proven = is_proven
         self.events: Ring[Message] = Ring(slots)
         self.peers = tuple(Peer(Counters()) for _ in codec.map.nodes)
         self.malformed = 0
         self.foreign = 0
         self.cycle = 0
 
-    def arrive(self, content: bytes) -> None:
-        """Take bytes that came in, perhaps a frame of this system, perhaps not."""
+    def arrive(self, peer: int, content: bytes) -> bool:
+        """Take bytes that came from the endpoint of a peer, perhaps a frame of it, perhaps not.
+
+        Whether they were a frame of the present session of the peer, also one that faults drop.
+        """
         frame = self.codec.decode(content, self.node)
         if frame is Rejected.MALFORMED:
             self.malformed += 1
-        elif frame is Rejected.FOREIGN:
+        elif frame is Rejected.FOREIGN or (isinstance(frame, Frame) and frame.sender != peer):
             self.foreign += 1
-        elif isinstance(frame, Frame) and self.peers[frame.sender].is_present(frame.session):
+        elif isinstance(frame, Frame) and self.peers[peer].is_present(
+            frame.session, self.cycle, is_proven=self.is_proven
+        ):
             passed = [frame] if self.faults is None else self.faults.through(frame, self.cycle)
             for each in passed:
                 self._take(each)
+            return True
+        return False
 
     def pass_time(self) -> None:
         """Let delayed frames go on whose time has come."""

@@ -30,7 +30,7 @@ MACHINES = {
 }
 COMMON = ("main", "server", "board", "text", "recorder")
 CONTROLLER = ("profile", "pid", "drive")
-LINKS = ("fsm_link", "fsm_link_zmq")
+LINKS = tuple(f"fsm_link{part}" for part in ("", "_zmq", "_hello", "_gate", "_keys", "_endpoint"))
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 
 
@@ -136,7 +136,11 @@ def run(command: list[str]) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode == 0:
         return
-    hint = "install libzmq3-dev (make tools)\n" if "zmq" in done.stderr else ""
+    hint = (
+        "install libzmq3-dev (make tools)\n"
+        if "zmq.h: No such file" in done.stderr or "-lzmq" in done.stderr
+        else ""
+    )
     raise BuildError(f"{hint}{shlex.join(command)}\n{done.stderr}")
 
 

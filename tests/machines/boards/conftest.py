@@ -30,7 +30,7 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     try:
         build.build(out, options=SANITIZED)
     except build.BuildError as error:
-        if "zmq.h" in str(error) or "no C compiler" in str(error):
+        if "zmq.h: No such file" in str(error) or "no C compiler" in str(error):
             pytest.skip(str(error).splitlines()[0])
         raise
     return {name: out / f"board_{name}" for name in ("a", "b")}

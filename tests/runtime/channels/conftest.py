@@ -10,18 +10,21 @@ from contextlib import suppress
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from fsmkit.cli import run
 from fsmkit.cli.paths import PATHS
 from fsmkit.composition.deployment import Deployment, load_deployment
-from fsmkit.runtime.channels import Counters
+from fsmkit.plugins import plugin
+from fsmkit.runtime.channels import Counters, Faults, Link, LinkKind
 
 HERE = Path(__file__).parent
 LINKS = PATHS["links"]
 HOSTS = PATHS["hosts"]
 TALK = HERE / "talk/deployment.yaml"
+ZMQ = ("zmq", "hello", "gate", "keys", "endpoint")
 RING = HERE.parents[2] / "machines/production_cell/ring.yaml"
 
 
@@ -51,6 +54,11 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("generated")
     assert run(["compile", str(TALK), "--out", str(folder)]) == 0
     return folder
+
+
+PATIENCE = 20.0
+"""Seconds: threads may get little of a busy computer."""
+Open = Callable[..., Link]
 
 
 class Player:
@@ -120,17 +128,19 @@ def build(generated: Path, require_tool: Callable[[str], str]) -> Build:
             missing = "libzmq is not installed (make tools)"
             pytest.fail(missing) if os.environ.get("FSMKIT_REQUIRE_TOOLS") else pytest.skip(missing)
         sources = [LINKS / "fsm_link.c", LINKS / "fsm_link_local.c"]
-        sources += [LINKS / "fsm_link_zmq.c"] * is_zmq
+        sources += [LINKS / f"fsm_link_{name}.c" for name in ZMQ] * is_zmq
         sources += sorted((generated / node).glob("*.c"))
         program = (
-            generated / f"{source.stem}_{node}_{'zmq' if is_zmq else 'plain'}_{sanitizers[:6]}"
+            generated
+            / f"{source.stem}_{node}_{'zmq' if is_zmq else 'plain'}_{sanitizers[:6] or 'none'}"
         )
         done = subprocess.run(
             [
                 require_tool("gcc"),
                 "-std=c99",
                 *("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"),
-                *(f"-fsanitize={sanitizers}", "-fno-sanitize-recover=all", "-g", "-O1"),
+                *([f"-fsanitize={sanitizers}", "-fno-sanitize-recover=all"] if sanitizers else []),
+                *("-g", "-O1"),
                 f"-DNODE_{node.upper()}",
                 *(f"-I{folder}" for folder in (LINKS, HOSTS, generated / node)),
                 *options,
@@ -186,3 +196,19 @@ def endpoints() -> dict[str, str]:
     for found in sockets:
         found.close()
     return {name: f"tcp://127.0.0.1:{port}" for name, port in zip("ab", ports, strict=True)}
+
+
+@pytest.fixture
+def connect(deployment: Deployment, endpoints: dict[str, str]) -> Iterator[Open]:
+    """Open links over ZeroMQ; they are closed after the test."""
+    links: list[Link] = []
+
+    def opened(node: str, session: int = 1, faults: Faults | None = None, **options: Any) -> Link:
+        given = {"endpoints": endpoints, **options}
+        kind = plugin(LinkKind, "zeromq")
+        links.append(kind.open(deployment.map, node, session=session, faults=faults, options=given))
+        return links[-1]
+
+    yield opened
+    for link in links:
+        link.close()

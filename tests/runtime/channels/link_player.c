@@ -6,10 +6,13 @@
  *   o                print the frames that wait to be sent, in hex (without a transport)
  *   x SEED LOSS DUPLICATION DELAY CYCLES     seeded faults from now on, chances in 1/65536
  *   d 0|1            the link is cut, or no more
- *   l                wait for listeners
+ *   l [MS]           wait for listeners
+ *   k                print the session in which the peer listens, and the connections ended
+ *   v HEX            bytes arrive; print what is counted
  *   w PEER SESSION FRAMES    wait for frames
  *   p                print all that is counted, and data of the machines
  *   z MS             sleep
+ *   q                close; print the milliseconds that it took
  *
  * Arguments: the session; then, for ZeroMQ: threaded or deterministic, the endpoints of a and b, and
  * for CURVE the public keys of a and b and this node's file with its secret key. */
@@ -39,6 +42,9 @@ static fsm_link wire;
 static fsm_link_faults faults;
 static NODE node;
 static uint32_t now;
+#ifdef WITH_ZMQ
+static fsm_link_zmq carrier;
+#endif
 
 #ifdef NODE_A
 void west_push(west *m, uint8_t how)
@@ -87,7 +93,7 @@ static void arrive(const char *hex)
         (void)sscanf(hex + 2u * i, "%2x", &byte);
         exact[i] = (uint8_t)byte;
     }
-    fsm_link_arrive(&wire, exact, length);
+    (void)fsm_link_arrive(&wire, (uint8_t)(1u - wire.map->node), exact, length);
     free(exact);
 }
 
@@ -119,6 +125,27 @@ static void print_all(void)
            faults.duplicated, faults.delayed);
     print_node();
     printf(".\n");
+}
+
+static void print_counted(void)
+{
+    const uint8_t peer = (uint8_t)(1u - wire.map->node);
+    printf("%" PRIu32, fsm_link_session(&wire, peer));
+    for (int what = 0; what < FSM_LINK_COUNTS; what++)
+        printf(" %" PRIu32, fsm_link_count(&wire, peer, (fsm_link_counter)what));
+    printf(" %" PRIu32 " %" PRIu32 "\n", fsm_link_counted(&wire, FSM_LINK_MALFORMED),
+           fsm_link_counted(&wire, FSM_LINK_FOREIGN));
+}
+
+static void print_known(void)
+{
+#ifdef WITH_ZMQ
+    const uint8_t peer = (uint8_t)(1u - wire.map->node);
+    printf("%" PRIu32 " %" PRIu32 "\n", fsm_link_zmq_listener(&carrier, peer),
+           fsm_link_zmq_dropped(&carrier));
+#else
+    printf("0 0\n");
+#endif
 }
 
 static void say(fsm_link_waited waited)
@@ -157,8 +184,17 @@ static void obey(const char *line)
     case 'd':
         fsm_link_cut(&faults, line[2] == '1');
         break;
+    case 'v':
+        arrive(line + 2);
+        print_counted();
+        break;
+    case 'k':
+        print_known();
+        break;
     case 'l':
-        say(fsm_link_connect(&wire, 5000u));
+        a = 5000u;
+        (void)sscanf(line + 1, "%u", &a);
+        say(fsm_link_connect(&wire, a));
         break;
     case 'w':
         (void)sscanf(line + 1, "%u %u %u", &a, &b, &c);
@@ -183,7 +219,6 @@ int main(int argc, char **argv)
     static char line[1 << 18];
     fsm_link_init(&wire, &CALL(map), argc > 1 ? (uint32_t)strtoul(argv[1], NULL, 10) : 1u);
 #ifdef WITH_ZMQ
-    static fsm_link_zmq carrier;
     fsm_link_zmq_options options = {0};
     char secret[FSM_LINK_KEY];
     const char *endpoints[2];
@@ -214,8 +249,15 @@ int main(int argc, char **argv)
         (void)fflush(stdout);
     }
 #ifdef WITH_ZMQ
-    if (argc > 4)
+    if (argc > 4) {
+        struct timespec began, ended;
+        (void)clock_gettime(CLOCK_MONOTONIC, &began);
         fsm_link_zmq_close(&carrier);
+        (void)clock_gettime(CLOCK_MONOTONIC, &ended);
+        if (line[0] == 'q')
+            printf("%ld\n", (ended.tv_sec - began.tv_sec) * 1000 +
+                                (ended.tv_nsec - began.tv_nsec) / 1000000);
+    }
 #endif
     return 0;
 }

@@ -134,7 +134,7 @@ def test_counting_agrees_with_its_definition(
     receiver = Receiver(codec, 1, 1000, None)
     for number in order:
         sequence = (start + number) % 2**32
-        receiver.arrive(codec.encode(Frame(0, 9, sequence, sequence, 1, (number, False))))
+        receiver.arrive(0, codec.encode(Frame(0, 9, sequence, sequence, 1, (number, False))))
     in_order = [n for place, n in enumerate(order) if n > max(order[:place], default=-1)]
     taken = []
     while (message := receiver.events.get()) is not None:

@@ -44,7 +44,7 @@ int main(void)
             (void)sscanf(line + 2u * i, "%2x", &byte);
             bytes[i] = (uint8_t)byte;
         }
-        fsm_link_arrive(&wire, bytes, length);
+        (void)fsm_link_arrive(&wire, (uint8_t)(1u - NODE_map.node), bytes, length);
         (void)NODE_cycle(&node, 0u);
     }
     puts("sent");

@@ -3,44 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from fsmkit.composition.deployment import Deployment
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.plugins import plugin
-from fsmkit.runtime.channels import EventMap, Faults, Link, LinkKind, LinkTimeout
-from tests.runtime.channels.conftest import Player
+from fsmkit.runtime.channels import EventMap, Faults, Link, LinkTimeout
+from tests.runtime.channels.conftest import PATIENCE, Open, Player
 
 zmq = pytest.importorskip("zmq")
 pytest.importorskip("zmq.auth")
 Play = Callable[..., Player]
-Open = Callable[..., Link]
 LEVELS: dict[str, dict[str, object]] = {
     "a": {"west.speed -> east.speed": -300, "west.lit -> judge.lit": False},
     "b": {"judge.mood -> west.mood": "cross"},
 }
-PATIENCE = 20.0
-"""Seconds: threads may get little of a busy computer."""
-
-
-@pytest.fixture
-def connect(deployment: Deployment, endpoints: dict[str, str]) -> Iterator[Open]:
-    """Open links over ZeroMQ; they are closed after the test."""
-    links: list[Link] = []
-
-    def opened(node: str, session: int = 1, faults: Faults | None = None, **options: Any) -> Link:
-        given = {"endpoints": endpoints, **options}
-        kind = plugin(LinkKind, "zeromq")
-        links.append(kind.open(deployment.map, node, session=session, faults=faults, options=given))
-        return links[-1]
-
-    yield opened
-    for link in links:
-        link.close()
 
 
 def cycles_until(link: Link, is_done: Callable[[], bool], levels: dict[str, object]) -> None:

@@ -272,11 +272,7 @@ static bool in_order(fsm_link_peer *peer, const uint8_t *bytes)
     uint32_t events = get32(bytes + EVENTS);
     uint32_t taken = (uint32_t)fsm_shared_own(&peer->taken);
     uint32_t newer;
-    if (session != taken) {
-        if (taken != 0u && !reached(session, taken)) {
-            add(&peer->counts[FSM_LINK_LATE], 1u);
-            return false;
-        }
+    if (session != taken) { /* is_present has let it in; faults keep the order */
         if (taken == 0u) {
             add(&peer->counts[FSM_LINK_MISSED], events);
             peer->sequence = sequence;
@@ -339,8 +335,8 @@ static void take_in(fsm_link *link, const uint8_t *bytes, size_t length)
     fsm_ring_publish(&link->in.ring);
 }
 
-/* Whether these bytes are a frame of this system that another node can have sent. */
-static bool is_frame(fsm_link *link, const uint8_t *bytes, size_t length)
+/* Whether these bytes are a frame of this system that the peer can have sent. */
+static bool is_frame(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
 {
     const fsm_link_map *map = link->map;
     uint32_t message, size;
@@ -373,21 +369,32 @@ static bool is_frame(fsm_link *link, const uint8_t *bytes, size_t length)
         add(&link->totals[FSM_LINK_MALFORMED], 1u);
         return false;
     }
+    if (sender != peer) {
+        add(&link->totals[FSM_LINK_FOREIGN], 1u);
+        return false;
+    }
     return true;
 }
 
-/* Count a frame of the present session of its peer, or one that begins a new one. */
-static bool is_present(fsm_link_peer *peer, uint32_t session)
+/* Count a frame of the present session of its peer, or one that begins a new one. A later session
+ * begins at once; of a peer that has shown no key only the next FSM_LINK_SESSIONS. Any other begins
+ * when the present one has been silent for FSM_LINK_QUIET cycles, so that whoever forges a session,
+ * and goes, does not lock the peer out for longer than that. */
+static bool is_present(const fsm_link *link, fsm_link_peer *peer, uint32_t session)
 {
     uint32_t present = (uint32_t)fsm_shared_own(&peer->session);
+    uint32_t cycle = (uint32_t)fsm_shared_read(&link->cycle);
     if (session != present) {
-        if (present != 0u && !reached(session, present)) {
+        bool is_proven = link->transport != NULL && link->transport->is_proven;
+        bool is_next = session - present < (is_proven ? 0x80000000u : FSM_LINK_SESSIONS);
+        if (present != 0u && !is_next && cycle - peer->spoke < FSM_LINK_QUIET) {
             add(&peer->counts[FSM_LINK_LATE], 1u);
             return false;
         }
         fsm_shared_write(&peer->counts[FSM_LINK_FRAMES], 0u);
         fsm_shared_write(&peer->session, (FSM_INDEX)session);
     }
+    peer->spoke = cycle;
     add(&peer->counts[FSM_LINK_FRAMES], 1u);
     return true;
 }
@@ -484,16 +491,16 @@ void fsm_link_pass_time(fsm_link *link)
     }
 }
 
-void fsm_link_arrive(fsm_link *link, const uint8_t *bytes, size_t length)
+bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
 {
-    if (!is_frame(link, bytes, length))
-        return;
-    if (!is_present(&link->peers[bytes[SENDER]], get32(bytes + SESSION)))
-        return;
+    if (!is_frame(link, peer, bytes, length) ||
+        !is_present(link, &link->peers[peer], get32(bytes + SESSION)))
+        return false;
     if (link->faults != NULL)
         through(link, link->faults, bytes, length);
     else
         take_in(link, bytes, length);
+    return true;
 }
 
 /* ---- deterministic co-simulation -------------------------------------------------------------- */

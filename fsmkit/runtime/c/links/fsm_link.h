@@ -50,6 +50,12 @@ extern "C" {
 #ifndef FSM_LINK_SLOTS /* frames of events that wait in each direction; a power of two */
 #define FSM_LINK_SLOTS 256
 #endif
+#ifndef FSM_LINK_SESSIONS /* a peer that has shown no key can go on by so many at once */
+#define FSM_LINK_SESSIONS 0x10000000u
+#endif
+#ifndef FSM_LINK_QUIET /* cycles without its present session, after which a peer may begin any */
+#define FSM_LINK_QUIET 200u
+#endif
 #ifndef FSM_LINK_NODES /* nodes of a deployment at most */
 #define FSM_LINK_NODES 8
 #endif
@@ -85,6 +91,7 @@ typedef struct {
     /* Whether all values are of their types; payload has the right size. */
     bool (*is_valid)(uint8_t sender, uint16_t message, const uint8_t *payload);
     uint32_t every; /* cycles from levels to levels */
+    bool is_insecure; /* endpoints beyond this computer may go without keys */
 } fsm_link_map;
 
 /* ---- what is counted -------------------------------------------------------------------------- */
@@ -95,7 +102,7 @@ typedef enum {
     FSM_LINK_LOST_FRAMES, /* never came, or came when a later one had come */
     FSM_LINK_LOST_EVENTS, /* the events among them, and those that found a ring full at the peer */
     FSM_LINK_MISSED,      /* events before the first frame that came, of a peer that was first */
-    FSM_LINK_LATE,        /* came when a later one had come: dropped, for order */
+    FSM_LINK_LATE,        /* of another session, or after a later one: dropped, for order */
     FSM_LINK_DOUBLED,     /* came again: dropped */
     FSM_LINK_OVERFLOW,    /* found the ring full here: dropped */
     FSM_LINK_RESTARTS,    /* sessions after the first */
@@ -107,7 +114,7 @@ typedef enum {
     FSM_LINK_SENT,      /* frames that were handed to what carries them */
     FSM_LINK_REFUSED,   /* events that found the ring to the worker full: the peers count them */
     FSM_LINK_MALFORMED, /* frames that are none, are cut off, or carry what their type forbids */
-    FSM_LINK_FOREIGN,   /* frames of another version, another map, or a node that is none */
+    FSM_LINK_FOREIGN,   /* frames of another version or map, or not of the node they came from */
     FSM_LINK_TOTALS
 } fsm_link_total;
 
@@ -128,7 +135,8 @@ uint32_t fsm_link_silence(const fsm_link *link, uint8_t peer);
 
 /* Make a link that nothing carries yet. `session` tells this run of the node from those before: it
  * must be greater (modulo 2^32), for instance the time in milliseconds, or a counter of starts that
- * is kept. 0 is none. */
+ * is kept; without keys by no more than FSM_LINK_SESSIONS. Peers take any other for late until they
+ * have not heard the present one for FSM_LINK_QUIET of their cycles. 0 is none. */
 void fsm_link_init(fsm_link *link, const fsm_link_map *map, uint32_t session);
 
 /* Publish levels in every n-th cycle, not as the deployment says. Before the first cycle. */
@@ -154,7 +162,8 @@ fsm_link_waited fsm_link_await(fsm_link *link, uint8_t peer, uint32_t session, u
                                uint32_t timeout_ms);
 
 /* Block until a peer listens to this node in this session, 0 for whichever it has; or until every
- * other node does, before the first step. For threaded transports as well. */
+ * other node does, before the first step. For threaded transports as well. A peer listens when it
+ * has shown that it is the one at its endpoint, and with keys, that it has the key. */
 fsm_link_waited fsm_link_connect_to(fsm_link *link, uint8_t peer, uint32_t session,
                                     uint32_t timeout_ms);
 fsm_link_waited fsm_link_connect(fsm_link *link, uint32_t timeout_ms);
@@ -231,6 +240,7 @@ typedef struct {
     /* Block until the peer listens, in this session if it is not 0; false when the time is over. */
     bool (*heard_by)(void *carrier, fsm_link *link, uint8_t peer, uint32_t session,
                      uint32_t timeout_ms);
+    bool is_proven; /* who sends is made sure, by a key or because all is one program */
 } fsm_link_transport;
 
 void fsm_link_attach(fsm_link *link, const fsm_link_transport *transport, void *carrier);
@@ -238,9 +248,10 @@ void fsm_link_attach(fsm_link *link, const fsm_link_transport *transport, void *
 /* The next frame to send, complete; false if there is none. One thread only. */
 bool fsm_link_next(fsm_link *link, fsm_link_frame *frame);
 
-/* Bytes came in, perhaps frames of this system, perhaps not. One thread only; it may be another
- * than that of fsm_link_next. */
-void fsm_link_arrive(fsm_link *link, const uint8_t *bytes, size_t length);
+/* Bytes came from the endpoint of a peer, perhaps a frame of it, perhaps not; whether they were one
+ * of its present session, also if faults drop it. One thread only; it may be another than that of
+ * fsm_link_next. */
+bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length);
 
 /* Let delayed frames go on whose time has come: now and then, by the thread of fsm_link_arrive. */
 void fsm_link_pass_time(fsm_link *link);
@@ -297,6 +308,7 @@ typedef struct {
     fsm_shared session;  /* arriving; 0: never heard */
     fsm_shared heard;    /* frames of all sessions, faults left out */
     fsm_shared taken;    /* the session of the last frame that was taken in */
+    uint32_t spoke;      /* the cycle of the last frame of the present session */
     uint32_t sequence;   /* of the next frame */
     uint32_t events;     /* of the next event */
     uint64_t window;     /* bit k: frame `sequence - 1 - k` came in */

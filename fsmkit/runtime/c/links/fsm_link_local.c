@@ -8,7 +8,7 @@ static void wake(void *carrier, fsm_link *link)
     while (fsm_link_next(link, &frame)) {
         for (unsigned node = 0u; node < FSM_LINK_NODES; node++) {
             if (wire->links[node] != NULL && wire->links[node] != link)
-                fsm_link_arrive(wire->links[node], frame.bytes, frame.length);
+                (void)fsm_link_arrive(wire->links[node], link->map->node, frame.bytes, frame.length);
         }
     }
 }
@@ -35,7 +35,7 @@ static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t sessi
 
 void fsm_link_local_join(fsm_link_local *wire, fsm_link *link)
 {
-    static const fsm_link_transport transport = {wake, receive, heard_by};
+    static const fsm_link_transport transport = {wake, receive, heard_by, true};
     wire->links[link->map->node] = link;
     fsm_link_attach(link, &transport, wire);
 }

@@ -12,53 +12,17 @@
 
 enum {
     PATROL_MS = 10,    /* from look to look at what nobody wakes a thread for */
+    HELLO_MS = 50,     /* from hello to hello, unless there is news */
     RECONNECT_MS = 10, /* after a peer has gone; longer and longer, up to the next */
     RECONNECT_MOST_MS = 200,
     HEARTBEAT_MS = 500,
     GONE_MS = 2000, /* without a sign of life a connection is given up, and made again */
     LINGER_MS = 500,
-    TOPIC = 6 /* a subscription nothing is sent to, which names the subscriber and its session */
+    SMALL = 1024, /* bytes of a message at least: handshakes of ZMTP take up to so many */
+    HELLOS = 16,  /* messages of one connection that wait to be seen; they are to be hellos */
+    PARTS = 64,   /* parts of messages that are taken from the publisher at one look */
+    TOGETHER = 65536 /* frames that may wait in a deterministic link */
 };
-#define TOPIC_MARK 0x3Fu /* no frame begins with it */
-
-/* ---- both ends -------------------------------------------------------------------------------- */
-
-/* See who came and who went: a byte 1 or 0, and what was subscribed to. */
-static void see_listeners(fsm_link_zmq *zmq)
-{
-    uint8_t said[1 + TOPIC];
-    int length;
-    while ((length = zmq_recv(zmq->publisher, said, sizeof said, ZMQ_DONTWAIT)) >= 0) {
-        if (length != (int)sizeof said || said[1] != TOPIC_MARK || said[2] >= FSM_LINK_NODES)
-            continue;
-        fsm_shared *listener = &zmq->listeners[said[2]];
-        FSM_INDEX session = (FSM_INDEX)fsm_link_get_bytes(said + 3, 4u);
-        if (said[0] == 1u)
-            fsm_shared_write(listener, session);
-        else if (fsm_shared_own(listener) == session)
-            fsm_shared_write(listener, 0u);
-    }
-}
-
-static void send_all(fsm_link_zmq *zmq)
-{
-    fsm_link_frame frame;
-    see_listeners(zmq);
-    while (fsm_link_next(zmq->link, &frame))
-        (void)zmq_send(zmq->publisher, frame.bytes, frame.length, ZMQ_DONTWAIT);
-}
-
-/* Take one message of a peer; false if there is none. What is longer than a frame is cut off here,
- * and malformed there. */
-static bool take_one(fsm_link_zmq *zmq, void *subscriber)
-{
-    uint8_t bytes[FSM_LINK_BYTES];
-    int length = zmq_recv(subscriber, bytes, sizeof bytes, ZMQ_DONTWAIT);
-    if (length < 0)
-        return false;
-    fsm_link_arrive(zmq->link, bytes, (size_t)length);
-    return true;
-}
 
 static uint64_t milliseconds(void)
 {
@@ -67,18 +31,117 @@ static uint64_t milliseconds(void)
     return (uint64_t)now.tv_sec * 1000u + (uint64_t)now.tv_nsec / 1000000u;
 }
 
+/* ---- who listens ------------------------------------------------------------------------------ */
+
+/* Take one part of what came to the publisher: a route, or a hello; false if there is none. */
+static bool hear_part(fsm_link_zmq *zmq, uint64_t now)
+{
+    zmq_msg_t part;
+    size_t length;
+    const uint8_t *bytes;
+    bool has_more;
+    (void)zmq_msg_init(&part);
+    if (zmq_msg_recv(&part, zmq->publisher, ZMQ_DONTWAIT) < 0) {
+        (void)zmq_msg_close(&part);
+        return false;
+    }
+    bytes = zmq_msg_data(&part);
+    length = zmq_msg_size(&part);
+    has_more = zmq_msg_more(&part) != 0;
+    if (zmq->heard.parts == 0u) {
+        zmq->heard.length = length;
+        memcpy(zmq->heard.route, bytes, length < FSM_LINK_ROUTE ? length : FSM_LINK_ROUTE);
+    } else if (zmq->heard.parts == 1u && !has_more) {
+        int key_of = zmq->has_keys ? fsm_link_keys_of(&part) : FSM_LINK_NO_KEYS;
+        int peer = fsm_link_hello_hear(&zmq->hellos, bytes, length, zmq->heard.route,
+                                       zmq->heard.length, key_of, now);
+        if (peer >= 0)
+            fsm_link_gate_know(&zmq->gate, zmq_msg_get(&part, ZMQ_SRCFD), peer);
+    }
+    zmq->heard.parts = has_more ? (zmq->heard.parts < 2u ? zmq->heard.parts + 1u : 2u) : 0u;
+    (void)zmq_msg_close(&part);
+    return true;
+}
+
+/* See who came and who went. Not all at once: whoever floods must not hold this thread. */
+static void see_listeners(fsm_link_zmq *zmq)
+{
+    uint64_t now = milliseconds();
+    for (int i = 0; i < PARTS && hear_part(zmq, now); i++)
+        ;
+    fsm_link_hello_pass_time(&zmq->hellos, now);
+    fsm_link_gate_look(&zmq->gate, now);
+}
+
+static void say_hello(fsm_link_zmq *zmq)
+{
+    uint64_t now = milliseconds();
+    for (uint8_t peer = 0u; peer < zmq->link->map->nodes; peer++) {
+        uint8_t hello[FSM_LINK_HELLO];
+        if (zmq->subscribers[peer] == NULL)
+            continue;
+        fsm_link_hello_write(&zmq->hellos, peer, hello);
+        if (now - zmq->said[peer].at_ms < HELLO_MS &&
+            memcmp(hello, zmq->said[peer].bytes, sizeof hello) == 0)
+            continue;
+        if (zmq_send(zmq->subscribers[peer], hello, sizeof hello, ZMQ_DONTWAIT) < 0)
+            continue;
+        zmq->said[peer].at_ms = now;
+        memcpy(zmq->said[peer].bytes, hello, sizeof hello);
+    }
+}
+
+/* ---- both ends -------------------------------------------------------------------------------- */
+
+/* Without room, the listener counts the frame as lost. */
+static void send_to(fsm_link_zmq *zmq, uint8_t peer, const fsm_link_frame *frame)
+{
+    const uint8_t *route = zmq->hellos.of[peer].route;
+    int flags = ZMQ_DONTWAIT | ZMQ_SNDMORE;
+    if (zmq_send(zmq->publisher, route, FSM_LINK_ROUTE, flags) >= 0)
+        (void)zmq_send(zmq->publisher, frame->bytes, frame->length, ZMQ_DONTWAIT);
+    else if (errno == EHOSTUNREACH)
+        fsm_link_hello_forget(&zmq->hellos, peer);
+}
+
+static void send_all(fsm_link_zmq *zmq)
+{
+    fsm_link_frame frame;
+    see_listeners(zmq);
+    while (fsm_link_next(zmq->link, &frame)) {
+        for (uint8_t peer = 0u; peer < zmq->link->map->nodes; peer++) {
+            if (fsm_link_zmq_listener(zmq, peer) != 0u)
+                send_to(zmq, peer, &frame);
+        }
+    }
+}
+
+typedef enum { NOTHING, SOMETHING, A_FRAME } taken;
+
+/* Take one message of a peer. What is longer than a frame is cut off here, and malformed there; so
+ * are the parts of a message of several. */
+static taken take_one(fsm_link_zmq *zmq, uint8_t peer)
+{
+    uint8_t bytes[FSM_LINK_BYTES];
+    int more = 0;
+    size_t size = sizeof more;
+    bool is_whole = !zmq->within[peer];
+    int length = zmq_recv(zmq->subscribers[peer], bytes, sizeof bytes, ZMQ_DONTWAIT);
+    if (length < 0)
+        return NOTHING;
+    (void)zmq_getsockopt(zmq->subscribers[peer], ZMQ_RCVMORE, &more, &size);
+    zmq->within[peer] = more != 0;
+    is_whole = is_whole && more == 0;
+    return fsm_link_arrive(zmq->link, peer, bytes, is_whole ? (size_t)length : 0u) ? A_FRAME
+                                                                                   : SOMETHING;
+}
+
 /* ---- deterministic: frames go and come in the caller's thread --------------------------------- */
 
-/* A socket subscribes again to a peer that came back, and sees who listens, only when it is used. */
 static void use_sockets(fsm_link_zmq *zmq)
 {
     see_listeners(zmq);
-    for (unsigned peer = 0u; peer < zmq->link->map->nodes; peer++) {
-        int events = 0;
-        size_t size = sizeof events;
-        if (zmq->subscribers[peer] != NULL)
-            (void)zmq_getsockopt(zmq->subscribers[peer], ZMQ_EVENTS, &events, &size);
-    }
+    say_hello(zmq);
 }
 
 static void *keeper(void *carrier)
@@ -107,13 +170,15 @@ static bool receive_until(fsm_link_zmq *zmq, uint8_t peer, uint64_t until)
 {
     for (;;) {
         zmq_pollitem_t item = {zmq->subscribers[peer], 0, ZMQ_POLLIN, 0};
+        taken found = take_one(zmq, peer);
         uint64_t now;
-        if (take_one(zmq, zmq->subscribers[peer]))
+        if (found == A_FRAME)
             return true;
         now = milliseconds();
         if (now >= until)
             return false;
-        (void)zmq_poll(&item, 1, until - now < PATROL_MS ? (long)(until - now) : PATROL_MS);
+        if (found == NOTHING)
+            (void)zmq_poll(&item, 1, until - now < PATROL_MS ? (long)(until - now) : PATROL_MS);
         use_sockets(zmq);
     }
 }
@@ -179,20 +244,25 @@ static void *receiver(void *carrier)
 {
     fsm_link_zmq *zmq = carrier;
     zmq_pollitem_t items[FSM_LINK_NODES];
+    uint8_t peers[FSM_LINK_NODES];
     int count = 0;
     memset(items, 0, sizeof items);
-    for (unsigned peer = 0u; peer < zmq->link->map->nodes; peer++) {
+    for (uint8_t peer = 0u; peer < zmq->link->map->nodes; peer++) {
         if (zmq->subscribers[peer] != NULL) {
             items[count].socket = zmq->subscribers[peer];
             items[count].events = ZMQ_POLLIN;
+            peers[count] = peer;
             count++;
         }
     }
     while (fsm_shared_read(&zmq->stop) == 0u) {
+        say_hello(zmq);
         (void)zmq_poll(items, count, zmq->link->faults != NULL ? 1 : PATROL_MS);
         for (int i = 0; i < count; i++) {
-            for (int burst = 0; burst < FSM_LINK_SLOTS && take_one(zmq, items[i].socket); burst++)
-                ;
+            for (int burst = 0; burst < FSM_LINK_SLOTS; burst++) {
+                if (take_one(zmq, peers[i]) == NOTHING)
+                    break;
+            }
         }
         fsm_link_pass_time(zmq->link);
     }
@@ -213,77 +283,6 @@ static int start_thread(fsm_link_zmq *zmq, pthread_t *thread, void *(*run)(void 
     return error;
 }
 
-/* ---- authentication: ZAP (rfc.zeromq.org/spec/27) --------------------------------------------- */
-
-enum { ZAP_FRAMES = 7, ZAP_BYTES = 64 };
-
-/* Answer one request for admission: version, id, domain, address, identity, mechanism, key. */
-static void answer_door(fsm_link_zmq *zmq)
-{
-    uint8_t parts[ZAP_FRAMES][ZAP_BYTES] = {{0}};
-    int lengths[ZAP_FRAMES] = {0};
-    int count = 0, more = 1;
-    bool is_known = false;
-    while (more != 0) {
-        uint8_t rest[ZAP_BYTES];
-        size_t size = sizeof more;
-        uint8_t *into = count < ZAP_FRAMES ? parts[count] : rest;
-        int length = zmq_recv(zmq->door, into, ZAP_BYTES, 0);
-        if (length < 0)
-            return;
-        if (count < ZAP_FRAMES)
-            lengths[count] = length;
-        count++;
-        if (zmq_getsockopt(zmq->door, ZMQ_RCVMORE, &more, &size) != 0)
-            return;
-    }
-    if (count == ZAP_FRAMES && lengths[6] == 32 && lengths[5] == 5 &&
-        memcmp(parts[5], "CURVE", 5) == 0) {
-        for (unsigned node = 0u; node < zmq->link->map->nodes; node++)
-            is_known = is_known || memcmp(zmq->keys[node], parts[6], 32) == 0;
-    }
-    (void)zmq_send(zmq->door, "1.0", 3, ZMQ_SNDMORE);
-    (void)zmq_send(zmq->door, parts[1],
-                   count > 1 && lengths[1] <= ZAP_BYTES ? (size_t)lengths[1] : 0u, ZMQ_SNDMORE);
-    (void)zmq_send(zmq->door, is_known ? "200" : "400", 3, ZMQ_SNDMORE);
-    (void)zmq_send(zmq->door, "", 0, ZMQ_SNDMORE);
-    (void)zmq_send(zmq->door, "", 0, ZMQ_SNDMORE);
-    (void)zmq_send(zmq->door, "", 0, 0);
-}
-
-static void *doorman(void *carrier)
-{
-    fsm_link_zmq *zmq = carrier;
-    while (fsm_shared_read(&zmq->stop) == 0u) {
-        zmq_pollitem_t item = {zmq->door, 0, ZMQ_POLLIN, 0};
-        if (zmq_poll(&item, 1, PATROL_MS) > 0)
-            answer_door(zmq);
-    }
-    return NULL;
-}
-
-bool fsm_link_zmq_key(const char *path, const char *kind, char key[FSM_LINK_KEY])
-{
-    char line[256];
-    bool is_found = false;
-    FILE *file = fopen(path, "r");
-    if (file == NULL)
-        return false;
-    while (!is_found && fgets(line, sizeof line, file) != NULL) {
-        const char *at = line + strspn(line, " \t");
-        if (strncmp(at, kind, strlen(kind)) != 0)
-            continue;
-        at = strchr(at, '"');
-        if (at != NULL && strcspn(at + 1, "\"") == FSM_LINK_KEY - 1) {
-            memcpy(key, at + 1, FSM_LINK_KEY - 1);
-            key[FSM_LINK_KEY - 1] = '\0';
-            is_found = true;
-        }
-    }
-    (void)fclose(file);
-    return is_found;
-}
-
 /* ---- opening and closing ---------------------------------------------------------------------- */
 
 static bool set_number(void *socket, int option, int value)
@@ -291,15 +290,22 @@ static bool set_number(void *socket, int option, int value)
     return zmq_setsockopt(socket, option, &value, sizeof value) == 0;
 }
 
-static bool set_common(void *socket, bool is_deterministic)
+static bool set_common(void *socket, int linger, int to_send, int to_receive, int bytes)
 {
-    int most = is_deterministic ? 0 : 4 * FSM_LINK_SLOTS; /* 0: whatever comes is kept */
-    return set_number(socket, ZMQ_LINGER, is_deterministic ? LINGER_MS : 0) &&
-           set_number(socket, ZMQ_SNDHWM, most) && set_number(socket, ZMQ_RCVHWM, most) &&
+    int64_t largest = bytes > SMALL ? bytes : SMALL;
+    return set_number(socket, ZMQ_LINGER, linger) && set_number(socket, ZMQ_SNDHWM, to_send) &&
+           set_number(socket, ZMQ_RCVHWM, to_receive) &&
+           zmq_setsockopt(socket, ZMQ_MAXMSGSIZE, &largest, sizeof largest) == 0 &&
            set_number(socket, ZMQ_RECONNECT_IVL, RECONNECT_MS) &&
            set_number(socket, ZMQ_RECONNECT_IVL_MAX, RECONNECT_MOST_MS) &&
+           set_number(socket, ZMQ_HANDSHAKE_IVL, GONE_MS) &&
            set_number(socket, ZMQ_HEARTBEAT_IVL, HEARTBEAT_MS) &&
            set_number(socket, ZMQ_HEARTBEAT_TIMEOUT, GONE_MS);
+}
+
+static int most_frames(const fsm_link_zmq *zmq)
+{
+    return zmq->is_deterministic ? TOGETHER : 4 * FSM_LINK_SLOTS;
 }
 
 static bool set_key(void *socket, int option, const char *key)
@@ -307,31 +313,16 @@ static bool set_key(void *socket, int option, const char *key)
     return zmq_setsockopt(socket, option, key, FSM_LINK_KEY) == 0;
 }
 
-static bool open_door(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
-{
-    zmq->failed = "the keys for CURVE";
-    for (unsigned node = 0u; node < zmq->link->map->nodes; node++) {
-        if (zmq_z85_decode(zmq->keys[node], options->public_keys[node]) == NULL)
-            return false;
-    }
-    zmq->failed = "the check of keys";
-    zmq->door = zmq_socket(zmq->context, ZMQ_REP);
-    if (zmq->door == NULL || !set_number(zmq->door, ZMQ_LINGER, 0) ||
-        zmq_bind(zmq->door, "inproc://zeromq.zap.01") != 0)
-        return false;
-    errno = pthread_create(&zmq->doorman, NULL, doorman, zmq);
-    zmq->has_doorman = errno == 0;
-    return zmq->has_doorman;
-}
-
 static bool open_publisher(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
 {
     const char *at = options->bind != NULL ? options->bind
                                            : options->endpoints[zmq->link->map->node];
     zmq->failed = "the endpoint of this node";
-    zmq->publisher = zmq_socket(zmq->context, ZMQ_XPUB);
-    if (zmq->publisher == NULL || !set_common(zmq->publisher, options->is_deterministic) ||
-        !set_number(zmq->publisher, ZMQ_XPUB_VERBOSE, 1))
+    zmq->publisher = zmq_socket(zmq->context, ZMQ_ROUTER);
+    if (zmq->publisher == NULL ||
+        !set_common(zmq->publisher, LINGER_MS, most_frames(zmq), HELLOS, SMALL) ||
+        !set_number(zmq->publisher, ZMQ_ROUTER_MANDATORY, 1) || /* it says when a listener has gone */
+        !fsm_link_gate_open(&zmq->gate, zmq->context, zmq->publisher))
         return false;
     if (options->public_keys != NULL &&
         (!set_number(zmq->publisher, ZMQ_CURVE_SERVER, 1) ||
@@ -343,14 +334,10 @@ static bool open_publisher(fsm_link_zmq *zmq, const fsm_link_zmq_options *option
 
 static bool open_subscriber(fsm_link_zmq *zmq, const fsm_link_zmq_options *options, unsigned peer)
 {
-    uint8_t topic[TOPIC] = {TOPIC_MARK, zmq->link->map->node};
-    void *subscriber = zmq_socket(zmq->context, ZMQ_SUB);
+    void *subscriber = zmq_socket(zmq->context, ZMQ_DEALER);
     zmq->subscribers[peer] = subscriber;
     zmq->failed = "the connection to a peer";
-    fsm_link_put_bytes(topic + 2, zmq->link->session, 4u);
-    if (subscriber == NULL || !set_common(subscriber, options->is_deterministic) ||
-        zmq_setsockopt(subscriber, ZMQ_SUBSCRIBE, "FK", 2) != 0 ||
-        zmq_setsockopt(subscriber, ZMQ_SUBSCRIBE, topic, sizeof topic) != 0)
+    if (subscriber == NULL || !set_common(subscriber, 0, 1, most_frames(zmq), FSM_LINK_BYTES))
         return false;
     if (options->public_keys != NULL &&
         (!set_key(subscriber, ZMQ_CURVE_SERVERKEY, options->public_keys[peer]) ||
@@ -362,9 +349,11 @@ static bool open_subscriber(fsm_link_zmq *zmq, const fsm_link_zmq_options *optio
 
 static bool start_threads(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
 {
-    static const fsm_link_transport threaded = {wake_sender, NULL, heard_by};
-    static const fsm_link_transport deterministic = {wake_here, receive_here, heard_by};
-    fsm_link_attach(zmq->link, zmq->is_deterministic ? &deterministic : &threaded, zmq);
+    zmq->transport.wake = zmq->is_deterministic ? wake_here : wake_sender;
+    zmq->transport.receive = zmq->is_deterministic ? receive_here : NULL;
+    zmq->transport.heard_by = heard_by;
+    zmq->transport.is_proven = zmq->has_keys;
+    fsm_link_attach(zmq->link, &zmq->transport, zmq);
     zmq->failed = "the threads";
     if (zmq->is_deterministic) {
         errno = pthread_mutex_init(&zmq->turn, NULL);
@@ -385,13 +374,37 @@ static bool start_threads(fsm_link_zmq *zmq, const fsm_link_zmq_options *options
     return zmq->has_receiver;
 }
 
+/* Without keys whoever reaches an endpoint could listen, and speak for any node. */
+static bool is_guarded(const fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
+{
+    const fsm_link_map *map = zmq->link->map;
+    if (options->public_keys != NULL || map->is_insecure)
+        return true;
+    for (unsigned node = 0u; node < map->nodes; node++) {
+        if (!fsm_link_zmq_is_loopback(options->endpoints[node]))
+            return false;
+    }
+    return options->bind == NULL || fsm_link_zmq_is_loopback(options->bind);
+}
+
 static bool open_all(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
 {
+    zmq->failed = "an endpoint beyond this computer without keys (insecure: true allows it)";
+    if (!is_guarded(zmq, options)) {
+        errno = EACCES;
+        return false;
+    }
+    zmq->failed = "the source of random numbers";
+    if (!fsm_link_hello_init(&zmq->hellos, zmq->link->map->node, zmq->link->map->nodes,
+                             zmq->link->session))
+        return false;
     zmq->failed = "the context of ZeroMQ";
     zmq->context = zmq_ctx_new();
     if (zmq->context == NULL)
         return false;
-    if (options->public_keys != NULL && !open_door(zmq, options))
+    zmq->failed = "the keys for CURVE";
+    if (zmq->has_keys && !fsm_link_keys_open(&zmq->keys, zmq->context, zmq->link->map->nodes,
+                                             options->public_keys))
         return false;
     if (!open_publisher(zmq, options))
         return false;
@@ -408,6 +421,7 @@ int fsm_link_zmq_open(fsm_link_zmq *zmq, fsm_link *link, const fsm_link_zmq_opti
     memset(zmq, 0, sizeof *zmq);
     zmq->link = link;
     zmq->is_deterministic = options->is_deterministic;
+    zmq->has_keys = options->public_keys != NULL;
     errno = 0;
     if (open_all(zmq, options)) {
         zmq->failed = NULL;
@@ -422,7 +436,13 @@ int fsm_link_zmq_open(fsm_link_zmq *zmq, fsm_link *link, const fsm_link_zmq_opti
 
 uint32_t fsm_link_zmq_listener(const fsm_link_zmq *zmq, uint8_t peer)
 {
-    return peer < FSM_LINK_NODES ? (uint32_t)fsm_shared_read(&zmq->listeners[peer]) : 0u;
+    return peer < FSM_LINK_NODES ? (uint32_t)fsm_shared_read(&zmq->hellos.of[peer].session)
+                                 : 0u;
+}
+
+uint32_t fsm_link_zmq_dropped(const fsm_link_zmq *zmq)
+{
+    return (uint32_t)fsm_shared_read(&zmq->gate.dropped);
 }
 
 static void close_socket(void **socket)
@@ -446,17 +466,16 @@ void fsm_link_zmq_close(fsm_link_zmq *zmq)
         (void)pthread_join(zmq->keeper, NULL);
     if (zmq->has_turn)
         (void)pthread_mutex_destroy(&zmq->turn);
+    fsm_link_gate_close(&zmq->gate);
     close_socket(&zmq->publisher);
     for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++)
         close_socket(&zmq->subscribers[peer]);
-    if (zmq->has_doorman)
-        (void)pthread_join(zmq->doorman, NULL);
-    close_socket(&zmq->door);
+    fsm_link_keys_close(&zmq->keys);
     if (zmq->context != NULL)
         (void)zmq_ctx_term(zmq->context);
     zmq->context = NULL;
     if (zmq->has_work)
         (void)sem_destroy(&zmq->work);
-    zmq->has_sender = zmq->has_receiver = zmq->has_doorman = false;
+    zmq->has_sender = zmq->has_receiver = false;
     zmq->has_work = zmq->has_keeper = zmq->has_turn = false;
 }

@@ -1,4 +1,4 @@
-/* fsm_link_zmq.h: links between nodes over ZeroMQ (libzmq), publish and subscribe.
+/* fsm_link_zmq.h: links between nodes over ZeroMQ (libzmq).
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
@@ -10,16 +10,24 @@
  *   ...
  *   fsm_link_zmq_close(&zmq);
  *
- * Every node publishes at its own endpoint and subscribes to all others, in whatever order they are
- * started, and again when one comes back. A thread sends what the loop put into its ring and was
- * woken for by a semaphore; another receives. The loop never waits for them.
+ * Every node publishes at its own endpoint and connects to those of all others, in whatever order
+ * they are started, and again when one comes back. A thread sends what the loop put into its ring
+ * and was woken for by a semaphore; another receives. The loop never waits for them.
  *
- * Deterministic: frames go and come within calls only; see fsm_link.h. A thread does nothing but let
- * ZeroMQ subscribe again when a peer comes back. Compile with -lzmq -pthread. */
+ * A node publishes by a socket of the kind ROUTER, to the listeners that it knows
+ * (fsm_link_hello.h), and not by PUB or XPUB: these keep whatever anybody subscribes to, without
+ * bound. All that others can make a link keep is bounded: by the size of messages
+ * (ZMQ_MAXMSGSIZE), the messages that wait on a connection (ZMQ_RCVHWM), and fsm_link_gate.h.
+ *
+ * Deterministic: frames go and come within calls only; see fsm_link.h. A thread does nothing but say
+ * hello, and hear it. Compile all files of this folder with -lzmq -pthread. */
 #ifndef FSM_LINK_ZMQ_H
 #define FSM_LINK_ZMQ_H
 
 #include "fsm_link.h"
+#include "fsm_link_gate.h"
+#include "fsm_link_hello.h"
+#include "fsm_link_keys.h"
 
 #include <pthread.h>
 #include <semaphore.h>
@@ -28,14 +36,13 @@
 extern "C" {
 #endif
 
-#define FSM_LINK_KEY 41 /* characters of a CURVE key as text (Z85), with the zero */
-
 typedef struct {
     const char *const *endpoints; /* [node], e.g. "tcp://127.0.0.1:5571" */
     const char *bind;             /* where to publish, e.g. "tcp://eth0:5571"; NULL: as above */
     bool is_deterministic;
-    /* CURVE: all public keys by node, and this node's secret one; NULL: no authentication. Only
-     * nodes with these keys are heard and can listen. */
+    /* CURVE: all public keys by node, and this node's secret one. Only nodes with these keys are
+     * heard and can listen. NULL: no authentication, and no endpoint beyond this computer, unless
+     * the deployment says `insecure: true`. */
     const char *const *public_keys;
     const char *secret_key;
     int send_priority; /* SCHED_FIFO of the threads; 0: leave it */
@@ -49,28 +56,48 @@ typedef struct {
     void *context;
     void *publisher;
     void *subscribers[FSM_LINK_NODES];
-    void *door; /* where connections are let in or refused, by key */
     bool is_deterministic;
     sem_t work;
     fsm_shared stop;
-    fsm_shared listeners[FSM_LINK_NODES]; /* the session in which the peer listens, 0 for none */
     pthread_mutex_t turn; /* whose turn it is with the sockets, when deterministic */
-    pthread_t sender, receiver, doorman, keeper;
-    bool has_work, has_turn, has_sender, has_receiver, has_doorman, has_keeper;
-    uint8_t keys[FSM_LINK_NODES][32];
+    pthread_t sender, receiver, keeper;
+    bool has_work, has_turn, has_sender, has_receiver, has_keeper;
+    fsm_link_transport transport;
+    fsm_link_hellos hellos;
+    fsm_link_gate gate;
+    fsm_link_keys keys;
+    bool has_keys;
+    struct { /* what came to the publisher: a route, a hello; no more parts */
+        uint8_t route[FSM_LINK_ROUTE];
+        size_t length;
+        unsigned parts;
+    } heard;
+    struct { /* of the hellos of this node, by peer */
+        uint64_t at_ms;
+        uint8_t bytes[FSM_LINK_HELLO];
+    } said[FSM_LINK_NODES];
+    bool within[FSM_LINK_NODES]; /* a message of several parts, which is no frame */
 } fsm_link_zmq;
 
 /* Open; 0, or an errno of ZeroMQ or the system, with `failed` saying of what. Allocates (libzmq). */
 int fsm_link_zmq_open(fsm_link_zmq *zmq, fsm_link *link, const fsm_link_zmq_options *options);
 
-/* The session of a peer that is subscribed to this node; 0: it is not. */
+/* Whether an endpoint is of this computer only, by its text: ipc, inproc, and of tcp an address of
+ * 127.0.0.0/8 in four numbers, localhost and [::1]; no wildcard, interface, other name or source. */
+bool fsm_link_zmq_is_loopback(const char *endpoint);
+
+/* The connections to this node that its gate has ended: strangers, and whoever says too much. */
+uint32_t fsm_link_zmq_dropped(const fsm_link_zmq *zmq);
+
+/* The session of a peer that listens to this node, and has shown that it is it; 0: none does. */
 uint32_t fsm_link_zmq_listener(const fsm_link_zmq *zmq, uint8_t peer);
 
 /* Read a key out of a file as ZeroMQ's tools write them (name.key, name.key_secret): `kind` is
  * "public-key" or "secret-key". False if there is none. */
 bool fsm_link_zmq_key(const char *path, const char *kind, char key[FSM_LINK_KEY]);
 
-/* End the threads and close. The link may be opened again. */
+/* End the threads and close; what waits is sent, for half a second at most. The link may be opened
+ * again. */
 void fsm_link_zmq_close(fsm_link_zmq *zmq);
 
 #ifdef __cplusplus

@@ -27,7 +27,7 @@ class InProcessLink(Endpoint):
         faults: Faults | None = None,
         slots: int = SLOTS,
     ) -> None:
-        super().__init__(event_map, node, session, faults, slots)
+        super().__init__(event_map, node, session, faults, slots, is_proven=True)
         self._wire = wire
         wire.links[self.node] = self
 
@@ -47,7 +47,7 @@ class InProcessLink(Endpoint):
         while (frame := self.next_frame()) is not None:
             for link in list(self._wire.links.values()):
                 if link is not self:
-                    link.receiver.arrive(frame)
+                    link.receiver.arrive(self.node, frame)
 
     def _take_in(self, node: int, timeout: float) -> bool:  # noqa: ARG002  (all is there)
         return False

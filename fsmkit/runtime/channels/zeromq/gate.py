@@ -1,0 +1,142 @@
+"""Connections to the endpoint of a node: how many there are, for how long, and how much they say.
+
+ZeroMQ limits neither connections nor the parts of one message, which it keeps until the last has
+come. So the gate keeps a second handle of each connection and ends those that go too far: strangers
+beyond the seats, strangers that have not said a valid hello in time, and whoever sends more than
+hellos take. The same as ``fsm_link_gate.c``.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import struct
+from contextlib import suppress
+from dataclasses import dataclass
+
+import zmq
+
+SEATS = 32
+"""Connections at a time; one more, and the oldest stranger is put out."""
+STRANGER = 2.0
+"""Seconds until a connection must have said a valid hello."""
+BYTES = 1 << 16
+"""What a connection may send at once, and again each second; hellos take a tenth of it."""
+EVENT = struct.Struct("=HI")
+"""A monitor's message: the event and its value, here a file descriptor."""
+BYTES_RECEIVED = 128
+"""Where ``tcpi_bytes_received`` is in ``struct tcp_info`` (Linux 4.1 and later)."""
+LOOKS = 4096
+"""Events that are looked at in one go."""
+
+
+@dataclass(slots=True)
+class _Seat:
+    handle: socket.socket
+    since: float
+    node: int | None = None
+
+
+class Gate:
+    """Watches the connections that a socket accepts. One thread; `close` when it has ended."""
+
+    def __init__(self, context: zmq.Context[zmq.Socket[bytes]], door: zmq.Socket[bytes]) -> None:
+        """Watch a socket that is not bound yet."""
+        self.dropped = 0
+        self._door = door
+        self._place: object = None
+        self._seats: dict[int, _Seat] = {}
+        self._monitor = context.socket(zmq.PAIR)
+        self._monitor.setsockopt(zmq.RCVHWM, 0)  # whoever reports must never wait for us
+        self._monitor.setsockopt(zmq.LINGER, 0)
+        where = f"inproc://fsm-link-gate-{id(self)}"
+        door.monitor(where, zmq.EVENT_LISTENING | zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED)
+        self._monitor.connect(where)
+
+    def look(self, now: float) -> None:
+        """See who came and who went, and put out those who went too far."""
+        for _ in range(LOOKS):
+            try:
+                event, number = EVENT.unpack(self._monitor.recv_multipart(zmq.NOBLOCK)[0])
+            except (zmq.Again, struct.error):
+                break
+            self._leave(number)
+            if event == zmq.EVENT_ACCEPTED:
+                self._enter(number, now)
+            elif event == zmq.EVENT_LISTENING and (handle := _handle(number)) is not None:
+                self._place = _place(handle)
+                handle.close()
+        for number, seat in list(self._seats.items()):
+            age = now - seat.since
+            is_late = seat.node is None and age > STRANGER
+            if is_late or _received(seat.handle) > BYTES * (1 + age):
+                self._put_out(number)
+
+    def know(self, number: int, node: int) -> None:
+        """Take a connection, by its descriptor, for a node's; its former one is nobody's."""
+        for seat in self._seats.values():
+            if seat.node == node:
+                seat.node = None
+        if number in self._seats:
+            self._seats[number].node = node
+
+    def close(self) -> None:
+        """Watch no more."""
+        with suppress(zmq.ZMQError):
+            self._door.disable_monitor()
+        self._monitor.close()
+        for number in list(self._seats):
+            self._leave(number)
+
+    def _enter(self, number: int, now: float) -> None:
+        handle = _handle(number)
+        if handle is None:
+            return
+        if _place(handle) != self._place:  # it has gone, and its number is another's
+            handle.close()
+            return
+        self._seats[number] = _Seat(handle, now)
+        strangers = [n for n, seat in self._seats.items() if seat.node is None]
+        if len(self._seats) > SEATS:
+            self._put_out(strangers[0])
+
+    def _leave(self, number: int) -> None:
+        if (seat := self._seats.pop(number, None)) is not None:
+            seat.handle.close()
+
+    def _put_out(self, number: int) -> None:
+        with suppress(OSError):
+            self._seats[number].handle.shutdown(socket.SHUT_RDWR)
+        self._leave(number)
+        self.dropped += 1
+
+
+def _handle(number: int) -> socket.socket | None:
+    """Return a handle of our own of a socket; None where the number is no socket's any more."""
+    try:
+        own = os.dup(number)
+    except OSError:
+        return None
+    try:
+        return socket.socket(fileno=own)
+    except OSError:
+        os.close(own)
+        return None
+
+
+def _place(handle: socket.socket) -> object:
+    """Return what a socket that listens and those that it accepted have in common."""
+    with suppress(OSError):
+        name = handle.getsockname()
+        return name[1] if handle.family in (socket.AF_INET, socket.AF_INET6) else name
+    return None
+
+
+def _received(handle: socket.socket) -> int:
+    """Return the bytes that came by a connection; 0 where the system does not count them."""
+    if handle.family in (socket.AF_INET, socket.AF_INET6) and hasattr(socket, "TCP_INFO"):
+        with suppress(OSError):
+            found = handle.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, BYTES_RECEIVED + 8)
+            if len(found) == BYTES_RECEIVED + 8:
+                return int(struct.unpack_from("=Q", found, BYTES_RECEIVED)[0])
+    return 0
