@@ -10,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: prove stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz clean
+.PHONY: attacks prove stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -67,6 +67,11 @@ ENDURED ?= $(patsubst %,machines/production_cell/%.yaml,feeder molder plant feed
   extraction_belt sorter camera rotator supervisor)
 endurance: $(VENV)/ready
 	$(BIN)/python -m fsmkit.testing.endurance $(ENDURED) --hours $(HOURS) --seed $(SEED) $(ENDURANCE)
+
+# Attacks on links from the loopback, whole: subscriptions, long messages, impostors; the
+# memory of the victim before and after. `make test` has short forms.
+attacks: $(VENV)/ready
+	FSMKIT_ATTACKS=1 $(BIN)/pytest -q -s -n 0 tests/runtime/channels/test_attacks.py
 
 # Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready
