@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.reactions import Lines, ReactionPrinter
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
@@ -44,13 +45,13 @@ class GridPrinter:
                 answer = self._answer(state, event)
                 if answer is not None:
                     row[event] = answers.setdefault(answer, len(answers) + 1)
-        ctype = "uint8_t" if len(answers) < 256 else "uint16_t"
+        ctype = narrowest(len(answers))
         out.line("/* By state and event: which of the answers below; 0 for none. */")
         with out.block(f"static const {ctype} {p}_grid[{len(rows) * width}] = {{", "};"):
             for state, row in zip(states, rows, strict=True):
                 out.line(f"{', '.join(f'{number}u' for number in row)}, {names.note(state)}")
         out.line()
-        ctype = "uint8_t" if len(states) < 256 else "uint16_t"
+        ctype = narrowest(len(states))
         targets = ", ".join(f"{to}u" for to in (0, *(answer.to for answer in answers)))
         out.line("/* By answer: the number of the state that is entered; 0 for none. */")
         out.line(f"static const {ctype} {p}_enters[{len(answers) + 1}] = {{{targets}}};")

@@ -296,7 +296,7 @@ ORDER = (
 
 def fill(names: Names, text: str, **parts: str) -> list[str]:
     """Return the lines of a piece, with the prefix and the optional parts in."""
-    for key, value in parts.items():
+    for key, value in {**parts, "TAKEN": names.taken_type, "REGION": names.region_type}.items():
         text = text.replace(f"${key}", value)
     text = text.replace("@", names.prefix).replace("%", names.upper)
     lines = (_suited(names, line) for line in text.strip("\n").split("\n"))

@@ -11,6 +11,15 @@ from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.codegen.c.types import storage
 from fsmkit.plan.image import timeouts_at_once
 
+WIDTH = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4}
+"""Bytes of the types of numbers."""
+
+
+def narrowest(most: int, least: str = "uint8_t") -> str:
+    """Return the narrowest C type, from ``least`` on, that holds all numbers up to one."""
+    types = [ctype for ctype, width in WIDTH.items() if width >= WIDTH[least]]
+    return next(ctype for ctype in types if most < 2 ** (8 * WIDTH[ctype]))
+
 
 @dataclass(frozen=True, slots=True)
 class Member:
@@ -85,19 +94,19 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
         found.append(Member(f"fsm_timer timers[{timers}]", 8 * timers, 4, "by deadline"))
         found.append(Member("uint8_t timer_count", 1, 1))
     for region in names.plan.regions:
-        wide = len(region.states) > 255
-        ctype = "uint16_t" if wide else "uint8_t"
+        ctype = names.number_type(region.index)
+        size = WIDTH[ctype]
         top = chart.states[region.top].id if region.index else chart.name
         note = f"deepest active state of {top}"
         if region.index in names.shared:
             held = chart.states[names.shared[region.index]].id
             note += f", or recorded by {held}, with {RECORDED} more"
-        found.append(Member(f"{ctype} {names.regions[region.index]}", 1 + wide, 1 + wide, note))
+        found.append(Member(f"{ctype} {names.regions[region.index]}", size, size, note))
     for (history, region_), name in names.histories.items():
-        wide = len(names.plan.regions[region_].states) > 255
-        ctype = "uint16_t" if wide else "uint8_t"
+        ctype = names.number_type(region_)
+        size = WIDTH[ctype]
         note = f"recorded by {chart.states[history].id}"
-        found.append(Member(f"{ctype} {name}", 1 + wide, 1 + wide, note))
+        found.append(Member(f"{ctype} {name}", size, size, note))
     for invocation, (inner, aligned) in zip(chart.invocations, needs.inside, strict=True):
         slot, inside = names.slots[invocation.index], names.invoked[invocation.index].prefix
         note = f"slot `{invocation.id}`: invoked by {chart.states[invocation.state].id}"

@@ -94,7 +94,7 @@ class LeavePrinter:
         return f"{self.prefix}_leave_{region.index}"
 
     def _ctype(self, region: Region) -> str:
-        return "uint8_t" if len(region.states) < 256 else "uint16_t"
+        return self.names.number_type(region.index)
 
     def leave_all(self, region: Region) -> str:
         """Return the call that leaves all of a region of a parallel state."""

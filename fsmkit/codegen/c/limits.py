@@ -23,7 +23,11 @@ from fsmkit.model.document import Trigger
 from fsmkit.model.statements import Reply
 
 LARGEST_CAPACITY = 250
-MOST_TRANSITIONS = 32000
+MOST_STATES = 65535
+"""A state is named in two bytes; the root is not counted."""
+MOST_EVENTS = 65000
+"""So is an event, and what is asked without one."""
+MOST_TIMED = 32768
 """A timer names its transition in 15 bits."""
 
 
@@ -44,10 +48,22 @@ def report_limits(chart: Chart, findings: Findings) -> None:
                 "c-limit", f"the capacity `{name}` is over {LARGEST_CAPACITY}", at,
                 help="the C target counts events in a byte: use a smaller capacity",
             )  # fmt: skip
-    if len(chart.transitions) > MOST_TRANSITIONS or len(chart.states) > MOST_TRANSITIONS:
+    states = len(chart.states) - 1
+    for count, most, what in (
+        (states, MOST_STATES, "states"),
+        (len(chart.events), MOST_EVENTS, "events"),
+    ):
+        if count > most:
+            findings.add(
+                "c-limit", f"there are {count:,} {what}: C numbers {most:,} at most", at,
+                help="split the chart into several machines",
+            )  # fmt: skip
+    timed = (t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY))
+    late = next((t for t in timed if t.index >= MOST_TIMED), None)
+    if late is not None:
         findings.add(
-            "c-limit", f"there are over {MOST_TRANSITIONS} states or transitions", at,
-            help="split the chart into several machines",
+            "c-limit", f"a timeout comes after {MOST_TIMED:,} other transitions", late.span,
+            help="write states with timeouts first, or split the chart into several machines",
         )  # fmt: skip
     for transition in chart.transitions:
         if transition.trigger is Trigger.SOMETIMES:

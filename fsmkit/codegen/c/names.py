@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from pathlib import PurePath
 
 from fsmkit.codegen.c.forms import Form, form_of
@@ -30,6 +30,11 @@ from fsmkit.model.document import Direction, Trigger
 from fsmkit.model.statements import Destination, Send
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
+
+NARROW = 255
+"""The greatest number in a byte."""
+NO_STATE = 65535
+"""The greatest number in two bytes."""
 
 
 @dataclass
@@ -157,7 +162,38 @@ class Names:
     @property
     def form(self) -> Form:
         """Which form its code has."""
-        return form_of(self.plan, is_small=self.options.is_small)
+        return self._small_form if self.options.is_small else form_of(self.plan, is_small=False)
+
+    @cached_property
+    def _small_form(self) -> Form:
+        return form_of(self.plan, is_small=True)
+
+    @cached_property
+    def taken_type(self) -> str:
+        """The C type that holds every number by which a transition is taken, and one more.
+
+        A transition has one; in tables it may have one for each of its events (`small.plain`).
+        """
+        most = sum(max(1, len(transition.events)) for transition in self.chart.transitions)
+        return "uint16_t" if most < NO_STATE else "uint32_t"
+
+    @property
+    def region_type(self) -> str:
+        """The C type that holds how many regions there are."""
+        return "uint8_t" if len(self.plan.regions) <= NARROW else "uint16_t"
+
+    def number_type(self, region: int) -> str:
+        """Return the C type of the member that holds the number of a region's active state.
+
+        Functions that read tables take all regions alike, so there all have the widest.
+        """
+        is_one_type = self.options.is_small and not self.plan.is_single
+        most = self._largest_region if is_one_type else len(self.plan.regions[region].states)
+        return "uint8_t" if most <= NARROW else "uint16_t"
+
+    @cached_property
+    def _largest_region(self) -> int:
+        return max(len(region.states) for region in self.plan.regions)
 
     def note(self, state: int) -> str:
         """Return a comment that tells which state is meant."""

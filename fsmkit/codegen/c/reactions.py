@@ -18,7 +18,7 @@ from fsmkit.codegen.c.effects import can_fail, has_effect, observes
 from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.leaving import ungrouped
 from fsmkit.codegen.c.moves import MovePrinter
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.shapes import Shape
 from fsmkit.emit import Emitter
@@ -356,27 +356,29 @@ class ReactionPrinter:
     def _choose(self, out: Emitter, region: Region, way: str, event: int) -> list[Step]:
         """Print which way a region goes, 0 for none; return the steps of the ways from 1 on."""
         steps: list[Step] = []
-        out.line(f"uint8_t {way} = 0u;")
-        with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
+        choice = Emitter()
+        with choice.block(f"switch (m->{self.names.regions[region.index]}) {{"):
             for leaf in self._selection.leaves(region):
                 found = self.candidates(leaf, lambda t: event in t.events)
                 if not found:
                     continue
-                out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
-                with out.indented():
+                choice.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                with choice.indented():
                     word = "if"
                     for transition in found:
                         steps.append(self.step(transition, leaf, is_alone=False))
                         note = f"/* {self._selection.comment(transition)} */"
                         if transition.guard is not None:
-                            out.line(f"{word} ({self.guard(transition)})")
+                            choice.line(f"{word} ({self.guard(transition)})")
                         elif word != "if":
-                            out.line("else")
+                            choice.line("else")
                         inset = "    " if word != "if" or transition.guard is not None else ""
-                        out.line(f"{inset}{way} = {len(steps)}u; {note}")
+                        choice.line(f"{inset}{way} = {len(steps)}u; {note}")
                         word = "else if"
-                    out.line("break;")
-            out.lines(["default:", "    break;"])
+                    choice.line("break;")
+            choice.lines(["default:", "    break;"])
+        out.line(f"{'uint8_t' if len(steps) <= NARROW else 'uint16_t'} {way} = 0u;")
+        out.lines(choice.finish().rstrip("\n").split("\n"))
         return steps
 
     def _by_way(self, out: Emitter, way: str, parts: Sequence[Lines]) -> None:

@@ -155,7 +155,8 @@ class SelectionPrinter:
             parameters = f"{self.prefix} *m"
             if trigger is Trigger.EVENT:
                 parameters += ", uint16_t event"
-            out.line(f"static uint16_t {name}({parameters}) {self.names.note(state.index)}")
+            head = f"static {self.names.taken_type} {name}({parameters})"
+            out.line(f"{head} {self.names.note(state.index)}")
             with out.block("{"):
                 above = calls[state.parent]
                 if trigger is Trigger.EVENT:
@@ -249,7 +250,7 @@ class SelectionPrinter:
         more = ", uint16_t event" if is_event else ""
         if self.plan.is_single:
             region = self.plan.regions[0]
-            out.line(f"static uint16_t {self.prefix}_{name}({self.prefix} *m{more})")
+            out.line(f"static {self.names.taken_type} {self.prefix}_{name}({self.prefix} *m{more})")
             with out.block("{"):
                 self._single(out, region, calls, is_event=is_event)
             out.line()

@@ -12,7 +12,7 @@ from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
 from fsmkit.codegen.c.invocation import InvocationPrinter
 from fsmkit.codegen.c.moves import MovePrinter
-from fsmkit.codegen.c.names import Names, comment, file_name, sent_events
+from fsmkit.codegen.c.names import NO_STATE, Names, comment, file_name, sent_events
 from fsmkit.codegen.c.pruning import pruned
 from fsmkit.codegen.c.reactions import ReactionPrinter
 from fsmkit.codegen.c.selection import SelectionPrinter
@@ -189,10 +189,10 @@ class SourcePrinter:
             moves.record(out)
             self._domains(out)
         taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
-        out.line(f"static void {p}_act({p} *m, uint16_t taken)")
+        out.line(f"static void {p}_act({p} *m, {names.taken_type} taken)")
         with out.block("{"):
             out.line("(void)m;")
-            out.line("FSM_HOOK_TAKE(m, (uint16_t)(taken - 1u));")
+            out.line(f"FSM_HOOK_TAKE(m, ({names.taken_type})(taken - 1u));")
             with out.block("switch (taken) {"):
                 for t in taken:
                     if not t.content:
@@ -206,7 +206,7 @@ class SourcePrinter:
         if isinstance(moves, SmallPrinter):
             moves.print_entries(out)
             return
-        out.line(f"static void {p}_enter({p} *m, uint16_t taken)")
+        out.line(f"static void {p}_enter({p} *m, {names.taken_type} taken)")
         with out.block("{"):
             out.line("(void)m;")
             with out.block("switch (taken) {"):
@@ -225,7 +225,7 @@ class SourcePrinter:
         moves = names.plan.moves
         out.line("/* The state plus one below which all lies that a transition leaves and enters;")
         out.line(" * 0 for one without a target. */")
-        out.line(f"static uint16_t {p}_domain(const {p} *m, uint16_t taken)")
+        out.line(f"static uint16_t {p}_domain(const {p} *m, {names.taken_type} taken)")
         groups: dict[int, list[int]] = {}
         with out.block("{"):
             out.line("(void)m;")
@@ -290,7 +290,8 @@ class SourcePrinter:
         if isinstance(moves, SmallPrinter):
             moves.print_selection(out)
         else:
-            out.line(f"#define {names.upper}_DEFER 0xFFFFu")
+            defer = "0xFFFFu" if names.taken_type == "uint16_t" else "0xFFFFFFFFu"
+            out.line(f"#define {names.upper}_DEFER {defer}")
             out.line(f"#define {names.upper}_REGIONS {len(names.plan.regions)}")
             out.line()
         if not names.plan.is_single:
@@ -329,7 +330,7 @@ class SourcePrinter:
             record = ""
             if names.histories:
                 record = (
-                    "    for (uint8_t i = 0u; i < found->count; i++)\n"
+                    "    for ($REGION i = 0u; i < found->count; i++)\n"
                     "        @_record(m, domains[i]);"
                 )
             out.lines(fill(names, CONFLICTS, RECORD_ALL=record or "~"))
@@ -347,11 +348,12 @@ class SourcePrinter:
     def _tables(self, out: Emitter) -> None:
         chart, p = self.chart, self.names.prefix
         below = ", ".join(f"{s.last_descendant + 1}u" for s in chart.states)
+        ctype = "uint16_t" if len(chart.states) <= NO_STATE else "uint32_t"
         sources = ", ".join(["0u", *(f"{t.source}u" for t in chart.transitions)])
         out.line(
             "/* By state: the last state below it, plus one. By transition plus one: its source. */"
         )
-        out.line(f"static const uint16_t {p}_last_below[] = {{{below}}};")
+        out.line(f"static const {ctype} {p}_last_below[] = {{{below}}};")
         out.line(f"static const uint16_t {p}_source_of[] = {{{sources}}};")
         out.line()
 

@@ -182,7 +182,7 @@ class StepPrinter:
         single = names.plan.is_single
         remembered = len(self.selection.remembered)
         forget = (
-            f"for (uint8_t i = 0u; i < {remembered}u; i++)\n        m->asked[i] = 0u;"
+            f"for (uint32_t i = 0u; i < {remembered}u; i++)\n        m->asked[i] = 0u;"
             if remembered
             else "~"
         )

@@ -1,24 +1,25 @@
 """Transitions that may preempt each other, and how any are taken: C with the prefix filled in.
 
-``@`` stands for the prefix in lower case, ``%`` for that in upper case (see `fill`).
+``@`` stands for the prefix in lower case, ``%`` for that in upper case, ``$TAKEN`` and ``$REGION``
+for the types that hold the numbers of all transitions and of all regions (see `fill`).
 """
 
 SELECTION = """
 typedef struct {
-    uint16_t at[%_REGIONS];
-    uint8_t count;
+    $TAKEN at[%_REGIONS];
+    $REGION count;
     bool defers;
 } @_selection;
 """
 
 ADD = """
-static void @_add(@_selection *found, uint16_t taken)
+static void @_add(@_selection *found, $TAKEN taken)
 {
     if (taken == %_DEFER)
         found->defers = true;
     if (taken == 0u || taken == %_DEFER)
         return;
-    for (uint8_t i = 0u; i < found->count; i++)
+    for ($REGION i = 0u; i < found->count; i++)
         if (found->at[i] == taken)
             return;
     if (found->count < %_REGIONS) { /* always: at most one for each region */
@@ -41,13 +42,13 @@ static bool @_conflict(uint16_t d1, uint16_t d2)
 static void @_remove_conflicts(const @ *m, @_selection *found)
 {
     @_selection kept = {{0}, 0, false};
-    for (uint8_t i = 0u; i < found->count; i++) {
-        uint16_t t1 = found->at[i];
+    for ($REGION i = 0u; i < found->count; i++) {
+        $TAKEN t1 = found->at[i];
         uint16_t d1 = @_domain(m, t1);
         bool preempted = false;
         @_selection rest = {{0}, 0, false};
-        for (uint8_t j = 0u; j < kept.count; j++) {
-            uint16_t t2 = kept.at[j];
+        for ($REGION j = 0u; j < kept.count; j++) {
+            $TAKEN t2 = kept.at[j];
             bool wins = false;
             if (!preempted && @_conflict(d1, @_domain(m, t2))) {
                 uint16_t s1 = @_source_of[t1];
@@ -75,26 +76,26 @@ static void @_microstep(@ *m, const @_selection *found)
 {
     uint16_t domains[%_REGIONS] = {0u};
     @_selection acting = *found;
-    for (uint8_t i = 0u; i < found->count; i++)
+    for ($REGION i = 0u; i < found->count; i++)
         domains[i] = @_domain(m, found->at[i]);
 $RECORD_ALL
-    for (uint8_t i = found->count; i > 0u; i--)
+    for ($REGION i = found->count; i > 0u; i--)
         @_leave(m, domains[i - 1u]);
-    for (uint8_t i = 1u; i < acting.count; i++)
-        for (uint8_t j = i; j > 0u && acting.at[j - 1u] > acting.at[j]; j--) {
-            uint16_t other = acting.at[j];
+    for ($REGION i = 1u; i < acting.count; i++)
+        for ($REGION j = i; j > 0u && acting.at[j - 1u] > acting.at[j]; j--) {
+            $TAKEN other = acting.at[j];
             acting.at[j] = acting.at[j - 1u];
             acting.at[j - 1u] = other;
         }
-    for (uint8_t i = 0u; i < acting.count; i++)
+    for ($REGION i = 0u; i < acting.count; i++)
         @_act(m, acting.at[i]);
-    for (uint8_t i = 0u; i < found->count; i++)
+    for ($REGION i = 0u; i < found->count; i++)
         @_enter(m, found->at[i]);
 }
 """
 
 TAKE_SINGLE = """
-static void @_take(@ *m, uint16_t taken)
+static void @_take(@ *m, $TAKEN taken)
 {
     if (taken == 0u$FAULTY)
         return;
@@ -115,7 +116,7 @@ static void @_take(@ *m, const @_selection *found)
 """
 
 TAKE_ONE = """
-static void @_take_one(@ *m, uint16_t taken)
+static void @_take_one(@ *m, $TAKEN taken)
 {
     const @_selection found = {{taken}, 1u, false};
     @_take(m, &found);
@@ -125,7 +126,7 @@ static void @_take_one(@ *m, uint16_t taken)
 RESPOND_SINGLE = """
 static fsm_result @_respond_any(@ *m, const @_event *e)
 {
-    uint16_t taken = @_select_event(m, (uint16_t)e->event);
+    $TAKEN taken = @_select_event(m, (uint16_t)e->event);
     if (taken == 0u)
         return @_unhandled(m, e);
     @_take(m, taken);
@@ -160,7 +161,7 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 {
 [event]    m->event = *e;
 $STRAIGHT
-    uint16_t taken = @_select_event(m, (uint16_t)e->event);
+    $TAKEN taken = @_select_event(m, (uint16_t)e->event);
     bool is_deferred = taken == %_DEFER;
     if (is_deferred)
         taken = 0u;
@@ -213,7 +214,7 @@ static bool @_may_go_on(@ *m)
 EVENTLESS_SINGLE = """
 static bool @_take_eventless(@ *m)
 {
-    uint16_t taken = @_select_eventless(m);
+    $TAKEN taken = @_select_eventless(m);
     if (taken == 0u)
         return false;
     if (@_may_go_on(m))

@@ -41,16 +41,17 @@ EXPRESSIONS = frozenset(
 
 def parts(whole: object) -> Iterator[object]:
     """Return everything in a document, in order; places and invoked charts are left aside."""
-    left = [whole]
+    left: list[Any] = [whole]
     while left:
         part = left.pop()
         yield part
-        if isinstance(part, tuple):
-            left.extend(reversed(part))
-        elif isinstance(part, Document) and part is not whole:
-            continue
-        elif is_dataclass(part) and not isinstance(part, Text | type):
-            left.extend(getattr(part, name) for name in reversed(_field_names(type(part))))
+        kind = type(part)
+        if kind is tuple:
+            left += part[::-1]
+        elif names := _names_backwards(kind):
+            if kind is Document and part is not whole:
+                continue
+            left += [getattr(part, name) for name in names]
 
 
 def mapped(part: Any, change: Callable[[object], object]) -> Any:
@@ -85,6 +86,14 @@ def _is_text(value: object) -> bool:
     return isinstance(value, Text) or (
         isinstance(value, tuple) and bool(value) and isinstance(value[0], Text)
     )
+
+
+@cache
+def _names_backwards(kind: type[Any]) -> tuple[str, ...]:
+    """Return what a piece of a document holds, the last first; nothing for what has no parts."""
+    if kind is Text or not is_dataclass(kind):
+        return ()
+    return _field_names(kind)[::-1]
 
 
 @cache

@@ -16,6 +16,8 @@ from fsmkit.plan import Branch, Content, Enter, Op, Restore
 from fsmkit.plan.entries import entry_by_default
 
 Lines = tuple[str, ...]
+SUFFIX = 8
+"""By so many of its last codes a path is looked for."""
 
 
 class Paths:
@@ -33,6 +35,8 @@ class Paths:
         self.restores = False
         """Whether one enters what a deep history recorded."""
         self._known: dict[tuple[int | None, tuple[Op, ...]], int] = {}
+        self._ends: dict[tuple[int, ...], list[int]] = {}
+        """Where paths end, by their last codes."""
 
     def add(self, ops: tuple[Op, ...], until: int | None = None) -> int:
         """Return where the path of operations begins; it may be an end of another.
@@ -41,12 +45,32 @@ class Paths:
         """
         if (until, ops) not in self._known:
             path = [*([] if until is None else [until]), *self._encoded(ops), 0]
-            ends = (at for at in range(len(self.codes)) if self.codes[at : at + len(path)] == path)
-            at = next(ends, len(self.codes))
-            if at == len(self.codes):
-                self.codes += path
-            self._known[until, ops] = at
+            self._known[until, ops] = self._place(path)
         return self._known[until, ops]
+
+    def begin(self, codes: list[int]) -> None:
+        """Put codes at the end, whatever stands there already."""
+        first = len(self.codes) + 1
+        self.codes += codes
+        for end in range(first, len(self.codes) + 1):
+            if self.codes[end - 1] == 0:
+                self._note_end(end)
+
+    def _note_end(self, end: int) -> None:
+        for length in range(1, SUFFIX + 1):
+            ends = self._ends.setdefault(tuple(self.codes[max(0, end - length) : end]), [])
+            if length == SUFFIX or not ends:  # all that end with a shorter one are the same path
+                ends.append(end)
+
+    def _place(self, path: list[int]) -> int:
+        """Return where the codes of a path stand first, put at the end if they stand nowhere."""
+        for end in self._ends.get(tuple(path[-SUFFIX:]), ()):
+            at = end - len(path)
+            if at >= 0 and self.codes[at:end] == path:
+                return at
+        at = len(self.codes)
+        self.begin(path)
+        return at
 
     def at(self, ops: tuple[Op, ...], until: int | None = None) -> int:
         """Return where a path begins that was added before the machine was printed."""

@@ -44,7 +44,7 @@ class PlainPrinter(SmallPrinter):
         """By number, from that of 1."""
 
     def _add_paths(self) -> None:
-        self.paths.codes += [0, 0]
+        self.paths.begin([0, 0])
         for transition in self.taken:
             (variant,) = self.plan.moves[transition.index].variants
             if variant.domain is not None:
@@ -70,7 +70,7 @@ class PlainPrinter(SmallPrinter):
             begins or [0],
             "By number of what is taken: what it leaves, then its path; 0 for none.",
         )
-        out.line(f"static void {p}_act({p} *m, uint16_t taken)")
+        out.line(f"static void {p}_act({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             out.line("(void)m;")
             with out.block("switch (taken) {"):
@@ -93,7 +93,7 @@ class PlainPrinter(SmallPrinter):
             if transition.guard is not None:
                 guards.setdefault(self.selection.asked(transition), len(guards) + 1)
         p = self.prefix
-        out.line(f"static bool {p}_guard_of({p} *m, uint16_t guard)")
+        out.line(f"static bool {p}_guard_of({p} *m, {self.names.taken_type} guard)")
         with out.block("{"):
             out.line("(void)m;")
             with out.block("switch (guard) {"):

@@ -12,15 +12,17 @@ from itertools import accumulate
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.layout import WIDTH, narrowest
 from fsmkit.codegen.c.leaving import ungrouped
 from fsmkit.codegen.c.moves import MovePrinter
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.small.paths import Paths
 from fsmkit.codegen.c.small.places import Places
 from fsmkit.codegen.c.small.text import (
     ENTER_MANY,
     ENTER_ONE,
+    ENTER_WIDE,
     FIND,
     LEAVE_MANY,
     LEAVE_ONE,
@@ -99,7 +101,8 @@ class SmallPrinter(MovePrinter):
             )
             self._region(out)
         self._over_states(out, "entry", self.entry)
-        self._fill(out, ENTER_ONE if self.plan.is_single else ENTER_MANY)
+        enter = ENTER_MANY if len(self.plan.regions) <= NARROW else ENTER_WIDE
+        self._fill(out, ENTER_ONE if self.plan.is_single else enter)
         self._over_states(out, "exit", self.leave_state)
         self._fill(out, LEAVE_ONE if self.plan.is_single else LEAVE_MANY)
         if self.paths.restores:
@@ -115,10 +118,11 @@ class SmallPrinter(MovePrinter):
 
     @property
     def _width(self) -> str:
-        return "uint8_t" if self.places.count < 255 else "uint16_t"
+        """The C type of a place."""
+        return "uint8_t" if self.places.count <= NARROW else "uint16_t"
 
     def _table(self, out: Emitter, name: str, values: Sequence[int], note: str) -> None:
-        ctype = "uint8_t" if max(values) < 256 else "uint16_t"
+        ctype = narrowest(max(values))
         out.line(f"/* {note} */")
         with out.block(f"static const {ctype} {self.prefix}_{name}[{len(values)}] = {{", "};"):
             for at in range(0, len(values), 16):
@@ -131,6 +135,7 @@ class SmallPrinter(MovePrinter):
             "ACTIVE": f"m->{self.names.regions[0]}",
             "REGIONS": str(len(self.plan.regions)),
             "PLACES": str(self.places.count),
+            "WITHIN": self.names.number_type(0),
             "WALK": self._walk_from(),
             **parts,
         }
@@ -138,7 +143,8 @@ class SmallPrinter(MovePrinter):
         out.line()
 
     def _region(self, out: Emitter) -> None:
-        out.line(f"static {self._width} *{self.prefix}_region_at({self.prefix} *m, uint8_t region)")
+        number, region = self.names.number_type(0), self.names.region_type
+        out.line(f"static {number} *{self.prefix}_region_at({self.prefix} *m, {region} region)")
         with out.block("{"), out.block("switch (region) {"):
             for index, name in enumerate(self.names.regions[1:], 1):
                 out.lines([f"case {index}u:", f"    return &m->{name};"])
@@ -179,7 +185,9 @@ class SmallPrinter(MovePrinter):
             self._fill(out, WALK_PLAIN, FORGET=self._forget_all())
             return
         out.line("/* What is asked or done on a path; returns how much of it to skip. */")
-        out.line(f"static uint16_t {p}_path_step({p} *m, uint16_t code)")
+        skipped = narrowest(len(self.paths.codes), least="uint16_t")
+        numbers = narrowest(self.places.count + len(specials), least="uint16_t")
+        out.line(f"static {skipped} {p}_path_step({p} *m, {numbers} code)")
         with out.block("{"):
             out.line("(void)m;")
             with out.block("switch (code) {"):
@@ -213,7 +221,7 @@ class SmallPrinter(MovePrinter):
         self._table(
             out, "domain_of", domains, "By transition: the state plus one below which it acts."
         )
-        out.line(f"static uint16_t {p}_domain(const {p} *m, uint16_t taken)")
+        out.line(f"static uint16_t {p}_domain(const {p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             self._variants(out, entering=False)
             out.line(f"return {p}_domain_of[taken - 1u];")
@@ -240,11 +248,13 @@ class SmallPrinter(MovePrinter):
         """Print what each transition enters."""
         p, moves = self.prefix, self.plan.moves
         begins = [
-            self.paths.at(moves[t.index].variants[-1].entry) if t in self.taken else 0
+            self.paths.at(moves[t.index].variants[-1].entry)
+            if t.trigger is not Trigger.INITIAL
+            else 0
             for t in self.chart.transitions
         ]
         self._table(out, "path_of", begins, "By transition: where its path begins.")
-        out.line(f"static void {p}_enter({p} *m, uint16_t taken)")
+        out.line(f"static void {p}_enter({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             self._variants(out, entering=True)
             out.line(f"{p}_enter_path(m, {p}_path_of[taken - 1u]);")
@@ -282,8 +292,8 @@ class SmallPrinter(MovePrinter):
         rows = [self._rows(state) for state in self._states]
         flat = [row for own in rows for row in own] or [(0, 0, "none")]
         widest = max(max(event, taken) for event, taken, _ in flat)
-        ctype = "uint8_t" if widest < 255 else "uint16_t"
-        defer = 255 if ctype == "uint8_t" else 65535
+        ctype = narrowest(widest + 1)
+        defer = 2 ** (8 * WIDTH[ctype]) - 1
         p, upper = self.prefix, self.names.upper
         out.line(f"#define {upper}_DEFER {defer}u")
         if not self.plan.is_single:
@@ -307,7 +317,9 @@ class SmallPrinter(MovePrinter):
         texts: dict[str, list[Transition]] = {}
         for transition in guarded:
             texts.setdefault(self.selection.asked(transition), []).append(transition)
-        out.line(f"static bool {self.prefix}_guard_of({self.prefix} *m, uint16_t taken)")
+        out.line(
+            f"static bool {self.prefix}_guard_of({self.prefix} *m, {self.names.taken_type} taken)"
+        )
         with out.block("{"):
             out.line("(void)m;")
             with out.block("switch (taken) {"):

@@ -11,10 +11,28 @@ static void @_enter_place(@ *m, $NUMBER place)
 ENTER_MANY = """
 static void @_enter_place(@ *m, $NUMBER place)
 {
-    uint8_t region = $REGIONSu - 1u;
+    $REGION region = $REGIONSu - 1u;
     while (place <= @_places_before[region])
         region--;
-    *@_region_at(m, region) = ($NUMBER)(place - @_places_before[region]);
+    *@_region_at(m, region) = ($WITHIN)(place - @_places_before[region]);
+    @_entry_of(m, place);
+}
+"""
+
+ENTER_WIDE = """
+static void @_enter_place(@ *m, $NUMBER place)
+{
+    /* The last region whose places begin before this one. */
+    $REGION region = 0u;
+    $REGION end = $REGIONSu;
+    while (end - region > 1u) {
+        const $REGION between = ($REGION)(region + (end - region) / 2u);
+        if (@_places_before[between] < place)
+            region = between;
+        else
+            end = between;
+    }
+    *@_region_at(m, region) = ($WITHIN)(place - @_places_before[region]);
     @_entry_of(m, place);
 }
 """
@@ -35,18 +53,18 @@ static void @_leave_until(@ *m, $NUMBER until, bool keep)
 
 LEAVE_MANY = """
 /* Leave what is active, innermost first, until a state; `last` is the last region below it. */
-static void @_leave_until(@ *m, $NUMBER until, uint8_t last, bool keep)
+static void @_leave_until(@ *m, $NUMBER until, $REGION last, bool keep)
 {
-    for (uint8_t region = last;; region--) {
+    for ($REGION region = last;; region--) {
         const $NUMBER before = @_places_before[region];
         const bool is_own = region == 0u || before < until;
-        $NUMBER *active = @_region_at(m, region);
+        $WITHIN *active = @_region_at(m, region);
         $NUMBER place = ($NUMBER)(before + *active);
         while (place > (is_own ? until : before)) {
             @_exit_of(m, place);
             place = @_place_above[place] > before ? @_place_above[place] : before;
             if (!keep)
-                *active = ($NUMBER)(place - before);
+                *active = ($WITHIN)(place - before);
         }
         if (is_own)
             return;
@@ -85,7 +103,7 @@ $FORGET}
 
 FIND = """
 /* Appendix D, selectTransitions, for one atomic state. */
-static uint16_t @_select_at(@ *m, $NUMBER place, uint16_t event)
+static $TAKEN @_select_at(@ *m, $NUMBER place, uint16_t event)
 {
     for (; place != 0u; place = @_place_above[place])
         for (uint32_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++)
@@ -97,18 +115,18 @@ static uint16_t @_select_at(@ *m, $NUMBER place, uint16_t event)
 
 FIND_PLAIN = """
 /* Appendix D, selectTransitions, for one atomic state: the row plus one. */
-static uint16_t @_select_at(@ *m, $NUMBER place, uint16_t event)
+static $TAKEN @_select_at(@ *m, $NUMBER place, uint16_t event)
 {
     for (; place != 0u; place = @_place_above[place])
         for (uint32_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++)
             if (@_row_event[row] == event && @_guard_of(m, @_row_guard[row]))
-                return (uint16_t)(row + 1u);
+                return ($TAKEN)(row + 1u);
     return 0u;
 }
 """
 
 TAKE_PLAIN = """
-static void @_take(@ *m, uint16_t taken)
+static void @_take(@ *m, $TAKEN taken)
 {
     if (taken == 0u$FAULTY)
         return;
@@ -121,7 +139,7 @@ static void @_take(@ *m, uint16_t taken)
 """
 
 SELECT_ONE = """
-static uint16_t @_$NAME(@ *m$PARAMETER)
+static $TAKEN @_$NAME(@ *m$PARAMETER)
 {
     return @_select_at(m, $ACTIVE, $EVENT);
 }
@@ -130,8 +148,8 @@ static uint16_t @_$NAME(@ *m$PARAMETER)
 SELECT_MANY = """
 static void @_$NAME_0(@ *m$PARAMETER, @_selection *found)
 {
-    for (uint8_t region = 0u; region < $REGIONSu; region++) {
-        const $NUMBER number = *@_region_at(m, region);
+    for ($REGION region = 0u; region < $REGIONSu; region++) {
+        const $WITHIN number = *@_region_at(m, region);
         const $NUMBER place = ($NUMBER)(@_places_before[region] + number);
         if (number != 0u$ATOMIC)
             @_add(found, @_select_at(m, place, $EVENT));

@@ -1,0 +1,123 @@
+"""Machines of 1 to 65,535 states do in C as the interpreter does: tables and straight code."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from fsmkit.codegen.c import harness as c_harness
+from fsmkit.codegen.c import limits
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.options import Options
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load
+from fsmkit.model.chart import Chart
+from fsmkit.plugins import Target, plugin
+from fsmkit.testing.harness import harness
+from tests.codegen.c.conftest import SANITIZERS, WARNINGS
+from tests.codegen.c.sized import KINDS, script
+
+LARGE = pytest.mark.skipif(not os.environ.get("FSMKIT_SIZES"), reason="long: make sizes")
+BORDERS = (1, 84, 86, 255, 256, 257, 300)
+INTERPRETED = 300
+"""Above so many states generated Python tells the trace: the interpreter takes minutes."""
+
+Run = Callable[[str, int], tuple[Chart, list[str]]]
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Give a chart of a kind and a size, and the trace that it must have."""
+    known: dict[tuple[str, int], tuple[Chart, list[str]]] = {}
+
+    def of(kind: str, count: int) -> tuple[Chart, list[str]]:
+        if (kind, count) not in known:
+            path = tmp_path_factory.mktemp("chart") / f"{kind}.scxml"
+            path.write_text(KINDS[kind](count), encoding="utf-8")
+            chart = load(path)
+            reference = harness("interpreter" if count <= INTERPRETED else "python")
+            known[kind, count] = chart, reference.run(chart, script(chart))
+        return known[kind, count]
+
+    return of
+
+
+def traced(chart: Chart, folder: Path, command: Sequence[str], *, is_small: bool) -> list[str]:
+    """Build a chart with a compiler, its arguments and sanitizers; return the script's trace."""
+    options = Options(extras=frozenset({"save"}), is_small=is_small)
+    c_harness._write(folder, [generate_machine(chart, "x0", options)])
+    arguments = ["-std=c99", "-w", *SANITIZERS, "main.c", "-o", "harness"]
+    built(folder, [*command, *arguments])
+    (trace,) = c_harness._run(folder, [script(chart)])
+    return trace
+
+
+def built(folder: Path, command: Sequence[str]) -> None:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr[:2000]) == (0, "")
+
+
+@pytest.mark.parametrize("count", BORDERS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_tables_are_right_at_every_border(
+    kind: str, count: int, tmp_path: Path, require_tool: Callable[[str], str], expected: Run
+) -> None:
+    chart, trace = expected(kind, count)
+    compiler = require_tool("gcc" if count % 2 else "clang")
+    assert traced(chart, tmp_path, [compiler, "-O0"], is_small=True) == trace
+    for name in ("gcc", "clang"):
+        built(tmp_path, [require_tool(name), "-std=c99", *WARNINGS, "-fsyntax-only", "x0.c"])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_straight_code_is_right_above_a_byte(
+    kind: str, tmp_path: Path, require_tool: Callable[[str], str], expected: Run
+) -> None:
+    chart, trace = expected(kind, 300)
+    assert traced(chart, tmp_path, [require_tool("clang"), "-O0"], is_small=False) == trace
+    built(tmp_path, [require_tool("gcc"), "-std=c99", *WARNINGS, "-fsyntax-only", "x0.c"])
+
+
+@LARGE
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize(
+    ("count", "form", "level"),
+    [
+        (3_000, "size", "-O0"),
+        (65_535, "size", "-O0"),
+        (3_000, "speed", "-O0"),
+        (10_000, "speed", "-O1"),
+    ],
+)
+@pytest.mark.parametrize("kind", KINDS)
+def test_large_machines_are_right(
+    kind: str,
+    count: int,
+    form: str,
+    level: str,
+    compiler: str,
+    tmp_path: Path,
+    require_tool: Callable[[str], str],
+    expected: Run,
+) -> None:
+    chart, trace = expected(kind, count)
+    command = [require_tool(compiler), level]
+    assert traced(chart, tmp_path, command, is_small=form == "size") == trace
+
+
+def test_more_states_than_two_bytes_number_are_a_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(limits, "MOST_STATES", 300)
+    found = []
+    for count in (300, 301):
+        path = tmp_path / "large.scxml"
+        path.write_text(KINDS["sparse"](count), encoding="utf-8")
+        findings = Findings()
+        plugin(Target, "c").generate(load(path), findings, {"optimize": "size"})
+        found.append([diagnostic.message for diagnostic in findings])
+    assert found == [[], ["there are 301 states: C numbers 300 at most"]]
