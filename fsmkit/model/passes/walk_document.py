@@ -45,11 +45,10 @@ def parts(whole: object) -> Iterator[object]:
     while left:
         part = left.pop()
         yield part
-        kind = type(part)
-        if kind is tuple:
+        if type(part) is tuple:
             left += part[::-1]
-        elif names := _names_backwards(kind):
-            if kind is Document and part is not whole:
+        elif names := _names_backwards(part.__class__):
+            if isinstance(part, Document) and part is not whole:
                 continue
             left += [getattr(part, name) for name in names]
 
