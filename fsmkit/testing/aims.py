@@ -23,6 +23,8 @@ class Aims:
         below = node.below()
         if kind >= 18 and (spread := self._spread(self.root)):
             return spread
+        if kind == 17 and (several := self._histories()):
+            return several
         if kind in (3, 4) or not others:
             return ()
         if kind in (5, 6) and below:
@@ -63,6 +65,18 @@ class Aims:
         deep = node.kind is Kind.DEEP_HISTORY
         inside = parent.below() if deep else parent.children
         return (self.choices.pick([n for n in inside if n.is_real]),)
+
+    def _histories(self) -> tuple[Node, ...]:
+        """Return histories in several regions of one parallel state, if there are such."""
+        parallels = [n for n in self.root.below() if n.kind is Kind.PARALLEL]
+        found = [
+            [[n for n in region.below() if not n.is_real] for region in parallel.children]
+            for parallel in parallels
+        ]
+        several = [kept for each in found if len(kept := [h for h in each if h]) > 1]
+        if not several:
+            return ()
+        return tuple(self.choices.pick(each) for each in self.choices.pick(several))
 
     def _spread(self, node: Node) -> tuple[Node, ...]:
         """Return targets in several regions of one parallel state below ``node``, if any."""

@@ -63,7 +63,7 @@ class Behaviour:
             transitions=self._transitions(node),
             entry=self._handlers() if is_state else (),
             exit=self._handlers() if is_state else (),
-            defer=self.defer() if node.has_behaviour else (),
+            defer=self.defer(node) if node.has_behaviour else (),
             done_data=self._done_data(node),
         )
 
@@ -103,10 +103,11 @@ class Behaviour:
             return (self._content.block(most=2), self._content.block(most=2))
         return (self._content.block(most=2),)
 
-    def defer(self) -> tuple[Text, ...]:
-        """Return, rarely, events that a state keeps for later."""
+    def defer(self, node: Node) -> tuple[Text, ...]:
+        """Return, rarely, events that a state keeps for later: more often where regions differ."""
         received = [e.name for e in self._received if Direction.IN in e.directions]
-        if not received or not self._choices.chance(6):
+        is_shared = node.is_in_region or node.kind is Kind.PARALLEL
+        if not received or not self._choices.chance(15 if is_shared else 6):
             return ()
         return tuple(text(name) for name in self._choices.some(received, 2))
 

@@ -155,7 +155,7 @@ class _Deriver:
             entry = replace(
                 entry,
                 transitions=(*self._overrides(node, base), *own),
-                defer=self.behaviour.defer() if self._perhaps(20) else (),
+                defer=self.behaviour.defer(node) if self._perhaps(20) else (),
             )
         return entry
 

@@ -12,6 +12,10 @@ data: {n: 0..9 = 0, a: bool = false, b: bool = false}
 events: {in: [go, jam(x 0..9)]}
 """
 CHOICE = "nondeterministic-choice"
+DEFERRED = "deferred-elsewhere"
+OUT = "after: {1s: to_use}"
+OWN = "on: {go: {do: n -= 1}}"
+TAKES = "{on: {go: {do: n += 1}}}"
 READS = "use: {on: {go: {if: n > 0 and a and b, target: use}, jam: use}}"
 
 
@@ -25,6 +29,12 @@ def chart(states: str) -> str:
         ("s: {on: {go: to_use}}", []),
         ("s: {on: {go: to_use}}\n  lost: {}", ["unreachable-state"]),
         ("s: {on: {go: to_use}}\n  lost: {states: {inner: {}}}", ["unreachable-state"]),
+        # an event that another region defers
+        (f"s: {{{OUT}, regions: {{a: {{defer: go}}, b: {TAKES}}}}}", [DEFERRED]),
+        (f"s: {{{OUT}, defer: go, regions: {{a: {{}}, b: {TAKES}}}}}", []),
+        (f"s: {{{OUT}, regions: {{a: {{defer: jam}}, b: {TAKES}}}}}", []),
+        (f"s: {{{OUT}, regions: {{a: {{defer: go, {OWN}}}, b: {TAKES}}}}}", []),
+        (f"s: {{{OUT}, states: {{a: {{defer: go, on: {{jam: b}}}}, b: {TAKES}}}}}", []),
         # overlapping guards
         ("s: {on: {go: [{if: a, target: to_use}, {if: b, target: s}]}}", [CHOICE]),
         ("s: {on: {go: [{if: a, target: to_use}, {if: not a, target: s}]}}", []),

@@ -105,6 +105,14 @@ def test_descriptors_match_by_tokens(yaml: Any) -> None:
         ),
         ("{a: {choice: [{if: 1 < 2, target: b}]}, b: {}}", "choice-without-default"),
         ("{a: {on: {go: {target: [b, c]}}}, b: {}, c: {}}", "targets-exclude-each-other"),
+        (
+            (
+                "{a: {on: {go: {target: [h, d]}}}, p: {regions: "
+                "{h: {history: shallow, initial: [b, c]}, d: {history: deep, initial: [b, c]}, "
+                "b: {}, c: {}}}}"
+            ),
+            "targets-exclude-each-other",
+        ),
         ("{a: {on: {went: a}}}", "unknown-name"),
         ("{a: {defer: went}}", "unknown-name"),
         ("{a: {every: {0ms: a}}}", "bad-delay"),

@@ -63,7 +63,7 @@ FUNCTIONS = _words(
     "path_of path_step enter_path enter_place enter_recorded entry_of exit_of leave_until "
     "guard_of select_at row_table row_event row_guard row_first region_at grid enters "
     "is_deferred is_allowed select_event select_eventless event_symbol no_event last_below "
-    "source_of "
+    "source_of is_answered is_kept "
     "save restore put_event get_event put_machine get_machine head routes ids peers texts"
 )
 """What follows the prefix in the names of functions and types that every machine has."""

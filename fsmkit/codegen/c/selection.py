@@ -17,6 +17,7 @@ from fsmkit.codegen.c.names import Names, comment
 from fsmkit.codegen.c.shapes import Shape, Shapes
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
+from fsmkit.model.deferral import shared_deferral
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Plan, Region
 
@@ -34,6 +35,7 @@ class SelectionPrinter:
         self.content = content
         self.prefix = names.prefix
         self.shapes = Shapes(self.plan, is_small=names.form is Form.TABLES)
+        self._shared = shared_deferral(self.chart)
         self.remembered = self._remembered()
         self._asked = {t: place for place, t in enumerate(self.remembered)}
         self._asking: set[int] = set()
@@ -116,6 +118,11 @@ class SelectionPrinter:
         own = self.own(state, trigger)
         return [t for t in own if trigger is not Trigger.EVENT or self.shapes.may_preempt(t)]
 
+    def deferred(self, state: int) -> tuple[int, ...]:
+        """Return the events that a state is sure to defer when it is reached."""
+        own, shared = self.chart.states[state].defer, self._shared[state]
+        return tuple(event for event in own if event not in shared)
+
     def _needed(self, trigger: Trigger) -> frozenset[int]:
         """Return the states whose own function is called for an active state at or below them."""
         needed: set[int] = set()
@@ -127,7 +134,7 @@ class SelectionPrinter:
                     break
                 own = self._asked_for(state, trigger)
                 is_event = trigger is Trigger.EVENT
-                if own or (is_event and self.chart.states[state].defer):
+                if own or (is_event and self.deferred(state)):
                     needed.add(state)
                 if not is_event and any(t.guard is None for t in own):
                     break  # one of them is taken: nobody asks the states above
@@ -144,7 +151,7 @@ class SelectionPrinter:
             assert state.parent is not None  # noqa: S101
             calls[state.index] = calls[state.parent]
             own = self._asked_for(state.index, trigger)
-            defers = state.defer if trigger is Trigger.EVENT else ()
+            defers = self.deferred(state.index) if trigger is Trigger.EVENT else ()
             if state.is_history or state.index not in needed:
                 continue
             name = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.cases import case, default
 from fsmkit.codegen.c.content import ROUTES, ContentPrinter
+from fsmkit.codegen.c.deferral import print_is_deferred, print_is_kept
 from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.grid import GridPrinter
 from fsmkit.codegen.c.header import NOTICE, event_type, parameters
@@ -272,7 +273,7 @@ class SourcePrinter:
         if reactions.shapes.is_general:
             self._print_general()
             self._select(out)
-        self._defer_test(out)
+        print_is_deferred(out, names)
         if names.defers and not reactions.shapes.has_straight:
             return
         if names.form is Form.GRID:
@@ -307,22 +308,6 @@ class SourcePrinter:
             calls = self.selection.finders(out, trigger)
             self.selection.over_regions(out, trigger, calls)
 
-    def _defer_test(self, out: Emitter) -> None:
-        names = self.names
-        if not self.names.defers:
-            return
-        p = names.prefix
-        out.line(f"static bool {p}_is_deferred(const {p} *m, uint16_t event)")
-        with out.block("{"):
-            for state in self.chart.states:
-                for event in state.defer:
-                    test = names.in_state("m", state.index)
-                    out.line(f"if ({_group(test)} && event == {names.events[event]})")
-                    with out.indented():
-                        out.line("return true;")
-            out.line("return false;")
-        out.line()
-
     def _print_start(self) -> None:
         out, names = self.steps, self.names
         if not names.plan.is_single and self.reactions.shapes.is_general:
@@ -356,7 +341,4 @@ class SourcePrinter:
         out.line(f"static const {ctype} {p}_last_below[] = {{{below}}};")
         out.line(f"static const uint16_t {p}_source_of[] = {{{sources}}};")
         out.line()
-
-
-def _group(text: str) -> str:
-    return text if text.startswith("(") else f"({text})"
+        print_is_kept(out, self.names)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.codegen.c.content import ContentPrinter, quoted
+from fsmkit.codegen.c.deferral import is_kept
 from fsmkit.codegen.c.effects import can_fail, has_effect, reads_input
 from fsmkit.codegen.c.helpers import called, fill
 from fsmkit.codegen.c.invocation import InvocationPrinter
@@ -220,6 +221,7 @@ class StepPrinter:
                     PREEMPT="@_remove_conflicts(m, &found);" if preempts else "~",
                     FAULTY=" || m->fault != FSM_NO_FAULT" if may_fault else "",
                     STRAIGHT=self._straight(),
+                    KEPT=is_kept(names),
                     SOUND=" && m->fault == FSM_NO_FAULT" if may_fault else "",
                 )
             )

@@ -71,24 +71,18 @@ static void @_remove_conflicts(const @ *m, @_selection *found)
     *found = kept;
 }
 
-/* Leave, act, enter (Appendix D, microstep), in the order of the domains: none is in another. */
+/* Leave, act, enter (Appendix D, microstep), in the order of the atomic states that selected what
+   is found: that is the order of the domains, too, none of which is in another. */
 static void @_microstep(@ *m, const @_selection *found)
 {
     uint16_t domains[%_REGIONS] = {0u};
-    @_selection acting = *found;
     for ($REGION i = 0u; i < found->count; i++)
         domains[i] = @_domain(m, found->at[i]);
 $RECORD_ALL
     for ($REGION i = found->count; i > 0u; i--)
         @_leave(m, domains[i - 1u]);
-    for ($REGION i = 1u; i < acting.count; i++)
-        for ($REGION j = i; j > 0u && acting.at[j - 1u] > acting.at[j]; j--) {
-            $TAKEN other = acting.at[j];
-            acting.at[j] = acting.at[j - 1u];
-            acting.at[j - 1u] = other;
-        }
-    for ($REGION i = 0u; i < acting.count; i++)
-        @_act(m, acting.at[i]);
+    for ($REGION i = 0u; i < found->count; i++)
+        @_act(m, found->at[i]);
     for ($REGION i = 0u; i < found->count; i++)
         @_enter(m, found->at[i]);
 }
@@ -185,13 +179,14 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 $STRAIGHT
     @_select_event_0(m, (uint16_t)e->event, &found);
     $FORGET
-    $PREEMPT
-    if (found.count == 0u && found.defers && may_defer && m->deferred_count < %_QUEUE) {
+    const bool is_deferred = $KEPT;
+    if (is_deferred && may_defer && m->deferred_count < %_QUEUE) {
         m->deferred[m->deferred_count] = *e;
         m->deferred_count++;
         return FSM_IGNORED;
     }
-    if (found.count == 0u)
+    $PREEMPT
+    if (is_deferred || found.count == 0u)
         return @_unhandled(m, e);
     @_take(m, &found);
     return FSM_HANDLED;

@@ -9,6 +9,7 @@ from fsmkit.codegen.python.expressions import Printer, can_fail, has_effect, rea
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.model.chart import Chart, Transition
+from fsmkit.model.deferral import shared_deferral
 from fsmkit.model.document import Kind, Trigger
 
 Step = Transition | None
@@ -29,11 +30,13 @@ class Offers:
         """Look at every transition once."""
         self._chart = chart
         self._own: dict[int | None, dict[int, list[Step]]] = {}
+        self._shared = shared_deferral(chart)
         for state in chart.states:
             for number in state.transitions:
                 self._add(chart.transitions[number])
             for event in state.defer:
-                self._steps(event, state.index).append(None)
+                if event not in self._shared[state.index]:
+                    self._steps(event, state.index).append(None)
         order = _inner_first(chart)
         self._place = {state: place for place, state in enumerate(order)}
         self._leaves = [state.index for state in chart.states if state.is_leaf]
@@ -46,6 +49,28 @@ class Offers:
         is_event = transition.trigger is Trigger.EVENT
         for event in (None,) if is_eventless else transition.events if is_event else ():
             self._steps(event, transition.source).append(transition)
+
+    def deferring(self, event: int) -> list[tuple[int, list[int]]]:
+        """Return the states that defer an event which regions below them may answer instead.
+
+        With the transitions on it that begin there or below.
+        """
+        states = (s for s, events in enumerate(self._shared) if event in events)
+        taken = [t for t in self._chart.transitions if event in t.events]
+        return [
+            (
+                state,
+                [t.index for t in taken if state <= t.source <= self._last(state)],
+            )
+            for state in states
+        ]
+
+    def is_deferred(self, event: int) -> bool:
+        """Whether any state defers an event."""
+        return any(event in state.defer for state in self._chart.states)
+
+    def _last(self, state: int) -> int:
+        return self._chart.states[state].last_descendant
 
     def own(self, state: int, event: int | None) -> tuple[Step, ...]:
         """Return what one state tries, up to what is sure to be taken.
@@ -155,6 +180,7 @@ def print_selection(
         out.line("active = self._active")
         if has_regions(chart):
             out.line("self._seen = self._chosen = 0")
+            out.line("self._offered.clear()")
             for states, steps in groups:
                 with out.suite(f"if active & {mask(names, states)}:"):
                     _print_offers(out, chart, names, steps)

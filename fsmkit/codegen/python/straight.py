@@ -92,8 +92,11 @@ class Straight:
             return
         name, told = self.names.events[event], self.chart.events[event].name
         doc = f"Take what `{told}` enables; whether that is anything."
-        if not self._is_one_answer([states[0] for states, _ in groups]):
-            regions = None if self.is_ordered else independent(self.plan, groups)
+        kept = self.offers.deferring(event)
+        if kept or not self._is_one_answer([states[0] for states, _ in groups]):
+            is_kept = self.offers.is_deferred(event)
+            is_apart = not (self.is_ordered or is_kept)
+            regions = independent(self.plan, groups) if is_apart else None
             if regions is not None:
                 with self.out.method(f"_on_{name}", doc, result="bool"):
                     self._regions(regions)
@@ -102,6 +105,14 @@ class Straight:
             print_selection(self.out, self.chart, self.names, self.offers, f"_select_{name}", event)
             with self.out.method(f"_on_{name}", doc, result="bool"):
                 self.out.line(f"chosen = self._select_{name}()")
+                for state, answers in kept:
+                    found = bits(sum(1 << answer for answer in answers))
+                    test = f"active & {self.names.states[state]} and not self._seen & {found}"
+                    with self.out.suite(f"if {test.replace('active', 'self._active', 1)}:"):
+                        self.out.line("self._is_deferred = True")
+                if is_kept:
+                    with self.out.suite("if self._is_deferred:"):
+                        self.out.line("return False")
                 with self.out.suite("if chosen and self._fault is None:"):
                     self.out.line("self._microstep(chosen)")
                 self.out.line("return chosen != 0")

@@ -127,13 +127,8 @@ def _check_together(tree: Tree, targets: tuple[Text, ...], findings: Findings) -
     for (first, one), (second, other) in combinations(known, 2):
         if one == other:
             continue
-        meet = tree.lca(one, other)
-        if tree.nodes[meet].kind is not Kind.PARALLEL or meet in (one, other):
-            reason = (
-                "one holds the other"
-                if meet in (one, other)
-                else f"both lie in `{tree.nodes[meet].id}`, of whose children one is active"
-            )
+        reason = _why_apart(tree, one, other)
+        if reason is not None:
             findings.add(
                 "targets-exclude-each-other",
                 f"`{first}` and `{second}` cannot be entered together: {reason}",
@@ -141,6 +136,19 @@ def _check_together(tree: Tree, targets: tuple[Text, ...], findings: Findings) -
                 secondary=[(first, "the other target")],
                 help="keep one target for each region of a parallel state",
             )
+
+
+def _why_apart(tree: Tree, one: int, other: int) -> str | None:
+    """Return why no configuration holds two targets, None if there may be one."""
+    meet = tree.nodes[tree.lca(one, other)]
+    if meet.index in (one, other):
+        return "one holds the other"
+    if meet.kind is not Kind.PARALLEL:
+        return f"both lie in `{meet.id}`, of whose children one is active"
+    for node in (tree.nodes[one], tree.nodes[other]):
+        if node.is_history and node.parent == meet.index:
+            return f"the history `{node.id}` stands for a state in each region of `{meet.id}`"
+    return None
 
 
 def _initial(

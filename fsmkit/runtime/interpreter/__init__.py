@@ -15,16 +15,20 @@ Where the standard or SEMANTICS leaves a choice, these hold on every runtime:
   looked at. A timeout of several due at one instant is dropped if its state is left by another.
 * *Guards* are evaluated at most once in one selection. One that fails to evaluate is false, and
   raises ``error.execution``.
-* *Deferral.* Looking for a transition from an atomic state outward, a state that defers the event
-  and has no enabled transition for it ends the search there. The event is kept if no region found
-  a transition and one search ended so. Deferred events count as events of the external queue: both
-  together hold at most ``capacities.queue``. An event that is dispatched is never deferred.
+* *Deferral.* An event is deferred if an active state defers it and neither that state nor an
+  active one below it has an enabled transition for it. Then no region takes it: it is kept if it
+  came from the external queue; one that cannot wait, because it was dispatched or is internal, is
+  unhandled. Looking for a transition from an atomic state outward ends at a state that defers the
+  event, unless a region below that state has a transition for it. Deferred events count as events
+  of the external queue: both together hold at most ``capacities.queue``.
 * *Entry.* Nothing is entered that does not lie below a transition's domain, where everything was
-  left. (Appendix D's addDescendantStatesToEnter adds all that lies between a history's parent and
-  what it stands for, with all regions, also where the history was taken from within.)
+  left (SCXML 3.11: of a compound state one child is active). Appendix D's addAncestorStatesToEnter,
+  called for what a history stands for with the parent of the history, adds all that lies between
+  with all regions, also above the domain of a transition from within, where nothing was left.
 * *Histories* are forgotten when their parent is entered, if no transition from within it leads to
   them: while it is active nothing can ask for them then, and leaving it records them anew.
-* *Order.* Content of the transitions of one microstep runs in document order.
+* *Order.* Content of the transitions of one microstep runs in the order in which the active atomic
+  states, in document order, selected them (Appendix D, executeTransitionContent).
 * *Delayed sends*, also with a delay of 0, are timers; when due they go to the end of their queue.
 * *Faults* (``internal``: the internal queue is full; ``microsteps``: the rounds of a macrostep are
   used up; ``range``; the name of a platform error that is unhandled, unless the chart is lenient)

@@ -54,8 +54,13 @@ from fsmkit.runtime.interpreter.snapshot import (
 
 
 def execute_transition_content(g: Globals, enabled: Iterable[Transition]) -> None:
-    """Run the content of transitions in document order (Appendix D; SCXML 3.13)."""
-    for transition in sorted(enabled, key=lambda transition: transition.index):
+    """Run the content of transitions in the order in which they were selected.
+
+    That is Appendix D, executeTransitionContent: in document order of the atomic states that
+    selected them. SCXML 3.13 says "in document order" of the transitions, which differs only where
+    the source of one lies above that of another; Appendix D, which is normative, is followed.
+    """
+    for transition in enabled:
         g.effects.append(Taken(transition.index))
         execute_block(g, transition.content)
 

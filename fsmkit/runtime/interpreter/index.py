@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from fsmkit.diagnostics import Span
 from fsmkit.expressions import Storage, Value, Variable, default_value
 from fsmkit.model.chart import Chart, State, Transition
+from fsmkit.model.deferral import shared_deferral
 from fsmkit.model.document import Trigger
 from fsmkit.model.histories import forgotten_histories
 from fsmkit.model.structure import is_internal, lcca
@@ -42,6 +43,8 @@ class Index:
     eventless: tuple[tuple[Transition, ...], ...]
     timed: tuple[tuple[Transition, ...], ...]
     defers: tuple[frozenset[int], ...]
+    shared_deferral: tuple[frozenset[int], ...]
+    """Of these events those that regions below a state may answer instead."""
     invocations: tuple[tuple[int, ...], ...]
     """For each state the invocations that leaving it cancels."""
     children: tuple[tuple[int, ...], ...]
@@ -91,6 +94,7 @@ def _build(chart: Chart) -> Index:
         eventless=eventless,
         timed=tuple(_of(chart, state, Trigger.AFTER, Trigger.EVERY) for state in states),
         defers=tuple(frozenset(state.defer) for state in states),
+        shared_deferral=shared_deferral(chart),
         invocations=_invocations(chart),
         children=tuple(_children(chart, state, histories=False) for state in states),
         histories=tuple(_children(chart, state, histories=True) for state in states),

@@ -191,7 +191,7 @@ def react(g: Globals, event: Occurrence, *, may_defer: bool) -> None:
     """Take what an event enables; else keep it for later, or tell that nobody wants it."""
     g.event = event
     enabled, is_deferred = select_transitions(g, event.event)
-    if not enabled and is_deferred and may_defer:
+    if is_deferred and may_defer:
         g.deferred.append(event)
         g.effects.append(Deferred(event.event))
     elif not enabled:

@@ -32,10 +32,10 @@ def select_eventless_transitions(g: Globals) -> Enabled:
 def select_transitions(g: Globals, event: int) -> tuple[Enabled, bool]:
     """Return the optimal set that an event enables (Appendix D, selectTransitions).
 
-    And whether a state defers it: one that has no enabled transition for it and was reached from
-    an atomic state before any state that has one.
+    And whether it is deferred: then the set is empty (see `model.deferral`). Nobody is asked above
+    a state that is sure to defer the event.
     """
-    table, defers = g.index.by_event, g.index.defers
+    table, defers, shared = g.index.by_event, g.index.defers, g.index.shared_deferral
     enabled: list[Transition] = []
     is_deferred = False
     g.guards = {}
@@ -46,10 +46,20 @@ def select_transitions(g: Globals, event: int) -> tuple[Enabled, bool]:
                 if found not in enabled:
                     enabled.append(found)
                 break
-            if event in defers[state]:
+            if event in defers[state] and event not in shared[state]:
                 is_deferred = True
                 break
-    return remove_conflicting_transitions(g, enabled), is_deferred
+    if is_deferred or any(
+        event in shared[state] and not _is_answered(g, state, enabled) for state in g.configuration
+    ):
+        return (), True
+    return remove_conflicting_transitions(g, enabled), False
+
+
+def _is_answered(g: Globals, state: int, enabled: Sequence[Transition]) -> bool:
+    """Whether a state, or one below it, has an enabled transition."""
+    last = g.chart.states[state].last_descendant
+    return any(state <= transition.source <= last for transition in enabled)
 
 
 def select_timeout(g: Globals, transition: Transition) -> Enabled:

@@ -39,6 +39,7 @@ class Machine(Stepping):
         self._timer_route = [0] * self.TIMERS
         self._timer_peer = [None] * self.TIMERS
         self._timer_fields = [0] * (self.TIMERS * width)
+        self._offered = []
         self._busy = False
         self._clear(0)
         self._running = False

@@ -99,17 +99,16 @@ class Stepping(Timers):
             if (enter := self._ENTER[index]) is not None:
                 enter(self)
             return
-        # the transitions lie in different regions, whose order is theirs
+        # all leave and enter in document order, but act in the order in which they were selected
         rest = chosen
         while rest:
             index = rest.bit_length() - 1
             rest ^= 1 << index
             if (leave := self._LEAVE[index]) is not None:
                 leave(self)
-        rest = chosen
-        while rest:
-            index = (rest & -rest).bit_length() - 1
-            rest &= rest - 1
+        for index in self._offered:
+            if not chosen >> index & 1:
+                continue
             if self.trace is not None:
                 self._tell(f"t {index}")
             if (do := self._DO[index]) is not None:
@@ -226,6 +225,7 @@ class Stepping(Timers):
         if self._seen & bit:
             return
         self._seen |= bit
+        self._offered.append(transition)
         clash = self._chosen & self._clashes(transition)
         if not clash & ~self.OUTER[transition]:
             self._chosen = self._chosen & ~clash | bit

@@ -43,6 +43,7 @@ class Traced:
         "_internal_head",
         "_is_deferred",
         "_now",
+        "_offered",
         "_queue_count",
         "_queue_event",
         "_queue_fields",
@@ -114,6 +115,7 @@ class Traced:
     _internal_head: int
     _is_deferred: bool
     _now: int
+    _offered: list[int]
     _queue_count: int
     _queue_event: list[int]
     _queue_fields: list[Any]

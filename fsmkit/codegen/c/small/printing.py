@@ -345,7 +345,7 @@ class SmallPrinter(MovePrinter):
                 found += [(event + 1, transition.index + 1, note) for event in events]
         closed = {e for e, t, _ in found if chart.transitions[t - 1].guard is None}
         defers = f"{chart.states[state].id} defers"
-        kept = (event + 1 for event in chart.states[state].defer)
+        kept = (event + 1 for event in self.selection.deferred(state))
         return found + [(event, -1, defers) for event in kept if event not in closed]
 
     def print_selectors(self, out: Emitter) -> None:
