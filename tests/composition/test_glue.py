@@ -13,7 +13,7 @@ from fsmkit.cli import run
 from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.header import parameters
-from fsmkit.codegen.c.names import posted_events, sent_events
+from fsmkit.codegen.c.traffic import posted_events, sent_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.composition.glue import compose
 from fsmkit.composition.parts import Part, named_charts, parts_of

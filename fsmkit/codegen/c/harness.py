@@ -12,8 +12,9 @@ from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.generate import LIBRARY, Machine, generate_machine
 from fsmkit.codegen.c.harness_text import HOOKS, VERBS
 from fsmkit.codegen.c.header import parameters
-from fsmkit.codegen.c.names import Names, sent_events
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
+from fsmkit.codegen.c.traffic import sent_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter

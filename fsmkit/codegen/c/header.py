@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from fsmkit.codegen.c.layout import Member
-from fsmkit.codegen.c.names import Names, comment, posted_events, sent_events
+from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.traffic import posted_events, sent_events
 from fsmkit.codegen.c.types import integer_storage, storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, EnumType, Field, RecordType, Type

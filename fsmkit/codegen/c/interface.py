@@ -6,7 +6,8 @@ from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.helpers import fill
-from fsmkit.codegen.c.names import Names, posted_events
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.traffic import posted_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, Field, RecordType

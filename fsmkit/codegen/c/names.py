@@ -25,9 +25,7 @@ from fsmkit.codegen.c.sharing import shared_bytes
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.expressions import EnumType, RecordType
 from fsmkit.model.chart import Chart, Operation
-from fsmkit.model.content import all_statements
-from fsmkit.model.document import Direction, Trigger
-from fsmkit.model.statements import Destination, Send
+from fsmkit.model.document import Trigger
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
 
@@ -391,37 +389,6 @@ def comment(text: str) -> str:
     """Return a text as it can stand in a comment: no name ends it, or begins a line."""
     plain = "".join(char if char.isprintable() else " " for char in text)
     return plain.replace("*/", "* /").replace("/*", "/ *")
-
-
-def posted_events(chart: Chart) -> tuple[int, ...]:
-    """Return the events that a host may post: those declared ``in``, or all of a lenient chart."""
-    return tuple(
-        e.index
-        for e in chart.events
-        if e.invocation is None
-        and (Direction.IN in e.directions or (chart.lenient and e.directions))
-    )
-
-
-def sent_events(chart: Chart) -> tuple[int, ...]:
-    """Return the events that the host takes: those declared ``out``.
-
-    Not those that are only ever sent to the invoker or to a machine in a slot.
-    """
-    found = {
-        is_outside: {
-            statement.event
-            for statement in all_statements(chart)
-            if isinstance(statement, Send)
-            and (statement.destination is Destination.PORT) is is_outside
-            and statement.destination not in (Destination.SELF, Destination.INTERNAL)
-        }
-        for is_outside in (True, False)
-    }
-    inside = found[False] - found[True]
-    return tuple(
-        e.index for e in chart.events if Direction.OUT in e.directions and e.index not in inside
-    )
 
 
 def file_name(source: str) -> str:

@@ -132,8 +132,7 @@ class ReactionPrinter:
             for state in path:
                 self._leave(leave, state, is_deepest=state == leaf)
             first = variant.entry[0] if variant.entry else None
-            is_seen = observes(transition.content) or not isinstance(first, Enter)
-            if is_seen:
+            if observes(transition.content) or not isinstance(first, Enter):
                 leave.line(self._moves.set_active(variant.domain))
         enter = Emitter()
         self._moves.ops(enter, variant.entry)
@@ -367,13 +366,12 @@ class ReactionPrinter:
                     word = "if"
                     for transition in found:
                         steps.append(self.step(transition, leaf, is_alone=False))
-                        note = f"/* {self._selection.comment(transition)} */"
                         if transition.guard is not None:
                             choice.line(f"{word} ({self.guard(transition)})")
                         elif word != "if":
                             choice.line("else")
                         inset = "    " if word != "if" or transition.guard is not None else ""
-                        choice.line(f"{inset}{way} = {len(steps)}u; {note}")
+                        choice.line(f"{inset}{way} = {len(steps)}u; {self.comment(transition)}")
                         word = "else if"
                     choice.line("break;")
             choice.lines(["default:", "    break;"])

@@ -13,7 +13,7 @@ from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
 from fsmkit.codegen.c.invocation import InvocationPrinter
 from fsmkit.codegen.c.moves import MovePrinter
-from fsmkit.codegen.c.names import NO_STATE, Names, comment, file_name, sent_events
+from fsmkit.codegen.c.names import NO_STATE, Names, comment, file_name
 from fsmkit.codegen.c.pruning import pruned
 from fsmkit.codegen.c.reactions import ReactionPrinter
 from fsmkit.codegen.c.selection import SelectionPrinter
@@ -21,6 +21,7 @@ from fsmkit.codegen.c.small.plain import PlainPrinter, small_printer
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.codegen.c.steps import StepPrinter
 from fsmkit.codegen.c.taking import ADD, CONFLICTS, RESPOND, SELECTION
+from fsmkit.codegen.c.traffic import sent_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import RecordType

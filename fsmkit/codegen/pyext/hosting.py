@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.header import declaration, parameters
-from fsmkit.codegen.c.names import Names, sent_events
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.traffic import sent_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.codegen.pyext.members import Bound, Method, Module
 from fsmkit.codegen.pyext.tracing import show_value

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from fsmkit.codegen.c.generate import Machine, generate_machine
-from fsmkit.codegen.c.names import Names, sent_events
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
+from fsmkit.codegen.c.traffic import sent_events
 from fsmkit.codegen.python.family import Member, family_of
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.names import distinct, file_name, identifier

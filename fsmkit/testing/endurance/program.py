@@ -10,7 +10,8 @@ from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.harness import made
 from fsmkit.codegen.c.header import parameters
-from fsmkit.codegen.c.names import Names, posted_events, sent_events
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.traffic import posted_events, sent_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.emit import Emitter

@@ -11,7 +11,8 @@ from collections.abc import Iterator
 from fsmkit.codegen.c.generate import Machine
 from fsmkit.codegen.c.header import declaration, parameters
 from fsmkit.codegen.c.layout import timers_needed
-from fsmkit.codegen.c.names import Names, posted_events, sent_events
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.traffic import posted_events, sent_events
 from fsmkit.codegen.c.types import interval, storage
 from fsmkit.expressions import ArrayType, Field, FloatType, RecordType, Type
 

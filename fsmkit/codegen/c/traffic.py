@@ -1,0 +1,39 @@
+"""Which events go between a machine and its host."""
+
+from __future__ import annotations
+
+from fsmkit.model.chart import Chart
+from fsmkit.model.content import all_statements
+from fsmkit.model.document import Direction
+from fsmkit.model.statements import Destination, Send
+
+
+def posted_events(chart: Chart) -> tuple[int, ...]:
+    """Return the events that a host may post: those declared ``in``, or all of a lenient chart."""
+    return tuple(
+        e.index
+        for e in chart.events
+        if e.invocation is None
+        and (Direction.IN in e.directions or (chart.lenient and e.directions))
+    )
+
+
+def sent_events(chart: Chart) -> tuple[int, ...]:
+    """Return the events that the host takes: those declared ``out``.
+
+    Not those that are only ever sent to the invoker or to a machine in a slot.
+    """
+    found = {
+        is_outside: {
+            statement.event
+            for statement in all_statements(chart)
+            if isinstance(statement, Send)
+            and (statement.destination is Destination.PORT) is is_outside
+            and statement.destination not in (Destination.SELF, Destination.INTERNAL)
+        }
+        for is_outside in (True, False)
+    }
+    inside = found[False] - found[True]
+    return tuple(
+        e.index for e in chart.events if Direction.OUT in e.directions and e.index not in inside
+    )
