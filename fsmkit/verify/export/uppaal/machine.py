@@ -131,7 +131,7 @@ class Builder(Steps):
         name = self.data.names_of_select(word)
         if len(numbers) == 1:
             text, select = str(numbers[0]), None
-        elif numbers == list(range(numbers[0], numbers[-1] + 1)):
+        elif numbers[-1] - numbers[0] == len(numbers) - 1:
             text, select = name, (name, numbers[0], numbers[-1])
         else:
             text = f"{self.data.table(word, numbers)}[{name}]"
