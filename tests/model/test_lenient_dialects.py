@@ -154,3 +154,16 @@ def test_the_script_of_a_chart_declares_variables(scxml: Any) -> None:
 
 def test_loose_dialects_loop_further(scxml: Any) -> None:
     assert scxml(chart("")).chart.capacities.microsteps == 1000
+
+
+def test_the_queues_hold_what_one_handler_sends(scxml: Any) -> None:
+    def chart(raises: int, sends: int) -> str:
+        content = '<raise event="e"/>' * raises + '<send event="e"/>' * sends
+        return (
+            '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">'
+            f'<state id="a"><onentry>{content}</onentry><transition event="e"/></state></scxml>'
+        )
+
+    few, many = scxml(chart(2, 3)).chart.capacities, scxml(chart(11, 20)).chart.capacities
+    assert (few.internal, few.queue) == (8, 8)
+    assert (many.internal, many.queue) == (11, 20)

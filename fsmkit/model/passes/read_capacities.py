@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
+
 from fsmkit.diagnostics import Findings
 from fsmkit.expressions import Scope, read_duration
 from fsmkit.model.chart import Capacities
-from fsmkit.model.document import DocCapacity, Document
+from fsmkit.model.document import Block, DocCapacity, DocRaise, DocSend, DocState, Document
 from fsmkit.model.passes.suggest import suggest
+from fsmkit.model.passes.walk_document import parts
 
 LIMITS = {
     "queue": (1, 65535),
@@ -22,15 +26,40 @@ LONGEST_TICK = 3_600_000_000
 def read_capacities(document: Document, findings: Findings) -> Capacities:
     """Return the capacities, the default for each that is not given.
 
-    SCXML knows no bounds, and real charts loop further than one written for a controller.
+    SCXML knows no bounds, and real charts loop further than one written for a controller; their
+    queues hold all that one handler puts there.
     """
-    values = {"microsteps": LOOSE_MICROSTEPS} if document.datamodel != "fsmkit" else {}
+    values = {}
+    if document.datamodel != "fsmkit":
+        values = {"microsteps": LOOSE_MICROSTEPS} | _bursts(document)
     for capacity in document.capacities:
         name = capacity.name.value
         value = _tick(capacity, findings) if name == "tick" else _count(capacity, findings)
         if value is not None:
             values[name] = value
     return Capacities(**values)
+
+
+def _bursts(document: Document) -> dict[str, int]:
+    """Return how many events one handler puts into each queue at most, if that is many.
+
+    A handler in a loop may put more; a chart that needs more declares it.
+    """
+    most = {"internal": 0, "queue": 0}
+    for block in _blocks(document.root):
+        put = Counter(type(part) for part in parts(block))
+        most["internal"] = max(most["internal"], put[DocRaise])
+        most["queue"] = max(most["queue"], put[DocSend])
+    usual = Capacities()
+    return {name: count for name, count in most.items() if count > getattr(usual, name)}
+
+
+def _blocks(state: DocState) -> Iterator[Block]:
+    yield from (*state.entry, *state.exit)
+    for transition in (*state.transitions, *filter(None, (state.initial,))):
+        yield transition.content or ()
+    for child in state.children:
+        yield from _blocks(child)
 
 
 def _count(capacity: DocCapacity, findings: Findings) -> int | None:
