@@ -63,13 +63,16 @@ def test_every_transition_is_an_arrow(path: Path, name: str) -> None:
     arrows = re.findall(
         r"^ *(?:s\d+|fork_\d+) -\S*> (?:s\d+|fork_\d+)", drawn(name, chart), re.MULTILINE
     )
-    wanted = 0
+    fewest = wanted = 0
     for transition in chart.transitions:
         is_default = transition.trigger is Trigger.INITIAL
         if is_inside(transition) or (is_default and not chart.states[transition.source].is_history):
             continue
         wanted += 1 if len(transition.targets) == 1 else 1 + len(transition.targets)
-    assert len(arrows) == wanted
+        fewest += 1
+    if name == "mermaid":
+        fewest = wanted
+    assert fewest <= len(arrows) <= wanted  # PlantUML's end at one state around several targets
 
 
 def test_what_stands_out() -> None:
@@ -166,3 +169,30 @@ def test_what_a_state_invokes_stands_in_it(name: str) -> None:
     text = drawn(name, chart)
     assert re.search(r"invoke press(:|#58;|#colon;) Press", text)
     assert "feeder" not in text
+
+
+CROSSING = """
+chart: Crossing
+events: {in: [go, back]}
+initial: p
+states:
+  p:
+    regions:
+      left: {initial: a, states: {a: {on: {go: {target: out}}}, b: {on: {go: c}}}}
+      right: {initial: c, states: {c: {on: {go: d}}, d: {}}}
+  out: {on: {back: [b], go: {target: [b, d]}}}
+"""
+
+
+def test_plantuml_draws_no_arrow_across_the_border_of_a_region(tmp_path: Path) -> None:
+    """PlantUML refuses a diagram with one: such an arrow ends at the parallel state, and says so."""
+    (tmp_path / "crossing.yaml").write_text(CROSSING)
+    chart = load(tmp_path / "crossing.yaml")
+    lines = drawn("plantuml", chart).splitlines()
+    p, out = (f"s{chart.state_index[name]}" for name in ("p", "out"))
+    arrows = [line for line in lines if line.startswith("s") and "-->" in line]
+    assert f"{p} --> {out} : go from a" in [line.replace(r"\n", " ") for line in arrows]
+    assert f"{out} --> {p} : back to b" in [line.replace(r"\n", " ") for line in arrows]
+    assert f"{out} --> {p} : go to b, d" in [line.replace(r"\n", " ") for line in arrows]
+    assert f"{p} --> {p} : go from b to c" in [line.replace(r"\n", " ") for line in arrows]
+    assert sum(line.endswith(" : go") for line in arrows) == 1  # within the right region

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 from fsmkit.diagram.labels import box_lines, is_inside, label
 from fsmkit.model.chart import Chart, State, Transition
@@ -53,9 +53,11 @@ def _children(chart: Chart, state: State, active: frozenset[int], margin: str) -
         yield from _state(chart, child, active, margin)
     if state.initial is not None and state.kind is not Kind.PARALLEL:
         transition = chart.transitions[state.initial]
-        for target in transition.targets:
-            arrow = f"[*] -{_look(transition)}-> {_name(chart.states[target])}"
-            yield margin + arrow + _label(chart, transition)
+        around = _regions_around(chart, state.index)
+        ends = {t: _end(chart, t, around) for t in transition.targets}
+        for end in dict.fromkeys(ends.values()):
+            arrow = f"[*] -{_look(transition)}-> s{end}"
+            yield margin + arrow + _label(chart, transition, _words(chart, "to", ends, end))
 
 
 def _state(chart: Chart, state: State, active: frozenset[int], margin: str) -> Iterator[str]:
@@ -82,17 +84,54 @@ def _state(chart: Chart, state: State, active: frozenset[int], margin: str) -> I
 def _arrows(chart: Chart, transition: Transition) -> Iterator[str]:
     if is_inside(transition):
         return
-    source, words = _name(chart.states[transition.source]), _label(chart, transition)
-    targets = [_name(chart.states[target]) for target in transition.targets]
+    around = _regions_around(chart, transition.source)
+    ends = {t: _end(chart, t, around) for t in transition.targets}
+    common = set.intersection(*(set(_regions_around(chart, t)) for t in transition.targets))
+    source = _end(chart, transition.source, tuple(common))
+    from_ = _words(chart, "from", {transition.source: source}, source)
     arrow = f"-{_look(transition)}->"
-    if len(targets) == 1:
-        yield f"{source} {arrow} {targets[0]}{words}"
+    if len(set(ends.values())) == 1:
+        (target,) = set(ends.values())
+        words = _label(chart, transition, from_ + _words(chart, "to", ends, target))
+        yield f"s{source} {arrow} s{target}{words}"
         return
     fork = f"fork_{transition.index}"
     yield f"state {fork} <<fork>>"
-    yield f"{source} {arrow} {fork}{words}"
-    for target in targets:
-        yield f"{fork} {arrow} {target}"
+    yield f"s{source} {arrow} {fork}{_label(chart, transition, from_)}"
+    for target in dict.fromkeys(ends.values()):
+        more = _words(chart, "to", ends, target)
+        yield f"{fork} {arrow} s{target}{_after_colon(more)}"
+
+
+def _regions_around(chart: Chart, state: int) -> tuple[int, ...]:
+    """Return the regions that a state lies in, the innermost first; a region is in itself."""
+    found = []
+    at: int | None = state
+    while at is not None:
+        parent = chart.states[at].parent
+        if parent is not None and chart.states[parent].kind is Kind.PARALLEL:
+            found.append(at)
+        at = parent
+    return tuple(found)
+
+
+def _end(chart: Chart, state: int, others: Sequence[int]) -> int:
+    """Return where an arrow ends that comes from within other regions.
+
+    PlantUML draws no arrow across the border of a region: such a one ends at the parallel state.
+    """
+    crossed = [region for region in _regions_around(chart, state) if region not in others]
+    if not crossed:
+        return state
+    parent = chart.states[crossed[-1]].parent
+    assert parent is not None  # noqa: S101  (a region has one)
+    return parent
+
+
+def _words(chart: Chart, word: str, ends: Mapping[int, int], end: int) -> tuple[str, ...]:
+    """Return which states are meant by an arrow that ends at a state around them."""
+    meant = [chart.states[state].id for state, at in ends.items() if at == end != state]
+    return (f"{word} {', '.join(meant)}",) if meant else ()
 
 
 def _look(transition: Transition) -> str:
@@ -102,8 +141,11 @@ def _look(transition: Transition) -> str:
     return f"[{','.join(styles)}]" if styles else ""
 
 
-def _label(chart: Chart, transition: Transition) -> str:
-    lines = label(chart, transition).lines
+def _label(chart: Chart, transition: Transition, more: tuple[str, ...] = ()) -> str:
+    return _after_colon((*label(chart, transition).lines, *more))
+
+
+def _after_colon(lines: tuple[str, ...]) -> str:
     return " : " + NEW_LINE.join(_text(line) for line in lines) if lines else ""
 
 
