@@ -13,7 +13,7 @@ import tempfile
 import traceback
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from rich.console import Console
 from rich.text import Text
@@ -51,6 +51,24 @@ class Stream(Console):
             no_color=True if color == "never" else None,
             color_system=COLOR_SYSTEMS[color],
         )
+        self._is_styled = self.is_terminal or color == "always" or self._wide is not None
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print as `rich.console.Console.print` does, but plain text in a pipe as it is.
+
+        A run of a large chart prints hundreds of thousands of lines; rich takes a millisecond for
+        each.
+        """
+        is_plain = (
+            not self._is_styled and len(objects) == 1 and options.keys() <= {"markup", "style"}
+        )
+        text = objects[0] if is_plain else None
+        if isinstance(text, Text):
+            self.file.write(f"{text.plain}\n")
+        elif isinstance(text, str) and options.get("markup") is False:
+            self.file.write(f"{text}\n")
+        else:
+            super().print(*objects, **options)
 
 
 LONGEST_LINE = 10_000
