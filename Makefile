@@ -10,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz clean
+.PHONY: foreign attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -100,6 +100,11 @@ bench-explorer: $(VENV)/ready
 agreement: $(VENV)/ready
 	@$(BIN)/python -m tests.verify.export.agreement $(AGREEMENT)
 
+# Every verb on every chart of the public test data, and others' readers on all that is written.
+FOREIGN ?= $(addprefix $(or $(FSMKIT_CONFORMANCE),../shared/conformance)/,corpus scripted w3c/ecma)
+foreign: $(VENV)/ready
+	@$(BIN)/python -m tests.foreign $(FOREIGN) $(if $(EVERY),--every $(EVERY))
+
 # Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
 FUZZ_SECONDS ?= 60
 FUZZ := yaml scxml expressions
@@ -118,10 +123,12 @@ bless: $(VENV)/ready
 
 TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
-  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind
+  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind plantuml default-jre-headless
 tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
 	  echo 'stormpy could not be installed; Storm is not asked'
+	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom || \
+	  echo 'Mermaid could not be installed with npm; its parser is not asked'
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \

@@ -14,19 +14,30 @@ settings.load_profile("fsmkit")
 
 
 @pytest.fixture(scope="session")
-def require_tool() -> Callable[[str], str]:
-    """Give the path of a tool; without it skip the test, or fail where all tools must be there."""
+def require() -> Callable[[bool, str], None]:
+    """Skip the test where a tool is not there, or fail where all tools must be there."""
 
-    def require(name: str) -> str:
-        path = shutil.which(name)
-        if path is None:
+    def skip_without(is_there: bool, name: str) -> None:
+        if not is_there:
             missing = f"`{name}` is not installed (make tools)"
             if os.environ.get("FSMKIT_REQUIRE_TOOLS"):
                 pytest.fail(missing)
             pytest.skip(missing)
+
+    return skip_without
+
+
+@pytest.fixture(scope="session")
+def require_tool(require: Callable[[bool, str], None]) -> Callable[[str], str]:
+    """Give the path of a tool; without it skip the test, or fail where all tools must be there."""
+
+    def path_of(name: str) -> str:
+        path = shutil.which(name)
+        require(path is not None, name)
+        assert path is not None
         return path
 
-    return require
+    return path_of
 
 
 @pytest.fixture(scope="session")

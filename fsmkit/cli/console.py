@@ -60,7 +60,9 @@ class Stream(Console):
         each.
         """
         is_plain = (
-            not self._is_styled and len(objects) == 1 and options.keys() <= {"markup", "style"}
+            not (self._is_styled or self.quiet)
+            and len(objects) == 1
+            and options.keys() <= {"markup", "style"}
         )
         text = objects[0] if is_plain else None
         if isinstance(text, Text):
