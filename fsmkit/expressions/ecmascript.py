@@ -24,6 +24,7 @@ from fsmkit.expressions.tree import (
     Element,
     EventField,
     EventName,
+    EventType,
     Expr,
     Literal,
     Member,
@@ -157,7 +158,7 @@ def _is_defined(binder: Binder, node: Node, span: Span) -> Expr | None:
             if fields is None:
                 return None
             return Literal(any(name != SEND_ID for name in fields), BOOL, span)
-        case MemberNode(base=NameNode(name="_event"), name="name"):
+        case MemberNode(base=NameNode(name="_event"), name="name" | "type"):
             return Literal(True, BOOL, span)
         case MemberNode(base=NameNode(name="_event"), name="sendid") if _has_send_id(scope):
             return truth(EventField(SEND_ID, SYMBOL, span))
@@ -238,6 +239,8 @@ def bind_system(binder: Binder, node: Node) -> Expr | None:
             return EventField(SEND_ID, SYMBOL, span)
         case MemberNode(base=NameNode(name="_event"), name=name):
             fact = scope.event_facts.get(name)
+            if fact is None and name == "type":
+                return EventType(span)
             return None if fact is None else Literal(fact, SYMBOL, span)
         case _:
             return None

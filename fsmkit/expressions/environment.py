@@ -37,6 +37,9 @@ class Environment(Protocol):
     def event_name(self) -> str:
         """Return the name of the event being handled."""
 
+    def event_type(self) -> str:
+        """Return the type of the event being handled (SCXML 5.10.1)."""
+
     def is_in(self, state: int) -> bool:
         """Return whether the state of that index is active."""
 

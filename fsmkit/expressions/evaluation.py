@@ -18,6 +18,7 @@ from fsmkit.expressions.tree import (
     Element,
     EventField,
     EventName,
+    EventType,
     Expr,
     Function,
     InState,
@@ -73,6 +74,8 @@ def evaluate(expr: Expr, env: Environment) -> Value:
         case Call(operation, arguments):
             result = env.call(operation, tuple(evaluate(a, env) for a in arguments))
             return False if result is None else result
+        case EventType():
+            return env.event_type()
         case EventName():
             return env.event_name()
         case Invalid(reason):

@@ -46,6 +46,9 @@ class _Nothing:
     def event_name(self) -> str:
         raise _NotConstant
 
+    def event_type(self) -> str:
+        raise _NotConstant
+
     def is_in(self, state: int) -> bool:
         raise _NotConstant(state)
 

@@ -159,7 +159,7 @@ class ExprPrinter(ABC):
 
     @abstractmethod
     def event_name(self, expr: EventName) -> Fragment:
-        """Print the name of the event being handled."""
+        """Print the name of the event being handled, or its type."""
 
     @abstractmethod
     def in_state(self, expr: InState) -> Fragment:

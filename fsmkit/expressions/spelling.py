@@ -27,6 +27,7 @@ from fsmkit.expressions.tree import (
     Convert,
     EventField,
     EventName,
+    EventType,
     Expr,
     InState,
     Invalid,
@@ -128,9 +129,9 @@ class SourcePrinter(ExprPrinter):
         """Print a field of the payload."""
         return Fragment(f"event.{expr.name}")
 
-    def event_name(self, expr: EventName) -> Fragment:  # noqa: ARG002
-        """Print the name of the event."""
-        return Fragment("_event.name")
+    def event_name(self, expr: EventName) -> Fragment:
+        """Print the name of the event, or its type."""
+        return Fragment("_event.type" if isinstance(expr, EventType) else "_event.name")
 
     def in_state(self, expr: InState) -> Fragment:
         """Print a state test."""

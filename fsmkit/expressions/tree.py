@@ -102,6 +102,14 @@ class EventName:
 
 
 @dataclass(frozen=True, slots=True)
+class EventType(EventName):
+    """``_event.type``: ``platform``, ``internal`` or ``external`` (SCXML 5.10.1), a symbol.
+
+    Empty where no event is at hand, as its name is.
+    """
+
+
+@dataclass(frozen=True, slots=True)
 class InState:
     """``In(state)``: whether the state of that index is active."""
 

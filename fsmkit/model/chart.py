@@ -126,7 +126,8 @@ class Event:
 
     What an invoked machine sends is an event of its own for each ``invocation`` it comes from, so
     that several may have one name. Its ``finalize`` runs before transitions are selected for it
-    (SCXML 6.5), while that invocation is active.
+    (SCXML 6.5), while that invocation is active. Where ``_event.type`` is asked, an event that is
+    raised is another than one of that name which is sent.
     """
 
     index: int
@@ -138,6 +139,18 @@ class Event:
     origin: Origin = Origin.OWN
     invocation: int | None = None
     finalize: Block = ()
+
+    @property
+    def type(self) -> str:
+        """Return ``_event.type``: ``platform``, ``internal`` or ``external`` (SCXML 5.10.1)."""
+        if self.name.startswith(("error.", "done.")):
+            return "platform"
+        return "internal" if Direction.INTERNAL in self.directions else "external"
+
+
+def for_the_host(event: Event) -> tuple[bool, bool]:
+    """Return the greatest of the events that have one name for that of the host."""
+    return event.invocation is None, event.directions != {Direction.INTERNAL}
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,9 +243,8 @@ class Chart:
 
     @cached_property
     def event_index(self) -> dict[str, int]:
-        """Indices of events by name; of several that have it, the one no invoked machine sends."""
-        ordered = sorted(self.events, key=lambda event: event.invocation is None)
-        return {event.name: event.index for event in ordered}
+        """Indices of events by name; of several that have it, the one that the host may post."""
+        return {event.name: event.index for event in sorted(self.events, key=for_the_host)}
 
     def is_descendant(self, state: int, ancestor: int) -> bool:
         """Whether ``state`` lies strictly below ``ancestor`` (Appendix D, isDescendant)."""

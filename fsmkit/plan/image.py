@@ -38,6 +38,7 @@ from fsmkit.expressions import (
     BoolType,
     DurationType,
     EnumType,
+    EventType,
     Field,
     FloatType,
     IntType,
@@ -213,6 +214,8 @@ class Image:
             return ("",)
         chart = self.chart
         found = {"", *_symbols(chart), *(event.name for event in chart.events)}
+        if _asks_for_types(chart):
+            found |= {event.type for event in chart.events}
         return tuple(sorted(found))
 
     @cached_property
@@ -258,6 +261,20 @@ def timeouts_at_once(plan: Plan) -> int:
         is_parallel = bool(plan.inner[state.index])
         most[state.index] += sum(inner) if is_parallel else max(inner, default=0)
     return most[0]
+
+
+def _asks_for_types(node: object) -> bool:
+    """Whether ``_event.type`` stands anywhere below a node."""
+    match node:
+        case EventType():
+            return True
+        case tuple():
+            return any(map(_asks_for_types, node))
+        case _ if is_dataclass(node):
+            named = (each.name for each in fields(node) if each.compare)
+            return any(_asks_for_types(getattr(node, n)) for n in named if n != "invocations")
+        case _:
+            return False
 
 
 def _symbols(node: object) -> Iterator[str]:

@@ -16,6 +16,7 @@ NUMBERS = ("n0", "n1", "n2")
 STRINGS = ("s0", "s1")
 WORDS = ("idle", "busy", "late", "")
 DELAYS = ("10ms", "1ms", "20ms", ".005s", "35ms", "0.01s")
+TYPES = ("external", "internal", "platform", "other")
 LATER = "wait"
 """A variable that only ever holds delays."""
 IDS = "key"
@@ -70,7 +71,7 @@ class Script:
 
     def number(self, depth: int = 2) -> str:
         """Return an expression of a whole number, mostly."""
-        kind = self.choices.integer(0, 13) if depth > 0 else self.choices.integer(0, 3)
+        kind = self.choices.integer(0, 14) if depth > 0 else self.choices.integer(0, 3)
         match kind:
             case 0:
                 return str(self.choices.integer(0, 12))
@@ -94,7 +95,10 @@ class Script:
                 return f"({self.test(depth - 1)} ? {then} : {otherwise})"
             case 11:
                 whole = self.choices.pick(("numbers.length", "Math.abs(n0)", self.number(0)))
-                return f"Math.floor({whole} / {self.choices.integer(1, 4)})"
+                rounding = self.choices.pick(("Math.floor", "Math.ceil", "Math.trunc"))
+                return f"{rounding}({whole} / {self.choices.integer(1, 4)})"
+            case 14:
+                return self.choices.pick(("Math.sign(n0 - 4)", "Math.round(2.5)", "Math.pow(2, 3)"))
             case 12 | 13:
                 op = self.choices.pick(("+", "-", "*", "%", "&", "|", "^", "<<"))
                 small = op in {"%", "<<"}
@@ -108,6 +112,8 @@ class Script:
         kind = self.choices.integer(0, 9)
         if kind in (6, 7) and self.message is not None and self.message.strings:
             return f"_event.data.{self.choices.pick(self.message.strings)}"
+        if kind == 9:
+            return "_event.type"
         if kind == 8:
             return f"({self.test(1)} ? {self._literal()} : {self.choices.pick(STRINGS)})"
         return self.choices.pick(STRINGS) if kind in (3, 4, 5) else self._literal()
@@ -122,7 +128,7 @@ class Script:
 
     def test(self, depth: int = 2) -> str:
         """Return a condition."""
-        kind = self.choices.integer(0, 17) if depth > 0 else self.choices.integer(0, 3)
+        kind = self.choices.integer(0, 18) if depth > 0 else self.choices.integer(0, 3)
         match kind:
             case 0:
                 return "flag"
@@ -148,8 +154,10 @@ class Script:
                 return f"x0 > {self.number(0)}"
             case 15 if self.message is not None:
                 return f"_event.name == '{self.choices.pick(MESSAGES).name}'"
-            case 16 if self.message is not None:
-                return "_event.type == 'external'"
+            case 16:
+                return f"_event.type == '{self.choices.pick(TYPES)}'"
+            case 17:
+                return self.choices.pick(("In('nowhere')", "!In('nowhere')"))
             case _:
                 return self.choices.pick(("true", "false"))
 

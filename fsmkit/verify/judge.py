@@ -51,6 +51,10 @@ class _World:
         """Return the empty name: no event is at hand."""
         return ""
 
+    def event_type(self) -> str:
+        """Return the empty type: no event is at hand."""
+        return ""
+
     def is_in(self, state: int) -> bool:
         """Whether a state of the owner is active."""
         return state in self._snapshots[self._owner or 0].configuration

@@ -118,6 +118,9 @@ class Machine:
     def event_name(self) -> str:
         return "arrived"
 
+    def event_type(self) -> str:
+        return "external"
+
     def is_in(self, state: int) -> bool:
         return state in self.active
 

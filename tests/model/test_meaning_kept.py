@@ -158,6 +158,83 @@ def test_two_params_of_one_name_are_two_fields(scxml: Any) -> None:
         assert {"send e 2 9 3", "send f 5 6"} <= set(trace)
 
 
+# --- the type of an event ------------------------------------------------------------------------
+
+TYPED = f"""{HEAD}<datamodel><data id="t"/><data id="u" expr="'none'"/></datamodel>
+  <state id="a">
+    <onentry>
+      <assign location="u" expr="_event.type"/><raise event="foo"/><send event="foo"/>
+    </onentry>
+    <transition event="foo" cond="u != ''" target="fail"/>
+    <transition event="foo" cond="_event.type == 'external'" target="fail"/>
+    <transition event="foo" cond="_event.type == 'internal'" target="b">
+      <assign location="t" expr="_event.type"/>
+    </transition>
+  </state>
+  <state id="b">
+    <transition event="*" cond="t == 'internal' &amp;&amp; _event.type == 'external'" target="c">
+      <assign location="t" expr="_event.type"/><script>nowhere()</script>
+    </transition>
+  </state>
+  <state id="c">
+    <onentry><assign location="u" expr="_event.type"/></onentry>
+    <transition event="foo error" cond="_event.type == 'platform' &amp;&amp; u == t" target="d">
+      <send event="bar" delay="1s"/><raise event="bar"/>
+      <send event="foo" target="#_internal"/><send event="foo"/>
+    </transition>
+  </state>
+  <state id="d">
+    <transition event="bar" cond="_event.type == 'internal'" target="e"/>
+  </state>
+  <state id="e">
+    <transition event="foo bar" cond="_event.type === 'internal'" target="f"/>
+  </state>
+  <state id="f">
+    <transition event="foo" cond="_event.type === 'internal'" target="fail"/>
+    <transition event="foo" target="g"/>
+  </state>
+  <state id="g">
+    <transition event="bar" cond="_event.type == 'external'" target="pass"/>
+    <transition event="bar" target="fail"/>
+  </state>{FINALS}"""
+
+
+@pytest.mark.parametrize("runtime", [*RUNTIMES, "c-size"])
+def test_the_type_goes_with_each_event(scxml: Any, runtime: str) -> None:
+    result = scxml(TYPED)
+    assert [cause for cause in replaced(result.found) if "not there" not in cause] == []
+    script = ["start 0", "save", "restore 0", "run 0", "save", "restore 0", "run 0", "run 2000"]
+    trace = harness(runtime).run(result.chart, script)
+    assert ends_in(trace) == ("pass",), runtime
+    reference = harness("interpreter").run(result.chart, script)
+    assert trace == reference
+
+
+def test_an_event_is_two_only_where_its_type_is_asked_and_senders_disagree(scxml: Any) -> None:
+    def events(text: str) -> list[str]:
+        return [e.name for e in scxml(text).chart.events if e.name in ("foo", "bar")]
+
+    assert sorted(events(TYPED)) == ["bar", "bar", "foo", "foo"]
+    assert sorted(events(TYPED.replace("_event.type", "_event.name"))) == ["bar", "foo"]
+    only_sent = TYPED.replace('<raise event="bar"/>', "").replace('<raise event="foo"/>', "")
+    assert sorted(events(only_sent.replace(' target="#_internal"', ""))) == ["bar", "foo"]
+
+
+def test_what_the_host_posts_is_external(scxml: Any) -> None:
+    text = (
+        f"{HEAD}<state id='a'><onentry><raise event='i'/></onentry>"
+        "<transition event='i'><raise event='foo'/><send event='bar' delay='9s'/></transition>"
+        "<transition event='foo' cond='_event.type == &quot;internal&quot;' target='b'/></state>"
+        "<state id='b'><transition event='never'><send event='foo'/></transition>"
+        "<transition event='foo' cond='_event.type == &quot;external&quot;' target='pass'/>"
+        f"</state>{FINALS}"
+    )
+    chart = scxml(text).chart
+    for runtime in (*RUNTIMES, "c-size"):
+        trace = harness(runtime).run(chart, ["start 0", "post foo", "run 0"])
+        assert ends_in(trace) == ("pass",), runtime
+
+
 # --- what an invoked chart sends to its invoker --------------------------------------------------
 
 

@@ -8,6 +8,8 @@ goes from left to right, operands with effects go through temporaries.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from fsmkit.codegen.c.constancy import joint_outcome, outcome
 from fsmkit.codegen.c.effects import can_fail, has_effect, needs_order
 from fsmkit.codegen.c.fragments import (
@@ -47,6 +49,7 @@ from fsmkit.expressions import (
     EnumType,
     EventField,
     EventName,
+    EventType,
     Expr,
     FloatType,
     Function,
@@ -65,6 +68,7 @@ from fsmkit.expressions import (
     Variable,
     fold,
 )
+from fsmkit.model.chart import Event
 
 
 class Printer(Operators):
@@ -96,8 +100,10 @@ class Printer(Operators):
                 return self.loaded(f"m->{self.names.variables[name]}", type_)
             case EventField(name, type_):
                 return self.loaded(self._event_field(name), type_)
+            case EventType():
+                return Fragment(self._of_event(lambda event: event.type), "int")
             case EventName():
-                return Fragment(self._event_name(), "int")
+                return Fragment(self._of_event(lambda event: event.name), "int")
             case InState(state):
                 return Fragment(self.names.in_state("m", state), "bool", AND)
             case Unary():
@@ -183,12 +189,12 @@ class Printer(Operators):
             return fragment.text
         return f"fsm_place(&m->failed, {self.cast(fragment, 'int64_t')}, {length}u)"
 
-    def _event_name(self) -> str:
-        """Return the number of the name of the event at hand, 0 where there is none."""
+    def _of_event(self, text: Callable[[Event], str]) -> str:
+        """Return the number of a text that the event at hand has, 0 where there is none."""
         chart = self.names.chart
         choice = "0"
         for event in reversed(self.events or range(len(chart.events))):
-            symbol = self.names.symbol(chart.events[event].name)
+            symbol = self.names.symbol(text(chart.events[event]))
             choice = f"m->event.event == {self.names.events[event]} ? {symbol} : {choice}"
         return f"({choice})"
 

@@ -13,7 +13,7 @@ def posted_events(chart: Chart) -> tuple[int, ...]:
     return tuple(
         e.index
         for e in chart.events
-        if e.invocation is None
+        if chart.event_index[e.name] == e.index
         and (Direction.IN in e.directions or (chart.lenient and e.directions))
     )
 

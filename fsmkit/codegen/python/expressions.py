@@ -26,6 +26,7 @@ from fsmkit.expressions import (
     Element,
     EventField,
     EventName,
+    EventType,
     Expr,
     FloatType,
     InState,
@@ -108,6 +109,8 @@ class Printer:
                 return Fragment(f"self.{self.names.variables[name]}")
             case EventField(name):
                 return self._field(name)
+            case EventType():
+                return Fragment(f"self._event_name({self.names.types!r})")
             case EventName():
                 return Fragment("self._event_name()")
             case InState(state):

@@ -28,6 +28,8 @@ class Names:
     """The same without the prefix, in names of methods."""
     events: tuple[str, ...]
     """Suffixes of methods: an event ``group.go`` is posted by ``post_group_go``."""
+    types: tuple[str, ...]
+    """What ``_event.type`` is of each event."""
     transitions: tuple[str, ...]
     """Suffixes of methods that tell source and number."""
     variables: dict[str, str]
@@ -55,6 +57,7 @@ def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = No
         states=tuple(f"S_{name}" if place else "ROOT" for place, name in enumerate(states)),
         bare=states,
         events=events,
+        types=tuple(event.type for event in chart.events),
         transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
         variables=dict(zip(variables, attributes, strict=True)),
         operations=dict(zip(operations, own, strict=True)),

@@ -15,6 +15,7 @@ from fsmkit.expressions import (
     DurationType,
     EventField,
     EventName,
+    EventType,
     Expr,
     InState,
     IntType,
@@ -216,6 +217,9 @@ class Checker:
     def _event(self, expr: Expr, fields: frozenset[str], *, with_event: bool) -> None:
         for part in subexpressions(expr):
             is_event = isinstance(part, EventField | EventName)
+            if isinstance(part, EventType):
+                advice = "give what is raised and what is sent names of their own"
+                self._refuse("no types of events", part.span, advice)
             if is_event and not with_event:
                 advice = "assign it to a variable in the transition"
                 self._refuse("no event when it is started", part.span, advice)

@@ -63,6 +63,7 @@ def _names(chart: Chart, triggers: set[str]) -> Names:
         states=states,
         bare=states,
         events=distinct([identifier(event.name) for event in chart.events]),
+        types=tuple(event.type for event in chart.events),
         transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
         variables=dict(zip(variables, attributes, strict=True)),
         operations=dict(zip(operations, methods, strict=True)),

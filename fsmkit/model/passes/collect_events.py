@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice, takewhile
@@ -11,7 +12,7 @@ from itertools import islice, takewhile
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.expressions import SYMBOL, Field, Scope, Type, location_of_session, read_type
 from fsmkit.expressions.ecmascript import PROCESSOR, SEND_ID
-from fsmkit.model.chart import Event
+from fsmkit.model.chart import Event, for_the_host
 from fsmkit.model.document import (
     Direction,
     DocEvent,
@@ -25,9 +26,11 @@ from fsmkit.model.given import Given
 from fsmkit.model.passes.collect_names import read_fields
 from fsmkit.model.passes.number_states import Node, Tree
 from fsmkit.model.passes.walk_content import places, statements
+from fsmkit.model.passes.walk_document import parts
 
 DONE = "done.session"
 """What an invoked machine sends when it ends; its invoker knows it as ``done.invoke.id``."""
+ASKED_TYPE = re.compile(r"_event\s*(\.\s*type\b|\[)")
 ERRORS = ("error.execution", "error.range", "error.communication")
 
 
@@ -48,8 +51,13 @@ class Events:
     @cached_property
     def index(self) -> dict[str, int]:
         """Indices by name; of an event that comes from elsewhere too, the own one."""
-        ordered = sorted(self.all, key=lambda event: event.invocation is None)
-        return {event.name: event.index for event in ordered}
+        return {event.name: event.index for event in sorted(self.all, key=for_the_host)}
+
+    def raised(self, event: Event) -> Event:
+        """Return the event that `raise` of one means: its own where the type is asked."""
+        internal = {Direction.INTERNAL}
+        having = [self.all[index] for index in self._by_name[event.name]]
+        return next((e for e in having if e.invocation is None and e.directions == internal), event)
 
     def with_returned(self, returned: tuple[Returned, ...]) -> Events:
         """Return the same with events that invoked machines send.
@@ -182,6 +190,10 @@ def collect_events(
         for name in platform
         if name not in names
     ]
+    if document.datamodel == "ecmascript" and _asks_for_types(document):
+        raised, sent = _senders(document, tree)
+        senders = {*sent, *(name for name, _ in coming)}
+        found = [each for e in found for each in _by_type(e, raised, senders)]
     numbered = tuple(
         Event(i, e.name, e.fields, e.directions, e.reply, e.span, e.origin)
         for i, e in enumerate(found)
@@ -203,13 +215,27 @@ def _sends_ids(document: Document, tree: Tree) -> bool:
     )
 
 
-def _facts(
-    document: Document, tree: Tree, events: tuple[Event, ...], given: Given | None
-) -> dict[str, dict[str, str | None]]:
-    """Return what is known of each event: where it comes from is seen where it is sent.
+def _asks_for_types(document: Document) -> bool:
+    """Whether ``_event.type`` stands anywhere in a document."""
+    return any(isinstance(part, Text) and ASKED_TYPE.search(part.value) for part in parts(document))
 
-    One that the chart never sends or raises itself comes from the host, and has no origin.
+
+def _by_type(event: Event, raised: Collection[str], sent: Collection[str]) -> tuple[Event, ...]:
+    """Return an event, or two where one of its name is raised and one is sent.
+
+    So its number, which goes with it through every queue, tells ``_event.type``.
     """
+    if event.name not in raised or event.name not in sent:
+        return (event,)
+    internal = frozenset({Direction.INTERNAL})
+    return (
+        replace(event, directions=(event.directions - internal) or frozenset({Direction.IN})),
+        replace(event, directions=internal),
+    )
+
+
+def _senders(document: Document, tree: Tree) -> tuple[set[str], dict[str, bool]]:
+    """Return the events that are raised, and those that are sent, with whether some have an id."""
     raised: set[str] = set()
     sent: dict[str, bool] = {}
     for place in places(document, tree):
@@ -223,6 +249,17 @@ def _facts(
                     else:
                         has_id = statement.id is not None or statement.id_location is not None
                         sent[event.value] = sent.get(event.value, False) or has_id
+    return raised, sent
+
+
+def _facts(
+    document: Document, tree: Tree, events: tuple[Event, ...], given: Given | None
+) -> dict[str, dict[str, str | None]]:
+    """Return what is known of each event: where it comes from is seen where it is sent.
+
+    One that the chart never sends or raises itself comes from the host, and has no origin.
+    """
+    raised, sent = _senders(document, tree)
     session = document.name.value if given is None else given.session
     coming = set() if given is None else {name for name, _ in given.events}
     found: dict[str, dict[str, str | None]] = {}

@@ -47,7 +47,8 @@ def type_raise(written: DocRaise, context: Context) -> tuple[Statement, ...]:
         )
         return ()
     arguments = type_arguments(event, written.arguments, written.event, context)
-    return () if arguments is None else (Raise(event.index, arguments, written.span),)
+    raised = context.events.raised(event).index
+    return () if arguments is None else (Raise(raised, arguments, written.span),)
 
 
 def find_event(name: Text, context: Context) -> Event | None:
@@ -135,6 +136,8 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
     where = _destination(event, target, delay, written, context)
     if not isinstance(where, _Where):
         return where
+    if where.destination is Destination.INTERNAL:
+        event = context.events.raised(event)
     _warn_of_content(written, context)
     listed = tuple(DocArgument(name, name) for name in written.name_list)
     arguments = type_arguments(event, (*written.arguments, *listed), name, context)

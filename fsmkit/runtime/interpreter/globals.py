@@ -188,6 +188,10 @@ class Globals:
         """Return the name of the event at hand, empty where there is none."""
         return "" if self.event is None else self.chart.events[self.event.event].name
 
+    def event_type(self) -> str:
+        """Return the type of the event at hand, empty where there is none (SCXML 5.10.1)."""
+        return "" if self.event is None else self.chart.events[self.event.event].type
+
     def is_in(self, state: int) -> bool:
         """Whether a state is active (SCXML 5.9.2, ``In``)."""
         return state in self.configuration

@@ -169,9 +169,9 @@ class Stepping(Timers):
             raise ContentError(f"no event with {name} is at hand")
         return self._fields[at]
 
-    def _event_name(self) -> str:
-        """Return the name of the event at hand, empty where there is none."""
-        return self.EVENTS[self._event] if self._event >= 0 else ""
+    def _event_name(self, texts: tuple[str, ...] | None = None) -> str:
+        """Return the name of the event at hand, or what it has in ``texts``; empty if none is."""
+        return (texts or self.EVENTS)[self._event] if self._event >= 0 else ""
 
     # --- timeouts ---------------------------------------------------------------------------------
     def _fire(self) -> None:

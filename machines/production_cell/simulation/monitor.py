@@ -56,6 +56,10 @@ class _Row:
         """Return the empty name: no event is at hand."""
         return ""
 
+    def event_type(self) -> str:
+        """Return the empty type: no event is at hand."""
+        return ""
+
     def is_in(self, state: int) -> bool:
         """Tell that all states are atoms."""
         raise ContentError(f"state {state} of no machine")

@@ -22,6 +22,7 @@ from fsmkit.expressions import (
     Element,
     EventField,
     EventName,
+    EventType,
     Expr,
     InState,
     IntType,
@@ -144,6 +145,8 @@ class Evaluator(Chooser):
                     return Literal(values.pop(0), BOOL, node.span)
                 case Call(_, _, type_) if type_ is not None:
                     return Literal(values.pop(0), type_, node.span)
+                case EventType():
+                    return Literal(self._type(at, name, node), SYMBOL, node.span)
                 case EventName():
                     return Literal(name, SYMBOL, node.span)
                 case EventField(field):
@@ -154,6 +157,19 @@ class Evaluator(Chooser):
                     return None
 
         return fold(rebuilt(term.expr, change))
+
+    def _type(self, at: int, name: str, node: EventType) -> str:
+        """Return the type of the event at hand; refused where its name does not tell it."""
+        if at == NOBODY:
+            return ""
+        types = {event.type for event in self.original.events if event.name == name}
+        if len(types) > 1:
+            raise refuse(
+                f"`{name}` is both raised and sent, and its type is asked",
+                node.span,
+                "give what is raised a name of its own",
+            )
+        return types.pop()
 
     def _field(self, at: int, name: str, field: str, node: EventField) -> Expr:
         if at == NOBODY:
