@@ -185,7 +185,7 @@ states:
 
 
 def test_plantuml_draws_no_arrow_across_the_border_of_a_region(tmp_path: Path) -> None:
-    """PlantUML refuses a diagram with one: such an arrow ends at the parallel state, and says so."""
+    """PlantUML refuses a diagram with one: it ends at the parallel state, and says so."""
     (tmp_path / "crossing.yaml").write_text(CROSSING)
     chart = load(tmp_path / "crossing.yaml")
     lines = drawn("plantuml", chart).splitlines()
