@@ -132,10 +132,10 @@ def check(
     properties: tuple[str, ...] = (),
     untimed: bool = False,
     assume_watchdogs_silent: bool = False,
-    zones: bool = False,
+    zones: bool = True,
     engine: str = "",
     memory: int = 4 << 30,
-    seconds: float = 0,
+    timeout: float = 0,
     cores: int = 1,
     no_reduction: tuple[str, ...] = (),
     storage: str = "exact",
@@ -145,10 +145,12 @@ def check(
 
     ``subject``: a chart, a system, or the path of either. ``properties``: judge these only (none
     named: all). ``untimed``: an armed timer may fire at any time, and transitions marked
-    ``watchdog`` never if ``assume_watchdogs_silent``. ``zones``: time is dense; else it passes by
-    the greatest common divisor of all delays. ``engine``: ``c``, ``python``, or C where there is a
-    compiler. ``memory`` in bytes and ``seconds`` (0: none) bound the exploration; where it ends
-    early, what was not decided is undecided. ``cores`` (0: all) does not change what is found.
+    ``watchdog`` never if ``assume_watchdogs_silent``. ``zones``: time is dense, as far as it can be
+    explored so (invoked charts and cyclic schedules cannot, which ``findings`` then tell); else it
+    passes by the greatest common divisor of all delays. ``engine``: ``c``, ``python``, or C where
+    there is a compiler. ``memory`` in bytes bounds the exploration; ``timeout``, seconds (0: none),
+    all that is done here, from reading on and in any thread; where one of them ends it early,
+    what was not decided is undecided. ``cores`` (0: all) does not change what is found.
     ``no_reduction``: reductions to switch off, which changes no verdict (``dead``: data that
     nothing can read any more count as at their start; ``sleep``: of steps that do not see each
     other one order is taken). ``storage``: ``exact``, or ``hash-compact`` or ``bitstate``, which
@@ -159,18 +161,13 @@ def check(
     """
     from fsmkit.diagnostics import Findings
     from fsmkit.model.chart import Chart
-    from fsmkit.verify.explore import Limits, Manner
+    from fsmkit.verify.explore import Limits, Manner, check_file
     from fsmkit.verify.explore import check as explore
-    from fsmkit.verify.replay import load_any
     from fsmkit.verify.storage import read_storage
     from fsmkit.verify.system import system_of
 
     found = Findings() if findings is None else findings
-    if isinstance(subject, str | Path):
-        subject = load_any(Path(subject), found)
-    elif isinstance(subject, Chart):
-        subject = system_of(subject)
-    limits = Limits(memory, seconds, cores)
+    limits = Limits(memory, timeout, cores)
     manner = Manner(
         engine,
         untimed=untimed,
@@ -180,7 +177,12 @@ def check(
         without=frozenset(no_reduction),
         storage=read_storage(storage),
     )
-    return explore(subject, found, manner=manner, names=frozenset(properties))
+    names = frozenset(properties)
+    if isinstance(subject, str | Path):
+        return check_file(Path(subject), found, manner=manner, names=names)[1]
+    if isinstance(subject, Chart):
+        subject = system_of(subject)
+    return explore(subject, found, manner=manner, names=names)
 
 
 def machine(path: str | Path, clock: Callable[[], Clock] | None = None) -> Callable[[Class], Class]:

@@ -16,6 +16,7 @@ from pathlib import Path
 import click
 
 import fsmkit
+from fsmkit.cli._interrupts import listen, received
 from fsmkit.cli._options import OneOf, no_such
 from fsmkit.cli.console import WrongOptionError, crash, interrupted, report, reported, set_up
 from fsmkit.cli.writing import write_files
@@ -133,7 +134,9 @@ def cli(options: Options | None, sarif: Path | None) -> None:
 def main() -> None:
     """Run the command line and exit; no traceback reaches a user."""
     gc.set_threshold(COLLECT_AFTER)
-    sys.exit(run(sys.argv[1:]))
+    listen()
+    code = run(sys.argv[1:])
+    sys.exit(received() or code)
 
 
 def run(arguments: list[str]) -> int:

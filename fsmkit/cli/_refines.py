@@ -19,6 +19,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Start, Timeout
 from fsmkit.runtime.values import show
 from fsmkit.verify.counterexample import leaves, occurrence_text
+from fsmkit.verify.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.reader import is_system_file
 from fsmkit.verify.refinement import Move, Refinement, refines
 from fsmkit.verify.refinement_words import Shown
@@ -26,10 +27,25 @@ from fsmkit.verify.show import STYLES
 from fsmkit.verify.verdict import Verdict
 
 
-def compare(file: Path, base: Path, seconds: float, reading: Reading, *, as_json: bool) -> int:
+def compare(
+    file: Path, base: Path, deadline: Deadline, reading: Reading, *, as_json: bool
+) -> int:
     """Compare two charts, tell what was found, and return the exit code."""
     findings = reading.findings()
-    charts = [chart_alone(path, findings, strict=reading.strict) for path in (file, base)]
+    try:
+        charts = deadline.cut_off(
+            Stage.READING,
+            lambda: [chart_alone(path, findings, strict=reading.strict) for path in (file, base)],
+        )
+    except TimeUp:
+        claim, why = f"`{file.name}` refines `{base.name}`", deadline.why()
+        findings.add("undecided", f"whether {claim} is undecided: {why}", None)
+        report(findings)
+        if as_json:
+            print_json({"verdict": Verdict.UNDECIDED.value, "reason": why})
+        else:
+            result.print(_line(Verdict.UNDECIDED, claim, why))
+        return 1
     columns = SpinnerColumn(), TextColumn("{task.description}")
     hidden = not err.is_terminal or as_json
     with Progress(*columns, console=err, transient=True, disable=hidden) as bar:
@@ -39,7 +55,7 @@ def compare(file: Path, base: Path, seconds: float, reading: Reading, *, as_json
             told = f"comparing {charts[0].name}: {pairs:,} pairs, {steps:,} steps"
             bar.update(task, description=told)
 
-        found = refines(*charts, seconds=seconds, progress=progress)
+        found = refines(*charts, deadline=deadline, progress=progress)
     _tell(found, findings)
     report(findings)
     if as_json:
@@ -92,9 +108,7 @@ def _place(found: Refinement) -> Span:
 
 def _summary(found: Refinement) -> RenderableType:
     verdict = _verdict(found)
-    line = Text.assemble((verdict.value.upper(), STYLES[verdict]), f"  {_claim(found)}")
-    if found.doubt:
-        line.append(f": {found.doubt}")
+    line = _line(verdict, _claim(found), found.doubt)
     parts: list[RenderableType] = []
     if found.violated:
         parts += [_steps(found), Text(_why(found)), Text()]
@@ -103,6 +117,11 @@ def _summary(found: Refinement) -> RenderableType:
         f"steps; {found.seconds:.1f} s (interpreter, in Python)"
     )
     return Group(*parts, line, Text(compared, style="dim"), Text("untimed", style="dim"))
+
+
+def _line(verdict: Verdict, claim: str, doubt: str) -> Text:
+    line = Text.assemble((verdict.value.upper(), STYLES[verdict]), f"  {claim}")
+    return line.append(f": {doubt}") if doubt else line
 
 
 def _steps(found: Refinement) -> Table:

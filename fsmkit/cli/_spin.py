@@ -64,7 +64,6 @@ def _report(network: Network, result: Result) -> Report:
         end=End.DECIDED,
         why="",
         states=network.states,
-        expanded=network.states,
         transitions=network.transitions,
         depth=steps,
         bytes=0,

@@ -12,6 +12,7 @@ import click
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
+from fsmkit.cli._interrupts import began
 from fsmkit.cli._options import OneOf, Reading, option_value, reading_options
 from fsmkit.cli._quantities import read_size, read_span
 from fsmkit.cli._refines import compare
@@ -24,8 +25,9 @@ from fsmkit.diagnostics import Diagnostic
 from fsmkit.model.chart import Chart
 from fsmkit.verify.counterexample import as_json
 from fsmkit.verify.cover import cover, told
+from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.exploration import End, Exploration
-from fsmkit.verify.explore import REDUCTIONS, Limits, Manner, asking_only, check
+from fsmkit.verify.explore import REDUCTIONS, Limits, Manner, asking_only, check_file
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.pictures import demand_notation, pictures
@@ -187,13 +189,14 @@ def command(
     Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
     abstract charts are skipped. The exit code is the worst of all.
     """
+    deadline = Deadline(timeout, began())
     if silent and time_mode != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     if base is not None:
         others = (names, silent, engine, without, replacing, save_trace, drawings, tests)
         if any((*others, cover_folder, storage != Storage.EXACT.value)):
             raise click.UsageError("--refines goes only with --timeout and --json")
-        return compare(_only(files), base, timeout, reading, as_json=as_json_document)
+        return compare(_only(files), base, deadline, reading, as_json=as_json_document)
     if spin_trail is not None:
         file = _only(files)
         if time_mode == "zones":
@@ -217,7 +220,9 @@ def command(
         without=frozenset(without),
         storage=Storage(storage),
     )
-    judge = partial(judged, manner=manner, reading=reading, is_quiet=as_json_document)
+    judge = partial(
+        judged, manner=manner, reading=reading, deadline=deadline, is_quiet=as_json_document
+    )
     if len(files) > 1 or files[0].is_dir():
         if any((names, replacing, save_trace, drawings, tests, cover_folder)):
             given = "--property, --replace, --save-trace, --draw, --save-test and --cover"
@@ -227,7 +232,7 @@ def command(
     system, found = judge(file, names=frozenset(names), replacing=replacing)
     saved = save(found, file, save_trace) if save_trace is not None else []
     made = {path: text for d in drawings for path, text in pictures(found, d).items()}
-    charts = compiled_charts(system, found.closed.system)
+    charts = compiled_charts(system, found.closed.system) if system.machines else ()
     made |= {
         path: suite(path, found.closed, paths, file, charts)
         for path in tests
@@ -262,13 +267,12 @@ def judged(
     *,
     manner: Manner,
     reading: Reading,
+    deadline: Deadline,
     is_quiet: bool,
     names: frozenset[str] = frozenset(),
     replacing: Mapping[str, Path] = MappingProxyType({}),
 ) -> tuple[System, Report]:
     """Return the system of a file, or of a chart, and what its exploration found."""
-    findings = reading.findings()
-    system = load_any(file, findings, replacing, strict=reading.strict)
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -276,13 +280,22 @@ def judged(
         transient=True,
         disable=not err.is_terminal or is_quiet,
     ) as bar:
-        task = bar.add_task(f"exploring {system.name}")
+        task = bar.add_task(f"reading {escape(file.name)}")
 
         def progress(states: int, transitions: int, depth: int) -> None:
             told = f"{states:,} states, {transitions:,} transitions, depth {depth}"
-            bar.update(task, description=f"exploring {system.name}: {told}")
+            bar.update(task, description=f"exploring {escape(file.name)}: {told}")
 
-        return system, check(system, findings, manner=manner, names=names, progress=progress)
+        return check_file(
+            file,
+            reading.findings(),
+            replacing=replacing,
+            strict=reading.strict,
+            manner=manner,
+            names=names,
+            progress=progress,
+            deadline=deadline,
+        )
 
 
 def compiled_charts(system: System, explored: System) -> tuple[Chart, ...]:
@@ -299,11 +312,13 @@ def document(found: Report) -> Mapping[str, object]:
     return {
         "verdict": found.verdict.value,
         "states": explored.states,
+        **({"zones": explored.zones} if found.closed.zones else {}),
         "transitions": explored.transitions,
         "depth": explored.depth,
         "seconds": round(explored.seconds, 3),
         "engine": explored.engine,
         "cores": explored.cores,
+        "spent": {stage: round(seconds, 3) for stage, seconds in found.spent.items()},
         "time": time_of(found),
         "exact": explored.table is None,
         "storage": _stored(explored, explored.table),

@@ -62,7 +62,7 @@ def _demand_whole(report: Report) -> None:
     found, closed = report.exploration, report.closed
     why = ""
     if found.end is not End.COMPLETE:
-        why = f"{ENDS[found.end]} after {found.expanded} states"
+        why = f"{ENDS[found.end]} after {found.states:,} states"
     elif found.table is not None:
         why = f"{found.table.storage.value} storage may miss states"
     elif closed.samples:

@@ -199,6 +199,21 @@ def close(
     )
 
 
+def as_it_stands(system: System) -> Closed:
+    """Return a system that is not explored, where something closed is wanted to tell of it."""
+    return Closed(system, (), (), (), (), False, False, False, 0, ())
+
+
+def beyond_zones(system: System) -> str:
+    """Return why a system cannot be explored in dense time; empty if it can."""
+    if system.schedule is not None:
+        return "turns of a cyclic schedule come in discrete time"
+    for machine in system.machines:
+        for invocation in machine.chart.invocations if unit_of(system) else ():
+            return f"`{invocation.id}` is invoked by `{machine.chart.name}`"
+    return ""
+
+
 def unit_of(system: System) -> int:
     """Return the greatest common divisor of all delays, in ticks; 0 where there is none."""
     ticks = {machine.chart.capacities.tick for machine in system.machines}

@@ -6,8 +6,7 @@ which is passed over for a larger one (``core/timed_model.h``).
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 from fsmkit.verify.closed import Closed
@@ -26,28 +25,20 @@ def temporal_answers(
     closed: Closed,
     found: Exploration,
     memory: int,
-    seconds: float,
     progress: Progress | None,
     names: frozenset[str],
 ) -> tuple[Answer, ...]:
     """Decide the temporal properties; ``names`` limits them, none named: all.
 
-    Of runs nothing is asked unless all that is reached was ``found``. ``seconds`` (0: no limit) is
-    for that and for all of these explorations together.
+    Of runs nothing is asked unless all that is reached was ``found``. All of these explorations
+    together keep to the deadline of the engine.
     """
-    left = _clock(seconds, found.seconds)
     properties = closed.system.properties
     asked = [n for n, p in enumerate(properties) if _is_asked(p, names)]
     within = [n for n in asked if properties[n].kind is PropertyKind.WITHIN]
     of_runs = [n for n in asked if n not in within and found.end is End.COMPLETE]
-    answers = [_delay(built, closed, number, memory, left()) for number in within]
-    return (*answers, *_of_runs(built, of_runs, memory, left(), progress))
-
-
-def _clock(seconds: float, spent: float) -> Callable[[], float]:
-    """Return what tells how many seconds are left: at least a moment; 0 if there is no limit."""
-    end = time.monotonic() + seconds - spent
-    return lambda: max(end - time.monotonic(), 0.001) if seconds else 0
+    answers = [_delay(built, closed, number, memory) for number in within]
+    return (*answers, *_of_runs(built, of_runs, memory, progress))
 
 
 def _is_asked(property_: Property, names: frozenset[str]) -> bool:
@@ -55,12 +46,12 @@ def _is_asked(property_: Property, names: frozenset[str]) -> bool:
     return asked and property_.kind in TEMPORAL and not property_.unexplored
 
 
-def _delay(built: CEngine, closed: Closed, number: int, memory: int, seconds: float) -> Answer:
+def _delay(built: CEngine, closed: Closed, number: int, memory: int) -> Answer:
     """Measure a `within` by a clock that runs from one condition to the other."""
     properties = closed.system.properties
     ticks = properties[number].ticks
     most = ticks // closed.unit + WATCHED
-    found, told = built.watch(number, goal_place(properties, number), most, memory, seconds)
+    found, told = built.watch(number, goal_place(properties, number), most, memory, 0)
     if found.end is not End.COMPLETE:
         return Answer(number, known=False)
     pending = told["pending"]
@@ -70,22 +61,20 @@ def _delay(built: CEngine, closed: Closed, number: int, memory: int, seconds: fl
 
 
 def _of_runs(
-    built: CEngine, numbers: list[int], memory: int, seconds: float, progress: Progress | None
+    built: CEngine, numbers: list[int], memory: int, progress: Progress | None
 ) -> Iterator[Answer]:
     """Decide `recoverable` and `leads_to`."""
     if not numbers:
         return
     command = [str(built.program), "--memory", str(memory), *built.temporal_options(numbers)]
-    if seconds:
-        command += ["--timeout", str(seconds)]
-    if progress is not None:
-        command.append("--progress")
+    command += built.limits(0)
     told = built.result(command, progress)
     end = End(told["outcome"])
     given_up = f" ({told['why']})" if told["why"] and end is End.FAILED else ""
-    cut_short = f"{ENDS.get(end)}{given_up} after {told['states']} zones"
-    for number, text in zip(numbers, told["temporal"], strict=True):
-        answer = built.answer(number, text)
+    cut_short = f"{ENDS.get(end)}{given_up} after {told['states']:,} states"
+    texts = told["temporal"] or [None] * len(numbers)
+    for number, text in zip(numbers, texts, strict=True):
+        answer = Answer(number, known=False) if text is None else built.answer(number, text)
         why = answer.why if end is End.COMPLETE else cut_short
         way_out = "; try `--time discrete` or `--time untimed`" if why else ""
         yield replace(answer, why=why + way_out)

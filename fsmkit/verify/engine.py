@@ -6,14 +6,12 @@ The program is built of the machines as `fsmkit compile` writes them, of the ada
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import json
+import math
 import os
 import shutil
 import signal
-import subprocess
-import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -25,9 +23,21 @@ from fsmkit.plugins import Target, plugin
 from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_sessions import session_files
 from fsmkit.verify.adapter_values import Built, describe, prefix_of
+from fsmkit.verify.building import Builder
+from fsmkit.verify.children import Done, run
 from fsmkit.verify.closed import Closed, with_greatest_delays
 from fsmkit.verify.counterexample import Counterexample, as_explored
-from fsmkit.verify.exploration import AT_ONCE, Answer, End, Exploration, Figures, Mark, Trail
+from fsmkit.verify.deadline import Deadline, Stage, TimeUp
+from fsmkit.verify.exploration import (
+    AT_ONCE,
+    IDLE,
+    Answer,
+    End,
+    Exploration,
+    Figures,
+    Mark,
+    Trail,
+)
 from fsmkit.verify.instants import Armed, Performed, Point, scheduled, with_points
 from fsmkit.verify.moves import Action, Step
 from fsmkit.verify.storage import Storage, read_table
@@ -36,6 +46,12 @@ from fsmkit.verify.wiring import system_file
 
 CORE = Path(__file__).parent / "core"
 FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="hooks.h"')
+NO_MEMORY = 3
+"""Its exit code where there is not even memory to begin with."""
+MOST_FOR_PATHS = 2.0
+"""Seconds at most, of those that are left, that are kept for the ways to what was found."""
+OVERDUE = 0.3
+"""Seconds that it has after its deadline to say its result."""
 Progress = Callable[[int, int, int], None]
 
 
@@ -66,29 +82,18 @@ def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
     return files
 
 
-def cache_folder() -> Path:
-    """Return where programs are kept: in XDG_CACHE_HOME, else in ~/.cache."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "fsmkit" / "explorer"
-
-
 class CEngine:
     """A compiled explorer of one closed system."""
 
-    def __init__(self, closed: Closed, findings: Findings) -> None:
-        """Generate and compile, or find it in the cache; `FsmkitError` where that fails."""
+    def __init__(
+        self, closed: Closed, findings: Findings, deadline: Deadline | None = None
+    ) -> None:
+        """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
+
+        All that it does keeps to the ``deadline``; `TimeUp` where that passes.
+        """
         self._closed = closed
-        self._temporary: tempfile.TemporaryDirectory[str] | None = None
-        self.program = self._build(model_files(closed, findings))
-
-    def close(self) -> None:
-        """Remove what is not kept in the cache."""
-        if self._temporary is not None:
-            self._temporary.cleanup()
-
-    # --- building ------------------------------------------------------------------------------
-
-    def _build(self, files: Mapping[str, str]) -> Path:
+        self._deadline = deadline or Deadline()
         command = compiler()
         if command is None:
             raise fail(
@@ -96,33 +101,18 @@ class CEngine:
                 "there is no C compiler",
                 help="install `cc`, name one in CC, or use `--engine python`",
             )
+        files = self._deadline.cut_off(Stage.GENERATING, lambda: model_files(closed, findings))
         core = {path.name: path.read_text() for path in sorted(CORE.glob("*.[ch]"))}
-        identity = json.dumps([command, FLAGS, sorted({**core, **files}.items())])
-        name = hashlib.sha256(identity.encode()).hexdigest()[:32]
-        program = self._folder() / name
-        if program.exists():
-            return program
-        objects = _core_objects(command, core, program.parent)
-        with tempfile.TemporaryDirectory(prefix="fsmkit-") as folder:
-            headers = {name: text for name, text in core.items() if name.endswith(".h")}
-            made = Path(folder) / "explore"
-            sources = _write({**headers, **files}, Path(folder))
-            _compile(command, [*sources, *map(str, objects), "-o", made.name], Path(folder))
-            partial = program.with_suffix(f".{os.getpid()}")
-            shutil.copy2(made, partial)
-            partial.replace(program)
-        return program
-
-    def _folder(self) -> Path:
-        folder = cache_folder()
+        self._builder = Builder((command, *FLAGS), self._deadline, findings)
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if os.access(folder, os.W_OK):
-                return folder
-        except OSError:
-            pass
-        self._temporary = tempfile.TemporaryDirectory(prefix="fsmkit-")
-        return Path(self._temporary.name)
+            self.program = self._builder.program(core, files)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Remove what is not kept in the cache."""
+        self._builder.close()
 
     # --- running -------------------------------------------------------------------------------
 
@@ -140,11 +130,10 @@ class CEngine:
         """Explore everything, or until some marks were all seen; an interrupt ends it early."""
         command = [str(self.program), "--livelock", "--cores", str(cores)]
         command += ["--memory", str(memory), "--storage", storage.value]
-        command += ["--timeout", str(seconds)] if seconds else []
+        command += self.limits(seconds)
         if until:
             command += ["--until", ",".join(map(str, sorted(until)))]
         command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
-        command += ["--progress"] * (progress is not None)
         command += [] if self._closed.zones else self.temporal_options()
         return self._read(self.result(command, progress))
 
@@ -176,8 +165,7 @@ class CEngine:
         ``most`` units it shows only more.
         """
         command = [str(self.program), "--memory", str(memory), "--watch", f"{begin},{end},{most}"]
-        if seconds:
-            command += ["--timeout", str(seconds)]
+        command += self.limits(seconds)
         told = self.result(command, None)
         return self._read(told), told["watch"]
 
@@ -187,35 +175,77 @@ class CEngine:
         In zones only.
         """
         command = [str(self.program), "--list"]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        done = self._run(command)
+        if done.code:
+            raise fail("explorer-build", f"the explorer ended with code {done.code}")
         found: list[list[str]] = []
-        for line in done.stdout.splitlines():
+        for line in done.out.splitlines():
             if line.startswith("{"):
                 found.append([])
             else:
                 found[-1].append(line)
         return frozenset(map(tuple, found[:-1]))
 
+    def limits(self, seconds: float) -> list[str]:
+        """Return the options that end a search after so long (0: never), or at the deadline.
+
+        Before that some time is left for the ways to what was found, and for the replay.
+        """
+        left = self._deadline.left
+        search = min(seconds or math.inf, max(0.001, left - min(MOST_FOR_PATHS, left / 10)))
+        found = [] if search == math.inf else ["--timeout", f"{search:.3f}"]
+        return found if left == math.inf else [*found, "--paths", f"{max(0.001, left):.3f}"]
+
     def result(self, command: list[str], progress: Progress | None) -> Mapping[str, Any]:
-        """Return what the program says in the end (``core/main.c``)."""
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-            assert process.stdout is not None  # noqa: S101  (it is a pipe)
-            while True:
-                try:
-                    for line in process.stdout:
-                        told = json.loads(line)
-                        if "result" in told:
-                            result: Mapping[str, Any] = told["result"]
-                            return result
-                        _show(told["progress"], progress)
-                    break
-                except KeyboardInterrupt:
-                    process.send_signal(signal.SIGINT)
+        """Return what the program says in the end (``core/main.c``).
+
+        Where it says nothing for want of time or memory, that is said, with how far it had come.
+        """
+        last: dict[str, int] = {}
+        began = time.monotonic()
+
+        def spent() -> float:
+            return time.monotonic() - began
+
+        def line(text: str) -> None:
+            if text.startswith('{"progress"'):
+                last.update(json.loads(text)["progress"])
+                if progress is not None:
+                    progress(last["states"], last["transitions"], last["depth"])
+
+        try:
+            with self._deadline.stage(Stage.EXPLORING):
+                done = self._run([*command, "--progress"], line, stops=True)
+        except TimeUp:
+            return _unfinished(End.TIME, "", last, spent())
+        if done.code == 0:
+            result: Mapping[str, Any] = json.loads(done.out)["result"]
+            return result
+        if done.code == NO_MEMORY:
+            return _unfinished(End.MEMORY, "", last, spent())
+        if done.code == -signal.SIGKILL:
+            why = "something ended the explorer, as a system does that runs out of memory"
+            return _unfinished(End.FAILED, why, last, spent())
         raise fail(
             "explorer-build",
-            f"the explorer ended with code {process.returncode} and without a result",
+            f"the explorer ended with code {done.code} and without a result",
             help="use `--engine python`, and please report it",
         )
+
+    def _run(
+        self, command: list[str], line: Callable[[str], None] | None = None, *, stops: bool = False
+    ) -> Done:
+        try:
+            seconds = self._deadline.left + OVERDUE
+            return run(command, seconds=seconds, line=line, stops=stops)
+        except OSError as error:
+            reason = (error.strerror or type(error).__name__).lower()
+            raise fail(
+                "explorer-build",
+                f"the compiled explorer cannot be run: {reason}",
+                help="if programs in the cache or in TMPDIR may not be executed, name other "
+                "folders in XDG_CACHE_HOME and TMPDIR; or use `--engine python`",
+            ) from error
 
     def _read(self, told: Mapping[str, Any]) -> Exploration:
         livelock = told["livelock"]
@@ -224,7 +254,6 @@ class CEngine:
             end=End(told["outcome"]),
             why=told["why"],
             states=told["states"],
-            expanded=told["expanded"],
             transitions=told["transitions"],
             depth=told["depth"],
             bytes=told["bytes"],
@@ -251,9 +280,10 @@ class CEngine:
                     frozenset(n for n, seen in enumerate(figures["transitions"]) if seen == "1"),
                 )
                 for figures in told["machines"]
-            ),
+            )
+            or IDLE * len(self._closed.system.machines),
             cores=told.get("cores", 1),
-            parts=told.get("parts", 0),
+            zones=told.get("zones", 0),
             doubt=told.get("doubt", ""),
             table=read_table(told.get("table")),
             temporal=tuple(
@@ -281,17 +311,22 @@ class CEngine:
         steps, points = with_points(path)
         written = ",".join("!" if step == AT_ONCE else str(step) for step in steps)
         command = [str(self.program), "--replay", written]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
+        with self._deadline.stage(Stage.REPLAYING):
+            done = self._run(command)
+        if done.code:
             raise fail(
                 "explorer-build",
-                f"the explorer cannot replay its own path: {done.stderr.strip()}",
+                f"the explorer cannot replay its own path: {done.err.strip() or done.code}",
                 help="please report it",
             )
-        told = list(_steps(done.stdout.splitlines()))
-        if self._closed.zones:
-            return list(self._with_time(told, points))
-        return [(performed.step, lines) for performed, lines in told]
+
+        def read() -> list[tuple[Step, tuple[str, ...]]]:
+            told = list(_steps(done.out.splitlines()))
+            if self._closed.zones:
+                return list(self._with_time(told, points))
+            return [(performed.step, lines) for performed, lines in told]
+
+        return self._deadline.cut_off(Stage.REPLAYING, read)
 
     def _with_time(
         self, told: Sequence[tuple[Performed, tuple[str, ...]]], points: Sequence[Point]
@@ -316,7 +351,9 @@ class CEngine:
     def confirm(self, found: Counterexample, path: tuple[int, ...]) -> Counterexample:
         """Compare a path in the interpreter with the same in generated C, line by line."""
         performed = self._replayed(path)
-        expected = as_explored(self._closed, found.steps)
+        expected = self._deadline.cut_off(
+            Stage.REPLAYING, lambda: as_explored(self._closed, found.steps)
+        )
         for number, (checked, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
             if checked != lines:
                 ours, theirs = _difference(checked, lines)
@@ -325,47 +362,21 @@ class CEngine:
         return replace(found, replayed=(*found.replayed, "generated C"))
 
 
-def _core_objects(command: str, core: Mapping[str, str], folder: Path) -> list[Path]:
-    """Return the object files of the core, which are the same for all systems."""
-    identity = json.dumps([command, FLAGS, sorted(core.items())])
-    kept = folder / f"core-{hashlib.sha256(identity.encode()).hexdigest()[:32]}"
-    if not kept.exists():
-        with tempfile.TemporaryDirectory(prefix="core-", dir=folder) as name:
-            made = Path(name) / "made"
-            made.mkdir()
-            _compile(command, ["-c", *_write(core, made)], made)
-            with contextlib.suppress(OSError):  # another process was first
-                made.rename(kept)
-    return sorted(kept.glob("*.o"))
-
-
-def _write(files: Mapping[str, str], folder: Path) -> list[str]:
-    """Write files, and return the names of those to compile."""
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return sorted(name for name in files if name.endswith(".c"))
-
-
-def _compile(command: str, arguments: list[str], folder: Path) -> None:
-    done = subprocess.run(
-        [command, *FLAGS, "-I.", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        first = next((line for line in done.stderr.splitlines() if "error" in line), "")
-        raise fail(
-            "explorer-build",
-            f"`{command}` cannot compile the explorer: {first or done.stderr[-300:]}",
-            help="use `--engine python`, and please report it",
-        )
-
-
-def _show(told: Mapping[str, int], progress: Progress | None) -> None:
-    if progress is not None:
-        progress(told["states"], told["transitions"], told["depth"])
+def _unfinished(end: End, why: str, last: Mapping[str, int], seconds: float) -> Mapping[str, Any]:
+    """Return a result that says only why there is none, and how far the search had come."""
+    nothing = {"marks": (), "livelock_known": False, "livelock": None, "traps_known": False}
+    known = {name: last.get(name, 0) for name in ("states", "transitions", "depth", "bytes")}
+    return {
+        **nothing,
+        **known,
+        "outcome": end.value,
+        "why": why,
+        "traps": (),
+        "machines": (),
+        "seconds": seconds,
+        "temporal": (),
+        "watch": {"least": None, "greatest": None, "pending": None, "stopped": False},
+    }
 
 
 def _steps(lines: list[str]) -> Iterator[tuple[Performed, tuple[str, ...]]]:

@@ -74,6 +74,10 @@ class Figures:
     transitions: frozenset[int]
 
 
+IDLE = (Figures(0, 0, 0, 0, frozenset(), frozenset()),)
+"""A machine that was not explored."""
+
+
 @dataclass(frozen=True, slots=True)
 class Exploration:
     """The result of a search.
@@ -87,7 +91,6 @@ class Exploration:
     end: End
     why: str
     states: int
-    expanded: int
     transitions: int
     depth: int
     bytes: int
@@ -100,8 +103,8 @@ class Exploration:
     machines: tuple[Figures, ...]
     cores: int = 1
     """How many were at work; with large layers only it is more than one."""
-    parts: int = 0
-    """In dense time: how many discrete parts the states have; a state is such a part and a zone."""
+    zones: int = 0
+    """In dense time: how many zones there are of all the states together."""
     doubt: str = ""
     """Why a livelock or a trap is not known, if that is not for want of memory."""
     temporal: tuple[Answer, ...] = ()
@@ -116,6 +119,26 @@ class Exploration:
     def mark(self, number: int) -> Mark | None:
         """Return what was seen of a mark."""
         return next((mark for mark in self.marks if mark.number == number), None)
+
+
+def unexplored(engine: str, why: str, machines: int) -> Exploration:
+    """Return what is found where the time was over before it began."""
+    return Exploration(
+        engine=engine,
+        end=End.TIME,
+        why=why,
+        states=0,
+        transitions=0,
+        depth=0,
+        bytes=0,
+        seconds=0.0,
+        marks=(),
+        livelock_known=False,
+        livelock=None,
+        traps_known=False,
+        traps=(),
+        machines=IDLE * machines,
+    )
 
 
 def first_mark(closed: Closed, machine: int) -> int:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import KW_ONLY, dataclass, replace
+from pathlib import Path
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.diagnostics.nearest import nearest
-from fsmkit.verify.closed import Closed, close
+from fsmkit.verify.closed import Closed, beyond_zones, close
 from fsmkit.verify.counterexample import Counterexample, ReplayError, write
+from fsmkit.verify.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.dense import cycle_place, temporal_answers
 from fsmkit.verify.engine import CEngine, compiler
-from fsmkit.verify.exploration import DEADLOCK, Exploration, Trail
+from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Trail
 from fsmkit.verify.oracle import explore_in_python
+from fsmkit.verify.replay import load_any
 from fsmkit.verify.storage import Storage
 from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System
-from fsmkit.verify.verdict import Report, conclude
+from fsmkit.verify.verdict import Report, Show, conclude, not_explored
 
 DEAD = "dead"
 """The reduction that resets data which nothing can read any more (`verify.dead_variables`)."""
@@ -91,6 +94,33 @@ class Manner:
         )
 
 
+def check_file(
+    path: Path,
+    findings: Findings,
+    *,
+    replacing: Mapping[str, Path] | None = None,
+    strict: bool = False,
+    manner: Manner | None = None,
+    names: frozenset[str] = frozenset(),
+    progress: Progress | None = None,
+    deadline: Deadline | None = None,
+) -> tuple[System, Report]:
+    """Read a system, or a chart alone, and check it; the ``deadline`` is for both together.
+
+    ``replacing``, ``strict``: as of `fsmkit.verify.replay.load_any`. Where time ends while it is
+    read, the system is one of no machines.
+    """
+    manner = manner or Manner()
+    deadline = deadline or Deadline(manner.limits.seconds)
+    try:
+        read = deadline.cut_off(Stage.READING, lambda: load_any(path, findings, replacing, strict=strict))
+    except TimeUp:
+        read = System(path.stem, ())
+        return read, _out_of_time(read, manner, frozenset(), findings, deadline)
+    report = check(read, findings, manner=manner, names=names, progress=progress, deadline=deadline)
+    return read, report
+
+
 def check(
     system: System,
     findings: Findings,
@@ -98,13 +128,53 @@ def check(
     manner: Manner | None = None,
     names: frozenset[str] = frozenset(),
     progress: Progress | None = None,
+    deadline: Deadline | None = None,
 ) -> Report:
-    """Explore a system and return the verdicts; ``names`` limits the properties that are judged."""
+    """Explore a system and return the verdicts; ``names`` limits the properties that are judged.
+
+    All of it keeps to the ``deadline``; without one, to the seconds of the manner from now on.
+    Where time ends before the exploration begins, nothing is decided.
+    """
     manner = manner or Manner()
+    deadline = deadline or Deadline(manner.limits.seconds)
     _demand_known(system, names)
+    try:
+        return _timed(_checked(system, findings, manner, names, progress, deadline), deadline)
+    except TimeUp:
+        return _out_of_time(system, manner, names, findings, deadline)
+
+
+def _out_of_time(
+    system: System,
+    manner: Manner,
+    names: frozenset[str],
+    findings: Findings,
+    deadline: Deadline,
+) -> Report:
+    report = not_explored(system, deadline.why(), names, findings, manner.engine or "c")
+    return _timed(report, deadline)
+
+
+def _timed(report: Report, deadline: Deadline) -> Report:
+    return replace(report, spent={s.value: seconds for s, seconds in deadline.spent.items()})
+
+
+def _checked(
+    system: System,
+    findings: Findings,
+    manner: Manner,
+    names: frozenset[str],
+    progress: Progress | None,
+    deadline: Deadline,
+) -> Report:
     engine = manner.engine or ("c" if compiler() is not None else "python")
-    zones = manner.zones and engine == "c"
-    closed = manner.closed(system, zones=zones)
+    zones = manner.zones and engine == "c" and not manner.untimed
+    why = beyond_zones(system) if zones else ""
+    if why:
+        message = f"time is discrete in this check, not dense: {why}"
+        findings.add("discrete-time", message, None, help="`--time discrete` does the same")
+        zones = False
+    closed = deadline.cut_off(Stage.GENERATING, lambda: manner.closed(system, zones=zones))
     _demand_stored(manner.storage, engine, closed)
     if not manner.engine and engine == "python":
         findings.add(
@@ -116,23 +186,30 @@ def check(
     until = _awaited(closed, names)
     if engine == "python":
         found, trail_of = explore_in_python(
-            closed,
-            traps=closed.is_open,
-            timeout=manner.limits.seconds,
-            progress=progress,
-            until=until,
+            closed, traps=closed.is_open, deadline=deadline, progress=progress, until=until
         )
-        return conclude(closed, found, _shower(closed, trail_of), names, findings)
-    with closing(CEngine(closed, findings)) as built:
-        limits = manner.limits
+        found = _with_reason(found, deadline)
+
+        def trail(path: tuple[int, ...]) -> Trail:
+            return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
+
+        return conclude(closed, found, _shower(closed, deadline, trail), names, findings)
+    with closing(CEngine(closed, findings, deadline)) as built:
         found = _searched(built, manner, progress, until)
         if closed.zones:
-            answers = temporal_answers(
-                built, closed, found, limits.memory, limits.seconds, progress, names
-            )
+            memory = manner.limits.memory
+            answers = temporal_answers(built, closed, found, memory, progress, names)
             found = replace(found, temporal=answers)
-        show = _shower(closed, built.trail, built.confirm)
+        found = _with_reason(found, deadline)
+        show = _shower(closed, deadline, built.trail, built.confirm)
         return conclude(closed, found, show, names, findings)
+
+
+def _with_reason(found: Exploration, deadline: Deadline) -> Exploration:
+    """Return what was found; if time ended it, with where the time went."""
+    if found.end is not End.TIME or found.why:
+        return found
+    return replace(found, why=deadline.told())
 
 
 def _searched(
@@ -142,8 +219,8 @@ def _searched(
     until: frozenset[int] = frozenset(),
 ) -> Exploration:
     limits, sleeps = manner.limits, SLEEP not in manner.without
-    memory, seconds, cores = limits.memory, limits.seconds, limits.threads
-    return built.explore(memory, seconds, progress, until, cores, manner.storage, sleeps=sleeps)
+    cores = limits.threads
+    return built.explore(limits.memory, 0, progress, until, cores, manner.storage, sleeps=sleeps)
 
 
 def _demand_stored(storage: Storage, engine: str, closed: Closed) -> None:
@@ -162,10 +239,11 @@ def _demand_stored(storage: Storage, engine: str, closed: Closed) -> None:
 
 def _shower(
     closed: Closed,
+    deadline: Deadline,
     trail_of: Callable[[tuple[int, ...]], Trail],
     confirm: Callable[[Counterexample, tuple[int, ...]], Counterexample] | None = None,
-) -> Callable[[tuple[int, ...], tuple[int, ...]], Counterexample]:
-    def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
+) -> Show:
+    def shown(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
         whole = (*path, *cycle)
         trail = trail_of(whole)
         split = (
@@ -174,10 +252,22 @@ def _shower(
             else len(trail) - len(cycle)
         )
         try:
-            found = write(closed, trail[:split], trail[split:])
+            found = deadline.cut_off(
+                Stage.REPLAYING, lambda: write(closed, trail[:split], trail[split:])
+            )
         except ReplayError as error:
             return Counterexample((), trail, None, (), str(error))
         return found if confirm is None else confirm(found, whole)
+
+    given_up = False
+
+    def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample | None:
+        nonlocal given_up  # once out of time, or interrupted: then what is known is told at once
+        try:
+            return None if given_up else shown(path, cycle)
+        except (TimeUp, KeyboardInterrupt):
+            given_up = True
+            return None
 
     return show
 
@@ -233,11 +323,12 @@ def explored(
     """Return what an exploration finds, without judging it."""
     zones = manner.zones and manner.engine != "python"
     closed = manner.closed(system, zones=zones)
+    deadline = Deadline(manner.limits.seconds)
     _demand_stored(manner.storage, manner.engine, closed)
     if manner.engine == "python":
         found, _ = explore_in_python(
-            closed, traps=closed.is_open, timeout=manner.limits.seconds, progress=progress
+            closed, traps=closed.is_open, deadline=deadline, progress=progress
         )
         return found
-    with closing(CEngine(closed, findings)) as built:
+    with closing(CEngine(closed, findings, deadline)) as built:
         return _searched(built, manner, progress)

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from itertools import count
 
 from fsmkit.verify.closed import Closed
+from fsmkit.verify.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.exploration import (
     DEADLOCK,
     Answer,
@@ -33,6 +35,9 @@ from fsmkit.verify.sessions import timers_within
 from fsmkit.verify.system import Property, asked_events, judged, temporal_properties
 from fsmkit.verify.temporal import Arc, action_of, answers
 
+PAUSE = 256
+"""States between two looks at progress and deadline."""
+
 
 class Oracle(GlobalSteps):
     """A search, and what it found so far."""
@@ -45,6 +50,7 @@ class Oracle(GlobalSteps):
         self._origins: list[tuple[int, int]] = []
         self._marks: dict[int, tuple[int, tuple[int, int]]] = {}
         self._transitions = 0
+        self._depth = 0
         self._judged = judged(closed.system.properties)
         taken = (
             (self._first_marks[m] + UNHANDLED + len(closed.charts[m].events) + e, (m, e))
@@ -59,59 +65,76 @@ class Oracle(GlobalSteps):
         *,
         livelock: bool = True,
         traps: bool = False,
-        timeout: float = 0,
+        deadline: Deadline | None = None,
         progress: Callable[[int, int, int], None] | None = None,
         until: frozenset[int] = frozenset(),
     ) -> Exploration:
         """Search until all is known, ``until`` was seen, time is up, or the user interrupts."""
         began = time.monotonic()
-        end, why, expanded, depth, layer_end = End.COMPLETE, "", 0, 0, 0
+        deadline = deadline or Deadline()
+        end, why = End.COMPLETE, ""
+        knows_livelock = knows_traps = False
+        cycle: tuple[tuple[int, ...], tuple[int, ...]] | None = None
+        trapped: tuple[tuple[int, ...], ...] = ()
+        temporal: tuple[Answer, ...] = ()
         try:
-            for ordinal, edge in enumerate(self.initial()):
-                self._visit(-1, ordinal, edge)
-            layer_end = len(self._order)
-            while expanded < len(self._order):
-                if expanded == layer_end:
-                    layer_end = len(self._order)
-                    depth += 1
-                if timeout and time.monotonic() - began > timeout:
-                    end = End.TIME
-                    break
-                if expanded % 256 == 0 and progress is not None:
-                    progress(len(self._order), self._transitions, depth)
-                for ordinal, edge in enumerate(self.successors(self._order[expanded])):
-                    self._transitions += 1
-                    self._visit(expanded, ordinal, edge)
-                expanded += 1
-                if until and until <= self._marks.keys():
-                    end = End.DECIDED
-                    break
+            search = self._search(until)
+            while deadline.cut_off(Stage.EXPLORING, lambda: next(search, False)):
+                if progress is not None:
+                    progress(len(self._order), self._transitions, self._depth)
+            if until and until <= self._marks.keys():
+                end = End.DECIDED
+            else:
+                if livelock:
+                    cycle = deadline.cut_off(Stage.EXPLORING, self._livelock)
+                    knows_livelock = True
+                if traps:
+                    trapped = deadline.cut_off(Stage.EXPLORING, self._traps)
+                    knows_traps = True
+                temporal = deadline.cut_off(Stage.EXPLORING, self._temporal)
+        except TimeUp:
+            end = End.TIME
         except KeyboardInterrupt:
             end = End.INTERRUPTED
         except TooManyChoices:
             end, why = End.FAILED, "too many combinations of choices in one step"
-        complete = end is End.COMPLETE
         return Exploration(
             engine="python",
             end=end,
             why=why,
             states=len(self._order),
-            expanded=expanded,
             transitions=self._transitions,
-            depth=depth,
+            depth=self._depth,
             bytes=0,
             seconds=time.monotonic() - began,
             marks=tuple(
                 Mark(number, count, self._path_to(*place))
                 for number, (count, place) in sorted(self._marks.items())
             ),
-            livelock_known=livelock and complete,
-            livelock=self._livelock() if livelock and complete else None,
-            traps_known=traps and complete,
-            traps=self._traps() if traps and complete else (),
+            livelock_known=knows_livelock,
+            livelock=cycle,
+            traps_known=knows_traps,
+            traps=trapped,
             machines=tuple(self._figures(machine) for machine in range(self._count)),
-            temporal=self._temporal() if complete else (),
+            temporal=temporal,
         )
+
+    def _search(self, until: frozenset[int]) -> Iterator[bool]:
+        """Visit all states, or until those marks were seen; stop now and then."""
+        for ordinal, edge in enumerate(self.initial()):
+            self._visit(-1, ordinal, edge)
+        layer_end = len(self._order)
+        for expanded in count():
+            if expanded == len(self._order) or (until and until <= self._marks.keys()):
+                return
+            if expanded == layer_end:
+                layer_end = len(self._order)
+                self._depth += 1
+            for ordinal, edge in enumerate(self.successors(self._order[expanded])):
+                self._transitions += 1
+                self._visit(expanded, ordinal, edge)
+            if expanded % PAUSE == 0:
+                yield True
 
     def _visit(self, source: int, ordinal: int, edge: Edge) -> None:
         number = self._states.get(edge.to)
@@ -248,13 +271,13 @@ def explore_in_python(
     *,
     livelock: bool = True,
     traps: bool = False,
-    timeout: float = 0,
+    deadline: Deadline | None = None,
     progress: Callable[[int, int, int], None] | None = None,
     until: frozenset[int] = frozenset(),
 ) -> tuple[Exploration, Callable[[tuple[int, ...]], Trail]]:
     """Explore; also return what turns a path into steps."""
     oracle = Oracle(closed)
     found = oracle.run(
-        livelock=livelock, traps=traps, timeout=timeout, progress=progress, until=until
+        livelock=livelock, traps=traps, deadline=deadline, progress=progress, until=until
     )
     return found, oracle.trail

@@ -28,11 +28,14 @@ from fsmkit.runtime.interpreter.macrostep import step
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Snapshot
 from fsmkit.verify.alphabet import uses_of, values_of
 from fsmkit.verify.closed import PATIENCE, Closed, close
+from fsmkit.verify.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.moves import MOST_RUNS, Action, Chooser, Step, TooManyChoices
 from fsmkit.verify.refinement_words import Group, Shown, Word, Words
 from fsmkit.verify.steps import LocalSteps
 from fsmkit.verify.system import system_of
 
+PAUSE = 64
+"""Pairs between two looks at progress and deadline."""
 MOST_UNSEEN = 64
 """Steps in a row that a base is let take unseen before it must show something."""
 
@@ -352,12 +355,15 @@ def refines(
     *,
     seconds: float = 0,
     progress: Callable[[int, int, int], None] | None = None,
+    deadline: Deadline | None = None,
 ) -> Refinement:
-    """Decide whether a chart refines another; ``seconds``: give up after so long (0: never)."""
+    """Decide whether a chart refines another.
+
+    It is given up at the ``deadline``; without one, after ``seconds`` (0: never).
+    """
     began = time.monotonic()
-    search = Search(derived, base)
+    deadline = deadline or Deadline(seconds)
     origins: dict[Pair, tuple[Pair | None, Move | None]] = {}
-    waiting: list[Pair | None] = [None]
     at, doubt = 0, ""
 
     def result(path: Sequence[Move] = (), bases: tuple[Snapshot, ...] = ()) -> Refinement:
@@ -366,21 +372,37 @@ def refines(
             derived, base, len(origins), search.taken, spent, tuple(path), bases, doubt
         )
 
-    try:
+    def compare() -> Iterator[Refinement | bool]:
+        """Yield a violation; True where there is more to compare; False when that is all."""
+        nonlocal at
+        waiting: list[Pair | None] = [None]
         while at < len(waiting):
             pair = waiting[at]
             at += 1
-            if seconds and time.monotonic() - began > seconds:
-                doubt = f"the time limit was reached after {at - 1} pairs"
-                break
-            if progress is not None and at % 64 == 0:
-                progress(len(origins), search.taken, 0)
             for move, reached in search.moves(pair):
                 if not reached.bases:
-                    return result((*_way(origins, pair), move), () if pair is None else pair.bases)
+                    bases = () if pair is None else pair.bases
+                    yield result((*_way(origins, pair), move), bases)
                 if reached not in origins:
                     origins[reached] = pair, move
                     waiting.append(reached)
+            if at % PAUSE == 0:
+                yield True
+        yield False
+
+    try:
+        search = deadline.cut_off(Stage.GENERATING, lambda: Search(derived, base))
+    except TimeUp:
+        return Refinement(derived, base, 0, 0, 0.0, doubt=deadline.why())
+    found = compare()
+    try:
+        while told := deadline.cut_off(Stage.EXPLORING, lambda: next(found)):
+            if isinstance(told, Refinement):
+                return told
+            if progress is not None:
+                progress(len(origins), search.taken, 0)
+    except TimeUp:
+        doubt = f"{deadline.why()} after {at} pairs"
     except TooManyChoices:
         doubt = f"too many combinations of choices in one step, after {at} pairs"
     except KeyboardInterrupt:

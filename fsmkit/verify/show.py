@@ -56,6 +56,8 @@ def verdicts(report: Report) -> Table:
 def figures(report: Report) -> Iterator[Text]:
     """Yield the size of the space, the bounds really used, and what was assumed."""
     found = report.exploration
+    if found.end is End.TIME and not found.states:
+        return  # there was no exploration
     rate = f"{found.states / found.seconds:,.0f} states/s" if found.seconds > 0.05 else "at once"
     whole = "all" if found.end is End.COMPLETE else "the first"
     whole = whole if found.table is None else "at least"
@@ -63,7 +65,7 @@ def figures(report: Report) -> Iterator[Text]:
     engine += f", {found.cores} cores" if found.cores > 1 else ""
     states = f"{found.states:,} states"
     if report.closed.zones:
-        states = f"{found.states:,} zones of {found.parts:,} discrete states"
+        states = f"{found.states:,} states ({found.zones:,} zones)"
     yield Text(
         f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
         f"{found.seconds:.1f} s, {rate} ({engine})"

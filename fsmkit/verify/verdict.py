@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.runtime.clock import duration_text
 from fsmkit.verify.alphabet import delays_of
-from fsmkit.verify.closed import PATIENCE, Closed
+from fsmkit.verify.closed import PATIENCE, Closed, as_it_stands
 from fsmkit.verify.counterexample import Counterexample
-from fsmkit.verify.exploration import DEADLOCK, Answer, End, Exploration, Mark, first_mark
+from fsmkit.verify.exploration import (
+    DEADLOCK,
+    Answer,
+    End,
+    Exploration,
+    Mark,
+    first_mark,
+    unexplored,
+)
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
 from fsmkit.verify.schedule import spelled_schedule
 from fsmkit.verify.storage import NEEDS_EXACT, omission_probability
-from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
+from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind, System
 from fsmkit.verify.unreached import never_entered, never_taken
 
-Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample]
-"""Makes a counterexample of a path and a cycle."""
+Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample | None]
+"""Makes a counterexample of a path and a cycle; None where no time is left for it."""
 
 
 class Verdict(Enum):
@@ -55,6 +63,8 @@ class Report:
     results: tuple[Result, ...]
     findings: Findings
     assumptions: tuple[str, ...]
+    spent: Mapping[str, float] = field(default_factory=dict)
+    """Wall seconds of each stage: reading, generating, compiling, exploring, replaying."""
 
     @property
     def verdict(self) -> Verdict:
@@ -79,7 +89,10 @@ ENDS = {
 
 
 MEMORY_RAN_OUT = "memory ran out"
-NO_WAY = "it is not shown: memory for the way there ran out; allow more with `--memory`"
+NO_WAY = (
+    "it is not shown: memory or time for the way there ran out; allow more with `--memory` or "
+    "`--timeout`"
+)
 LATER = {
     PropertyKind.RECOVERABLE: "from the end of this path on it never holds again",
     PropertyKind.LEADS_TO: "on this path, and as it goes on, the second never follows the first",
@@ -103,6 +116,24 @@ def conclude(
     for result in results:
         _tell(result, findings)
     return report
+
+
+def not_explored(
+    system: System, why: str, names: frozenset[str], findings: Findings, engine: str
+) -> Report:
+    """Return the report of a system of which nothing was explored: nothing is decided."""
+    asked = [p for p in system.properties if not names or p.name in names]
+    results = [Result(p.name, p.kind, p.text, Verdict.UNDECIDED, why, span=p.span) for p in asked]
+    results = results or [Result(system.name, None, "", Verdict.UNDECIDED, why)]
+    for result in results:
+        _tell(result, findings)
+    return Report(
+        as_it_stands(system),
+        unexplored(engine, why, len(system.machines)),
+        tuple(results),
+        findings,
+        (),
+    )
 
 
 def _tell(result: Result, findings: Findings) -> None:
@@ -168,7 +199,7 @@ class _Judge:
         """Why the search did not come to what was not seen; empty if it went everywhere."""
         if self.found.end is not End.COMPLETE:
             why = f" ({self.found.why})" if self.found.why else ""
-            return f"{ENDS[self.found.end]}{why} after {self.found.expanded} states"
+            return f"{ENDS[self.found.end]}{why} after {self.found.states:,} states"
         if self.closed.samples:
             return f"samples only of {', '.join(self.closed.samples)}"
         return ""
@@ -184,7 +215,7 @@ class _Judge:
         return self._trace(mark.path)
 
     def _trace(self, path: tuple[int, ...], cycle: tuple[int, ...] = ()) -> Counterexample | None:
-        """Return what a path shows; None if memory for it ran out."""
+        """Return what a path shows; None if memory or time for it ran out."""
         return self.show(path, cycle) if path else None
 
     # --- what is asked for ---------------------------------------------------------------------
@@ -287,13 +318,14 @@ class _Judge:
 
     def _trap(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
         text = "no traps"
+        doubt = "" if self.found.traps_known else self.found.doubt or MEMORY_RAN_OUT
         for path in sorted(self.found.traps, key=len):
             trace = self._trace(path)
-            places = {step.after for step in trace.steps} if trace is not None else set()
-            if trace is not None and len(places) == 1 and not trace.differs:
-                continue  # the chart has never been anywhere else: it works without states
-            return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
-        doubt = "" if self.found.traps_known else self.found.doubt or MEMORY_RAN_OUT
+            if trace is None:
+                doubt = NO_WAY  # and so it is not known whether it counts, as here:
+            elif len({step.after for step in trace.steps}) > 1 or trace.differs:
+                return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
+            # the chart has never been anywhere else: it works without states
         return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
 
     def _livelock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:

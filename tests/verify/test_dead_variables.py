@@ -15,6 +15,7 @@ import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.dead_variables import Mortal
+from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.engine import compiler
 from fsmkit.verify.exploration import End
 from fsmkit.verify.explore import Limits, Manner, check, explored
@@ -216,7 +217,7 @@ def test_a_step_from_outside_that_only_writes_still_counts(load: Load) -> None:
 def facts(closed: Closed, seconds: float) -> tuple[Mapping[str, object], int] | None:
     """Return what no reduction may change, and how many states there were; None if too many."""
     oracle = Oracle(closed)
-    found = oracle.run(timeout=seconds, traps=closed.is_open)
+    found = oracle.run(deadline=Deadline(seconds), traps=closed.is_open)
     if found.end is not End.COMPLETE:
         return None
     return {

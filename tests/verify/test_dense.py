@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.closed import close
+from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.dense import temporal_answers
 from fsmkit.verify.engine import CEngine, Progress, compiler
 from fsmkit.verify.exploration import End
@@ -373,7 +374,7 @@ def test_what_was_not_explored_is_undecided() -> None:
     closed = close(system, zones=True)
     with closing(CEngine(closed, Findings())) as engine:
         whole = engine.explore(1 << 30, 60, None)
-        (answer,) = temporal_answers(engine, closed, whole, 1 << 16, 60, None, frozenset())
+        (answer,) = temporal_answers(engine, closed, whole, 1 << 16, None, frozenset())
     assert not answer.known
     assert "memory" in answer.why
 
@@ -390,10 +391,21 @@ def test_the_time_limit_is_for_all_explorations_together(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(CEngine, "result", asked)
     closed = close(system, zones=True)
-    with closing(CEngine(closed, Findings())) as engine:
-        whole = replace(engine.explore(1 << 30, 0, None), seconds=40.0)
-        for seconds in (0, 30, 60):
-            temporal_answers(engine, closed, whole, 1 << 30, seconds, None, frozenset())
+    for seconds in (0, 60):
+        deadline = Deadline(seconds)
+        with closing(CEngine(closed, Findings(), deadline)) as engine:
+            whole = engine.explore(1 << 30, 0, None)
+            temporal_answers(engine, closed, whole, 1 << 30, None, frozenset())
     assert given[:2] == [0, 0]
-    assert given[2] == 0.001
-    assert 0.001 < given[3] <= 20
+    assert 60 > given[2] > given[3] > 0
+
+
+def test_no_time_left_for_the_second_exploration_is_undecided() -> None:
+    system = load_files(alone(WAITING, "may: [m.tick, m.kick]", DONE))
+    closed = close(system, zones=True)
+    with closing(CEngine(closed, Findings(), deadline := Deadline(3600))) as engine:
+        whole = engine.explore(1 << 30, 0, None)
+        deadline.seconds = 1e-9
+        (answer,) = temporal_answers(engine, closed, whole, 1 << 30, None, frozenset())
+    assert not answer.known
+    assert "time limit" in answer.why

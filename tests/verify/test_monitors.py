@@ -9,6 +9,7 @@ import pytest
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.closed import close
+from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.engine import compiler
 from fsmkit.verify.explore import Limits, Manner, check, explored
 from fsmkit.verify.oracle import Oracle
@@ -216,7 +217,7 @@ def _shown(system: System, count: int) -> tuple[set[tuple[Snapshot, ...]], set[s
     """Return all that the first machines can be, together, and the marks of the properties."""
     closed = close(system)
     oracle = Oracle(closed)
-    found = oracle.run(livelock=False, timeout=60)
+    found = oracle.run(livelock=False, deadline=Deadline(60))
     named = {p.name for n, p in enumerate(system.properties) if found.mark(1 + n) is not None}
     return {oracle.snapshots(state)[:count] for state in oracle._states}, named
 

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import checked_state
+from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.exploration import End, Exploration
 from fsmkit.verify.explore import Limits, Manner, check
@@ -54,7 +55,7 @@ def by_zones(system: System) -> tuple[Exploration, frozenset[tuple[str, ...]]]:
 
 def by_units(closed: Closed) -> tuple[Exploration, frozenset[tuple[str, ...]]]:
     oracle = Oracle(closed)
-    found = oracle.run(timeout=20)
+    found = oracle.run(deadline=Deadline(20))
     shown = {
         tuple(
             line
@@ -155,7 +156,7 @@ def test_intervals_are_reached_as_in_discrete_time(load: Load) -> None:
     units, shown_by_units = by_units(closed)
     assert shown == shown_by_units
     assert facts(zones) == facts(units)
-    assert zones.parts == 4
+    assert zones.states == 4
 
 
 def test_what_happens_only_between_ticks_is_found_and_performed(load: Load) -> None:

@@ -1,11 +1,10 @@
-/* main.c: the explorer as a program. It prints one JSON document a line: progress, then a result;
- * or, with --replay, the steps of one path as the machines perform them.
+/* main.c: the explorer as a program. It prints a result, one JSON document, on the standard output, and before it now and
+ * then how far it is, one a line, on the standard error; or, with --replay, the steps of one path as the machines perform them.
  *
- *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
+ *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
  *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
  *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
-#define _POSIX_C_SOURCE 200809L
 #include "cycles.h"
 #include "delays.h"
 #include "graph.h"
@@ -19,7 +18,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static volatile sig_atomic_t interrupted;
 
@@ -32,14 +30,6 @@ static void interrupt(int signal_number)
 static bool is_interrupted(void)
 {
     return interrupted != 0;
-}
-
-/* Seconds, since some moment. */
-static double now(void)
-{
-    struct timespec at;
-    (void)clock_gettime(CLOCK_MONOTONIC, &at);
-    return (double)at.tv_sec + (double)at.tv_nsec / 1e9;
 }
 
 enum { MOST_TEMPORAL = 256 };
@@ -285,25 +275,25 @@ static int explore(fsm_composition *composition, options *o)
 {
     fsm_search search;
     if (!fsm_search_init(&search, fsm_composition_model(composition), o->memory))
-        return 2;
+        return FSM_NO_MEMORY;
     search.cores = o->cores;
     search.sleepless = o->sleepless || o->graph; /* the graph has what every message does wherever it comes (sleep.h) */
     if (o->share != NULL)
         read_share(&search, o->share);
     if (o->storage != NULL && !choose_storage(&search, o))
-        return 2;
+        return FSM_NO_MEMORY;
     search.keep_on = fsm_keep_pace;
+    search.seeks_on = fsm_seek_on;
     search.context = &o->pace;
     bool *awaited = calloc(search.model->mark_count + 1u, sizeof *awaited);
     if (awaited == NULL)
-        return 2;
+        return FSM_NO_MEMORY;
     if (o->until != NULL) {
         await_marks(&search, awaited, o->until);
         search.awaited = awaited;
     }
-    double begin = now();
+    double begin = fsm_seconds();
     fsm_search_run(&search);
-    /* These two tell progress, so they come before the first word of the result. */
     temporal *answers = decide_all(&search, o);
     fsm_cycle cycle = {.state = FSM_NO_STATE};
     wanted found = {.search = &search};
@@ -311,9 +301,9 @@ static int explore(fsm_composition *composition, options *o)
     bool livelock_known = o->livelock && whole && fsm_find_livelock(&search, &cycle);
     bool traps_known = o->traps && whole && fsm_find_traps(&search, want_trap, &found) && !found.failed;
     const char *why = search.model->failure(search.model->self);
-    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64
            ", \"transitions\": %" PRIu64 ", \"left_out\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, \"cores\": %" PRIu32 ", ",
-           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
+           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count,
            search.transitions, search.left_out, search.depth, fsm_search_bytes(&search), fsm_set_is_dense(&search.passed) ? "true" : "false",
            search.cores_used);
     print_table(search.passed.lossy);
@@ -333,7 +323,7 @@ static int explore(fsm_composition *composition, options *o)
     fsm_print_machines(composition);
     if (o->graph)
         fsm_print_graph(composition);
-    printf(", \"seconds\": %.3f}}\n", now() - begin);
+    printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);
     free(cycle.steps);
     free(found.items);
     free(awaited);
@@ -405,7 +395,8 @@ static int run_timed(fsm_composition *composition, options *o, const char *path,
 
 int main(int argc, char **argv)
 {
-    options o = {.memory = (size_t)1 << 32, .cores = 1, .pace = {.interrupted = is_interrupted, .started = time(NULL)}};
+    options o = {.memory = (size_t)1 << 32, .cores = 1, .pace = {.interrupted = is_interrupted}};
+    fsm_pace_begin(&o.pace);
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
         bool more = i + 1 < argc;
@@ -439,6 +430,8 @@ int main(int argc, char **argv)
             o.share = argv[++i];
         else if (more && strcmp(argv[i], "--timeout") == 0)
             o.pace.timeout = strtod(argv[++i], NULL);
+        else if (more && strcmp(argv[i], "--paths") == 0)
+            o.pace.paths = strtod(argv[++i], NULL);
         else if (more && strcmp(argv[i], "--until") == 0)
             o.until = argv[++i];
         else if (more && strcmp(argv[i], "--watch") == 0)
@@ -449,9 +442,10 @@ int main(int argc, char **argv)
             return 2;
     }
     (void)signal(SIGINT, interrupt);
+    (void)signal(SIGTERM, interrupt);
     fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);
     if (composition == NULL)
-        return 2;
+        return FSM_NO_MEMORY;
     int code = fsm_the_system.zones ? run_timed(composition, &o, path, watch)
         : path != NULL             ? replay_path(composition, path)
                                    : explore(composition, &o);

@@ -19,7 +19,7 @@ bool fsm_path_add(fsm_path *self, uint32_t step)
 /* --- between two checkpoints ---------------------------------------------------------------------- */
 
 /* How a state was first reached; the nodes double as the waiting list. */
-enum { STEP_BITS = 20, FOOTPRINT_BITS = 12 };
+enum { STEP_BITS = 20, FOOTPRINT_BITS = 12, ASK_EVERY = 1024 };
 
 typedef struct {
     fsm_state state;
@@ -91,13 +91,16 @@ static bool add_back(const tree *self, uint32_t number, fsm_path *path)
         && fsm_path_add(path, self->nodes[number].step);
 }
 
-static fsm_state search_from(const fsm_model *model, tree *self, fsm_find_way *way, void *context, fsm_path *path)
+static fsm_state search_from(const fsm_search *search, tree *self, fsm_find_way *way, void *context, fsm_path *path)
 {
+    const fsm_model *model = search->model;
     fsm_steps steps = {0};
     fsm_state end = FSM_NO_STATE;
     bool fine = true;
     for (uint32_t at = 0; fine && end == FSM_NO_STATE && at < self->count; at++) {
         fsm_state from = self->nodes[at].state;
+        if (at % ASK_EVERY == 0 && search->seeks_on != NULL && !search->seeks_on(search))
+            break;
         fsm_steps_clear(&steps, (fsm_footprint_number)self->nodes[at].footprint);
         fine = fsm_successors(model, from, &steps);
         for (uint32_t i = 0; fine && end == FSM_NO_STATE && i < steps.count; i++) {
@@ -125,7 +128,7 @@ static fsm_state find_path(const fsm_search *search, fsm_state from, fsm_find_wa
 {
     tree self = {.limit = room_for_paths(search), .sleeps = sleeps};
     const fsm_step first = {.to = from};
-    fsm_state end = add(&self, FSM_NONE, &first) ? search_from(search->model, &self, way, context, path) : FSM_NO_STATE;
+    fsm_state end = add(&self, FSM_NONE, &first) ? search_from(search, &self, way, context, path) : FSM_NO_STATE;
     free(self.nodes);
     free(self.slots);
     return end;

@@ -1,7 +1,14 @@
+#define _POSIX_C_SOURCE 200809L
 #include "report.h"
 
 #include <inttypes.h>
 #include <stdio.h>
+#include <time.h>
+#include <unistd.h>
+
+#ifndef FSM_PROGRESS_EVERY
+#define FSM_PROGRESS_EVERY 1.0 /* seconds; a test lets it be none */
+#endif
 
 const char *fsm_outcome_name(fsm_outcome outcome)
 {
@@ -54,27 +61,46 @@ void fsm_print_machines(const fsm_composition *composition)
     printf("]");
 }
 
+double fsm_seconds(void)
+{
+    struct timespec at;
+    (void)clock_gettime(CLOCK_MONOTONIC, &at);
+    return (double)at.tv_sec + (double)at.tv_nsec / 1e9;
+}
+
+void fsm_pace_begin(fsm_pace *self)
+{
+    self->started = self->last_shown = fsm_seconds();
+    self->parent = getppid();
+}
+
 fsm_outcome fsm_pace_ask(fsm_pace *self, fsm_progress progress)
 {
-    time_t now = time(NULL);
-    if (self->progress && now != self->last_shown) {
+    double now = fsm_seconds();
+    if (self->progress && now - self->last_shown >= FSM_PROGRESS_EVERY) {
         self->last_shown = now;
-        printf("{\"progress\": {\"states\": %" PRIu64 ", \"expanded\": %" PRIu64 ", \"transitions\": %" PRIu64
-               ", \"depth\": %" PRIu32 ", \"bytes\": %zu}}\n",
-               progress.states, progress.expanded, progress.transitions, progress.depth, progress.bytes);
-        (void)fflush(stdout);
+        (void)fprintf(stderr, "{\"progress\": {\"states\": %" PRIu64 ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32
+                      ", \"bytes\": %zu}}\n",
+                      progress.states, progress.transitions, progress.depth, progress.bytes);
     }
-    if (self->interrupted())
+    if (self->interrupted() || getppid() != self->parent)
         return FSM_INTERRUPTED;
-    return self->timeout > 0 && difftime(now, self->started) >= self->timeout ? FSM_OUT_OF_TIME : FSM_COMPLETE;
+    return self->timeout > 0 && now - self->started >= self->timeout ? FSM_OUT_OF_TIME : FSM_COMPLETE;
 }
 
 bool fsm_keep_pace(fsm_search *search)
 {
-    const fsm_progress progress = {search->passed.count, search->expanded, search->transitions, search->depth,
-                                   fsm_search_bytes(search)};
-    fsm_outcome why = fsm_pace_ask(search->context, progress);
+    fsm_pace *pace = search->context;
+    const fsm_progress progress = {pace->counted != NULL ? *pace->counted : search->passed.count, search->transitions,
+                                   search->depth, fsm_search_bytes(search)};
+    fsm_outcome why = fsm_pace_ask(pace, progress);
     if (why != FSM_COMPLETE)
         search->outcome = why;
     return search->outcome == FSM_COMPLETE;
+}
+
+bool fsm_seek_on(const fsm_search *search)
+{
+    const fsm_pace *pace = search->context;
+    return pace->paths <= 0 || fsm_seconds() - pace->started < pace->paths;
 }

@@ -5,32 +5,44 @@
 #include "search.h"
 #include "system.h"
 
-#include <time.h>
-
 extern const fsm_system fsm_the_system;
+
+enum { FSM_NO_MEMORY = 3 }; /* the exit code where there is none even to begin with */
 
 const char *fsm_outcome_name(fsm_outcome outcome);
 const char *fsm_action_name(fsm_action action);
 
-/* What ends a search before its end, and whether it tells how far it has come. */
+/* What ends a search before its end, and whether it tells how far it has come. All seconds are of the wall. */
 typedef struct {
     bool (*interrupted)(void);
-    double timeout; /* seconds; 0: none */
-    bool progress;  /* once a second */
-    time_t started, last_shown;
+    double timeout;  /* seconds; 0: none */
+    double paths;    /* seconds from the start on after which no path is sought any more; 0: none */
+    bool progress;   /* once a second */
+    double started, last_shown;
+    long parent;     /* who reads the result: nobody, once this is an orphan */
+    const uint32_t *counted; /* what is told as states where those of the model are zones; NULL: those of the model */
 } fsm_pace;
 
+void fsm_pace_begin(fsm_pace *self);
+
+/* Seconds, since some moment. */
+double fsm_seconds(void);
+
 typedef struct {
-    uint64_t states, expanded, transitions;
+    uint64_t states, transitions;
     uint32_t depth;
     size_t bytes;
 } fsm_progress;
 
-/* Asked now and then: shows how far it is, and returns why to stop, or FSM_COMPLETE. */
+/* Asked now and then: shows how far it is, and returns why to stop, or FSM_COMPLETE. Progress goes to the standard
+ * error, the result to the standard output: one never stands within the other. */
 fsm_outcome fsm_pace_ask(fsm_pace *self, fsm_progress progress);
 
 /* For `keep_on` of a search whose context is a pace. */
 bool fsm_keep_pace(fsm_search *search);
+
+/* For `seeks_on` of such a search. */
+bool fsm_seek_on(const fsm_search *search);
 
 /* Prints the member "machines" of the result: local states, bounds used, coverage. */
 void fsm_print_machines(const fsm_composition *composition);

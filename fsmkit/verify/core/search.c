@@ -506,6 +506,7 @@ void fsm_search_locate(fsm_search *self, const fsm_target *targets, size_t count
     again.chunk = self->chunk;
     again.sleepless = self->sleepless;
     again.keep_on = self->keep_on;
+    again.seeks_on = self->seeks_on;
     again.context = self->context;
     again.targets = targets;
     again.target_count = count;

@@ -70,7 +70,8 @@ struct fsm_search {
     uint32_t large, chunk;         /* states of a large layer, and those that a core takes at a time */
     bool sleepless;                /* every step is taken, also where another order of the same steps is (sleep.h) */
     bool (*keep_on)(fsm_search *); /* asked now and then; sets `outcome` to stop; may be NULL */
-    void *context;                 /* for `keep_on` */
+    bool (*seeks_on)(const fsm_search *); /* asked now and then by what seeks a path: false to give up; may be NULL */
+    void *context;                 /* for both */
     const bool *awaited;           /* by mark: stop when all of these were seen; NULL: explore all */
     uint32_t awaited_count;        /* those not seen yet */
     const fsm_target *targets;     /* by state; if there are any: stop when each group was found */

@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static fsm_timed_answer decide(fsm_timed_model *model, fsm_search *search, bool timeless, const char *option,
                                const char *argument)
@@ -35,19 +34,21 @@ int fsm_timed_decide(fsm_composition *composition, const fsm_timed_options *opti
     fsm_timed_answer *found = calloc(options->temporal_count, sizeof *found);
     if (found == NULL || !fsm_timed_model_init(&model, composition, options->memory)
         || !fsm_search_init(&search, &model.model, options->memory))
-        return 2;
+        return FSM_NO_MEMORY;
     search.keep_on = fsm_keep_pace;
+    search.seeks_on = fsm_seek_on;
     search.context = options->pace;
+    options->pace->counted = &model.timed.tuples.count;
     fsm_search_run(&search);
     if (search.outcome == FSM_MODEL_FAILED && model.failure != NULL)
         search.outcome = FSM_OUT_OF_MEMORY; /* that is all that fails of the model itself */
     for (uint32_t i = 0; i < options->temporal_count; i++)
         found[i] = decide(&model, &search, options->timeless, options->temporal[2 * i], options->temporal[2 * i + 1]);
     const char *why = model.model.failure(&model);
-    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
-           ", \"parts\": %" PRIu32 ", \"bytes\": %zu, \"temporal\": [",
-           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
-           model.timed.tuples.count, fsm_search_bytes(&search));
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"zones\": %" PRIu64
+           ", \"bytes\": %zu, \"temporal\": [",
+           fsm_outcome_name(search.outcome), why == NULL ? "" : why, model.timed.tuples.count, search.passed.count,
+           fsm_search_bytes(&search));
     for (uint32_t i = 0; i < options->temporal_count; i++) {
         fsm_lasso *lasso = &found[i].lasso;
         printf("%s{\"known\": %s, \"why\": \"%s\", \"violated\": %s", i == 0 ? "" : ", ",

@@ -7,11 +7,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static bool keep_on(fsm_timed *search)
 {
-    const fsm_progress progress = {search->kept, search->next, search->transitions, search->depth, search->bytes};
+    const fsm_progress progress = {search->tuples.count, search->transitions, search->depth, search->bytes};
     fsm_outcome why = fsm_pace_ask(search->context, progress);
     if (why == FSM_COMPLETE && search->bytes > search->memory_limit)
         why = FSM_OUT_OF_MEMORY;
@@ -171,9 +170,9 @@ static void print_result(const fsm_timed *search)
 {
     const char *why = search->failure != NULL ? search->failure
         : search->composition->failure != NULL ? search->composition->failure : "";
-    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"parts\": %" PRIu32
-           ", \"expanded\": %" PRIu32 ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, ",
-           fsm_outcome_name(search->outcome), why, search->kept, search->tuples.count, search->next,
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"zones\": %" PRIu32
+           ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, ",
+           fsm_outcome_name(search->outcome), why, search->tuples.count, search->kept,
            search->transitions, search->depth, fsm_timed_bytes(search));
     print_marks(search);
 }
@@ -196,12 +195,12 @@ int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *opt
         return fsm_timed_decide(composition, options);
     fsm_timed search;
     if (!fsm_timed_init(&search, composition, options->memory))
-        return 2;
+        return FSM_NO_MEMORY;
     search.keep_on = keep_on;
     search.context = options->pace;
     if (!await_marks(&search, options->until) || !read_watch(&search, options->watch))
-        return 2;
-    clock_t begin = clock();
+        return FSM_NO_MEMORY;
+    double begin = fsm_seconds();
     fsm_timed_run(&search);
     if (options->list)
         list_parts(&search);
@@ -215,7 +214,7 @@ int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *opt
     print_traps(&trapped, traps_known, doubt);
     print_watch(&search);
     fsm_print_machines(composition);
-    printf(", \"seconds\": %.3f}}\n", (double)(clock() - begin) / CLOCKS_PER_SEC);
+    printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);
     free(cycle.path);
     free(search.awaited);
     fsm_timed_free(&search);

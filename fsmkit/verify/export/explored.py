@@ -97,8 +97,6 @@ def _explore_by_core(closed: Closed, wanted: Wanted, explored: Explored) -> None
 
     with closing(CEngine(closed, Findings())) as engine:
         command = [str(engine.program), "--graph", "--memory", str(MEMORY)]
-        if wanted.progress is not None:
-            command.append("--progress")
         if wanted.seconds:
             command += ["--timeout", str(wanted.seconds)]
         told = engine.result(command, progress)

@@ -9,6 +9,7 @@ import pytest
 from fsmkit.cli import run
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.closed import close
+from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.export.uppaal.network import Declared, Edge, Network, Sort
 from fsmkit.verify.export.uppaal.reading import read
 from fsmkit.verify.export.uppaal.translate import translated
@@ -122,7 +123,7 @@ def test_the_same_of_random_systems(tmp_path: Path, seed: int, untimed: bool, pa
         closed = close(system, untimed=untimed, keeps_dead=True)  # a network resets nothing
     except FsmkitError:
         pytest.skip("a property names an element that no chart holds")
-    if Oracle(closed).run(livelock=False, timeout=2).end.value != "complete":
+    if Oracle(closed).run(livelock=False, deadline=Deadline(2)).end.value != "complete":
         pytest.skip("too large for a quick comparison")
     compared(closed, paced=paced)
 

@@ -1,0 +1,35 @@
+"""Interrupts from outside, and when the process began: what holds for a whole command line."""
+
+from __future__ import annotations
+
+import signal
+import time
+from types import FrameType
+
+_IMPORTED = time.monotonic()
+_listening = False
+_received: list[int] = []
+
+
+def began() -> float:
+    """Return when the command line began, by `time.monotonic`: with the process, if it is all."""
+    return _IMPORTED if _listening else time.monotonic()
+
+
+def listen() -> None:
+    """Take an interrupt of the terminal and an order to end alike: as `KeyboardInterrupt`."""
+    global _listening  # noqa: PLW0603  (of the process, as signals are)
+    _listening = True
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
+
+
+def received() -> int:
+    """Return the exit code of a shell for the first of them that came; 0 if none did."""
+    return 128 + _received[0] if _received else 0
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    del frame
+    _received.append(number)
+    raise KeyboardInterrupt

@@ -1,0 +1,73 @@
+"""``fsmkit cache``: what `check` keeps of compiled explorers."""
+
+from __future__ import annotations
+
+import time
+
+import click
+from rich.markup import escape
+
+from fsmkit.cli.console import out, print_json
+from fsmkit.diagnostics import fail
+from fsmkit.verify.cache import LIMIT, Cache, Entry, UnusableError, cache_folder
+
+EPILOG = """\b
+Examples:
+  fsmkit cache
+  fsmkit cache --clear
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.option("--prune", is_flag=True, help="Remove the broken, and the oldest beyond the limit.")
+@click.option("--clear", is_flag=True, help="Remove all that is not in use.")
+@click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+def command(prune: bool, clear: bool, as_json_document: bool) -> int:
+    """Show the compiled explorers that `check` keeps, or remove them.
+
+    They are kept to 256 MB: beyond that those go that were used the longest ago. Exit code 1: the
+    folder is not used, as others can write it, or it cannot be written.
+    """
+    if prune and clear:
+        raise click.UsageError("--prune and --clear do not go together")
+    try:
+        folder = cache_folder()
+        cache = Cache(folder)
+    except UnusableError as error:
+        raise fail(
+            "cache-not-used",
+            f"compiled explorers are not kept: {error}",
+            help="make the folder your own and keep others from writing it (`chmod go-w`), or name "
+            "another in XDG_CACHE_HOME",
+        ) from error
+    gone = cache.prune(0 if clear else LIMIT, broken=prune) if prune or clear else ()
+    kept = cache.entries()
+    if as_json_document:
+        print_json(
+            {
+                "folder": str(folder),
+                "bytes": _total(kept),
+                "limit": LIMIT,
+                "removed": [entry.name for entry in gone],
+                "entries": [{"name": e.name, "bytes": e.size, "used": e.used} for e in kept],
+            }
+        )
+        return 0
+    if prune or clear:
+        out.print(f"removed {len(gone)}, {_megabytes(_total(gone))}")
+    out.print(
+        f"{escape(str(folder))}: {len(kept)} compiled, {_megabytes(_total(kept))} of "
+        f"{_megabytes(LIMIT)}"
+    )
+    for entry in kept:
+        used = time.strftime("%Y-%m-%d %H:%M", time.localtime(entry.used))
+        out.print(f"  {used}  {entry.size / 1e3:9,.0f} kB  {entry.name}", style="dim")
+    return 0
+
+
+def _total(entries: tuple[Entry, ...]) -> int:
+    return sum(entry.size for entry in entries)
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / (1 << 20):,.1f} MB"

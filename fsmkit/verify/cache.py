@@ -1,0 +1,268 @@
+"""Programs that were compiled once, kept for the next time in a folder of the user's own.
+
+What is kept is executed, so it counts only where nobody else can have put it: folder, entry and
+files belong to this user and nobody else can write them, and no folder above can be exchanged by
+others. An entry is a folder with its files and their hashes in `SUMS`. It is made under another
+name and gets its own in one step, so it is whole or, if it is not as its hashes say, made again.
+Who uses an entry holds a lock on it: it is not removed meanwhile.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import re
+import shutil
+import stat
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+LIMIT = 256 << 20
+"""Bytes that are kept; beyond that the entries go that were used the longest ago."""
+SUMS = "sums.json"
+NAME = re.compile(r"(core-)?[0-9a-f]{32}")
+UNFINISHED = re.compile(r"\.(new|old)-.*|(core-)?[0-9a-f]{32}\.[0-9]+|core-.*")
+"""What an interrupted build has left, of this version or an earlier one."""
+ABANDONED = 60
+"""Seconds after which what nobody holds was left by one who was interrupted."""
+TRIES = 3
+
+
+class UnusableError(Exception):
+    """Why a folder is not used as a cache."""
+
+
+def cache_folder() -> Path:
+    """Return where programs are kept: in XDG_CACHE_HOME, else in ~/.cache.
+
+    Raises `UnusableError` where this user has no home.
+    """
+    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    try:
+        home = base if base.is_absolute() else Path.home() / ".cache"
+    except RuntimeError as error:
+        raise UnusableError("this user has no home folder") from error
+    return home / "fsmkit" / "explorer"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Something that is kept: its name, its bytes, when it was last used (seconds since 1970)."""
+
+    name: str
+    size: int
+    used: float
+
+
+class Cache:
+    """A folder that is fit to be one."""
+
+    def __init__(self, folder: Path) -> None:
+        """Make the folder if need be; `UnusableError` where it cannot be used."""
+        self.folder = folder
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            _demand_own(folder)
+            if not os.access(folder, os.W_OK | os.X_OK):
+                raise UnusableError("it cannot be written")
+        except OSError as error:
+            raise UnusableError(_reason(error)) from error
+
+    # --- use -----------------------------------------------------------------------------------
+
+    def find(self, name: str, hold: ExitStack) -> Path | None:
+        """Return the folder of an entry that is whole; None if there is none.
+
+        It is not removed until ``hold`` is closed.
+        """
+        entry = self.folder / name
+        with ExitStack() as mine:
+            if not mine.enter_context(_locked(entry, fcntl.LOCK_SH)) or not is_whole(entry):
+                return None
+            hold.enter_context(mine.pop_all())
+        with suppress(OSError):
+            os.utime(entry)
+        return entry
+
+    def add(self, name: str, files: Mapping[str, Path], hold: ExitStack) -> Path:
+        """Keep copies of files as an entry, and return its folder.
+
+        Raises `OSError` where there is no room, and leaves nothing then.
+        """
+        made = Path(tempfile.mkdtemp(prefix=".new-", dir=self.folder))
+        try:
+            with _locked(made, fcntl.LOCK_SH):
+                sums = {}
+                for file, source in files.items():
+                    shutil.copyfile(source, made / file)
+                    (made / file).chmod(0o700)
+                    sums[file] = _hash(made / file)
+                (made / SUMS).write_text(json.dumps(sums), encoding="utf-8")
+                (made / SUMS).chmod(0o600)
+                self._name(made, self.folder / name)
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
+        found = self.find(name, hold)
+        self.prune()
+        if found is None:
+            raise OSError(None, "what was written does not read back")
+        return found
+
+    def _name(self, made: Path, entry: Path) -> None:
+        """Give what was made its name, unless another was first."""
+        for _ in range(TRIES):
+            with suppress(OSError):
+                made.rename(entry)
+                return
+            if is_whole(entry):
+                return
+            self._remove(entry)
+
+    # --- keeping it small ------------------------------------------------------------------------
+
+    def entries(self) -> tuple[Entry, ...]:
+        """Return what is kept, the one that was used last first."""
+        found = []
+        for path in self._paths():
+            if NAME.fullmatch(path.name):
+                with suppress(OSError):
+                    used = path.lstat().st_mtime
+                    found.append(Entry(path.name, _size(path), used))
+        return tuple(sorted(found, key=lambda entry: (-entry.used, entry.name)))
+
+    def prune(self, limit: int = LIMIT, *, broken: bool = False) -> tuple[Entry, ...]:
+        """Remove the oldest until no more than so many bytes are left; return what is gone.
+
+        What an interrupted build has left goes, too; and, if asked for, what is ``broken``, for
+        which all must be read. What is in use stays.
+        """
+        for path in self._paths():
+            if UNFINISHED.fullmatch(path.name) and not NAME.fullmatch(path.name):
+                with suppress(OSError):
+                    if time.time() - path.lstat().st_mtime > ABANDONED:
+                        self._remove(path)
+        entries = self.entries()
+        total = sum(entry.size for entry in entries)
+        gone = []
+        for entry in reversed(entries):
+            path = self.folder / entry.name
+            unfit = not path.is_dir() or (broken and not is_whole(path))
+            if (total > limit or unfit) and self._remove(path):
+                total -= entry.size
+                gone.append(entry)
+        return tuple(gone)
+
+    def _paths(self) -> list[Path]:
+        with suppress(OSError):
+            return sorted(self.folder.iterdir())
+        return []
+
+    def _remove(self, path: Path) -> bool:
+        """Remove what nobody uses; whether it is gone."""
+        if path.is_symlink() or not path.is_dir():
+            with suppress(OSError):
+                path.unlink()
+                return True
+            return False
+        with _locked(path, fcntl.LOCK_EX) as alone:
+            if not alone:
+                return False
+            aside = path
+            with suppress(OSError):
+                aside = path.rename(self.folder / f".old-{path.name[-32:]}-{os.getpid()}")
+            shutil.rmtree(aside, ignore_errors=True)
+            return not path.exists()
+
+
+# --- what is fit to be executed -------------------------------------------------------------------
+
+
+def is_whole(entry: Path) -> bool:
+    """Return whether an entry is all that its hashes say, and only this user can have made it."""
+    try:
+        if not stat.S_ISDIR(entry.lstat().st_mode) or _strange(entry.lstat()):
+            return False
+        sums = json.loads((entry / SUMS).read_bytes())
+        files = {path.name for path in entry.iterdir()}
+        return (
+            isinstance(sums, dict)
+            and files == {*sums, SUMS}
+            and not any(_strange((entry / name).lstat()) for name in files)
+            and all(_hash(entry / name) == wanted for name, wanted in sums.items())
+        )
+    except (OSError, ValueError):
+        return False
+
+
+def _strange(found: os.stat_result) -> str:
+    """Return why others may have written something; empty if they cannot have."""
+    if stat.S_ISLNK(found.st_mode):
+        return "it is a link"
+    if found.st_uid != os.geteuid():
+        return "it belongs to another user"
+    if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return "others can write it"
+    return ""
+
+
+def _demand_own(folder: Path) -> None:
+    """Refuse a folder that others can write, or that others can put another in place of."""
+    why = _strange(folder.lstat())
+    if why:
+        raise UnusableError(why)
+    for above in Path(os.path.realpath(folder)).parents:
+        found = above.stat()
+        if found.st_uid not in (0, os.geteuid()):
+            raise UnusableError(f"`{above}`, above it, belongs to another user")
+        if found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
+            raise UnusableError(f"others can write `{above}`, above it")
+
+
+def _hash(file: Path) -> str:
+    with file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()
+
+
+def _size(path: Path) -> int:
+    if not path.is_dir():
+        return path.lstat().st_size
+    return sum(file.lstat().st_size for file in path.iterdir())
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or type(error).__name__).lower()
+
+
+@contextmanager
+def _locked(folder: Path, kind: int) -> Iterator[bool]:
+    """Hold a lock on a folder; False if it is not there or another holds one against it.
+
+    Where the file system has no locks, nobody can.
+    """
+    try:
+        opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except OSError:
+        yield False
+        return
+    try:
+        held = True
+        try:
+            fcntl.flock(opened, kind | fcntl.LOCK_NB)
+            there = folder.stat(follow_symlinks=False)
+            held = (there.st_dev, there.st_ino) == (
+                os.fstat(opened).st_dev,
+                os.fstat(opened).st_ino,
+            )
+        except (BlockingIOError, FileNotFoundError):
+            held = False
+        except OSError:
+            pass
+        yield held
+    finally:
+        os.close(opened)

@@ -1,0 +1,312 @@
+"""One deadline for all that a check does; limits are generous, as the machine may be busy."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import fsmkit
+from fsmkit.cli import run
+from fsmkit.diagnostics import Findings
+from fsmkit.verify import engine
+from fsmkit.verify.deadline import Deadline, Stage, TimeUp
+from fsmkit.verify.engine import CEngine, compiler
+from fsmkit.verify.exploration import End
+from fsmkit.verify.explore import Limits, Manner, check, check_file
+from fsmkit.verify.refinement import refines
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.verdict import Verdict
+from tests.verify.conftest import Load
+from tests.verify.systems import SYSTEMS
+
+SLACK = 60.0
+"""Seconds that a busy machine may take beside what is asked for; an endless thing takes longer."""
+pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
+needs_c = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+
+
+def endless() -> None:
+    for _ in count():
+        pass
+
+
+def flat(states: int) -> str:
+    lines = ["chart: Flat", "events: {in: [e]}", "initial: s0", "states:"]
+    lines += [f"  s{n}: {{on: {{e: s{(n + 1) % states}}}}}" for n in range(states)]
+    return "\n".join(lines) + "\n"
+
+
+COUNTER = """
+chart: Counter
+events:
+  in: [more, other]
+data: {n: 0..1000000, m: 0..1000000}
+initial: a
+states:
+  a:
+    on:
+      more: {if: n < 1000000, do: n = n + 1}
+      other: {if: m < 1000000, do: m = m + 1}
+"""
+
+
+# --- the mechanism --------------------------------------------------------------------------------
+
+
+def test_work_that_never_ends_is_cut_off() -> None:
+    deadline = Deadline(0.2)
+    with pytest.raises(TimeUp):
+        deadline.cut_off(Stage.READING, endless)
+    assert deadline.left == 0
+    assert deadline.spent[Stage.READING] >= 0.2
+    assert deadline.why().startswith("the time limit of 0.2 s was reached (reading ")
+
+
+def test_it_is_cut_off_in_any_thread() -> None:
+    found: list[str] = []
+
+    def work() -> None:
+        try:
+            Deadline(0.2).cut_off(Stage.READING, endless)
+        except TimeUp:
+            found.append("cut off")
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join(SLACK)
+    assert found == ["cut off"]
+
+
+def test_nothing_comes_up_after_the_work() -> None:
+    """Also where the time ends just when the work does."""
+    for n in range(200):
+        deadline = Deadline(0.001 + n % 7 / 1000)
+        with suppress(TimeUp):
+            deadline.cut_off(Stage.READING, lambda: sum(range(20_000)))
+        for _ in range(1000):
+            pass
+
+
+def test_what_swallows_exceptions_does_not_swallow_it() -> None:
+    def stubborn() -> None:
+        for _ in count():
+            with suppress(Exception):
+                endless()
+
+    with pytest.raises(TimeUp):
+        Deadline(0.1).cut_off(Stage.READING, stubborn)
+
+
+def test_a_finalizer_that_swallows_it_once_does_not_keep_it_away() -> None:
+    class Swallows:
+        def __del__(self) -> None:
+            end = time.monotonic() + 0.3
+            while time.monotonic() < end:
+                pass
+
+    def work() -> None:
+        made = Swallows()
+        del made
+        endless()
+
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        with pytest.raises(TimeUp):
+            Deadline(0.1).cut_off(Stage.READING, work)
+    finally:
+        sys.unraisablehook = hook
+
+
+def test_without_an_end_nothing_is_watched() -> None:
+    before = threading.active_count()
+    assert Deadline(0).cut_off(Stage.READING, threading.active_count) == before
+
+
+def test_stages_are_counted_once() -> None:
+    deadline = Deadline(0)
+    with deadline.stage(Stage.COMPILING), deadline.stage(Stage.GENERATING):
+        time.sleep(0.05)
+    spent = deadline.spent
+    assert spent[Stage.GENERATING] >= 0.05 > spent[Stage.COMPILING]
+
+
+# --- each stage -----------------------------------------------------------------------------------
+
+
+def stage_of(report: fsmkit.Report) -> str:
+    """Return the stage in which most of the time went."""
+    return max(report.spent, key=lambda stage: report.spent[stage])
+
+
+def test_reading_is_cut_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "flat.yaml"
+    path.write_text(flat(3))
+    monkeypatch.setattr("fsmkit.verify.explore.load_any", lambda *_: endless())
+    findings = Findings()
+    system, report = check_file(path, findings, manner=Manner(limits=Limits(seconds=0.3)))
+    assert system.machines == ()
+    assert report.verdict is Verdict.UNDECIDED
+    assert stage_of(report) == "reading"
+    assert [d.rule.name for d in findings] == ["undecided"]
+    assert "the time limit of 0.3 s was reached (reading" in report.results[0].reason
+
+
+def test_generating_is_cut_off(load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine, "model_files", lambda *_: endless())
+    system = load(**SYSTEMS["drive"])
+    report = check(system, Findings(), manner=Manner("c", limits=Limits(seconds=0.5)))
+    assert {r.verdict for r in report.results} == {Verdict.UNDECIDED}
+    assert {r.name for r in report.results} == {p.name for p in system.properties}
+    assert stage_of(report) == "generating"
+
+
+@needs_c
+def test_a_compiler_that_hangs_is_ended_with_what_it_started(
+    load: Load, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hangs = tmp_path / "hangs"
+    hangs.write_text(f"#!/bin/sh\nsleep 1000 &\necho $! > {tmp_path}/child\nwait\n")
+    hangs.chmod(0o755)
+    monkeypatch.setenv("CC", str(hangs))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    manner = Manner("c", limits=Limits(seconds=2))
+    began = time.monotonic()
+    report = check(load(**SYSTEMS["drive"]), Findings(), manner=manner)
+    assert time.monotonic() - began < SLACK
+    assert report.verdict is Verdict.UNDECIDED
+    assert stage_of(report) == "compiling"
+    child = int((tmp_path / "child").read_text())
+    assert not _runs(child)
+    assert not list((tmp_path / "cache/fsmkit/explorer").iterdir())
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    return state not in "ZX"
+
+
+@needs_c
+@pytest.mark.parametrize("manner", [
+    Manner("c", limits=Limits(seconds=4)),
+    Manner("c", zones=True, limits=Limits(seconds=4)),
+    Manner("c", untimed=True, limits=Limits(seconds=4)),
+    Manner("python", limits=Limits(seconds=2)),
+], ids=["discrete", "zones", "untimed", "python"])  # fmt: skip
+def test_exploring_ends_in_time(load: Load, manner: Manner) -> None:
+    system = load(counter=COUNTER)
+    for zones in (False, True):
+        CEngine(manner.closed(system, zones=zones), Findings()).close()  # so that it is compiled
+    began = time.monotonic()
+    report = check(system, Findings(), manner=manner)
+    assert time.monotonic() - began < manner.limits.seconds + SLACK
+    assert report.exploration.end is End.TIME
+    assert report.exploration.states > 0
+    assert stage_of(report) in ("exploring", "compiling")
+    assert "exploring" in report.results[0].reason
+
+
+@needs_c
+def test_an_explorer_that_overruns_is_ended(
+    load: Load, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = load(**SYSTEMS["drive"])
+    check(system, Findings(), manner=Manner("c"))  # so that it is compiled
+    deaf = tmp_path / "deaf"
+    far = '{"progress": {"states": 7, "transitions": 9, "depth": 1, "bytes": 0}}'
+    deaf.write_text(f"#!/bin/sh\ntrap '' TERM\necho '{far}' >&2\nwhile :; do sleep 1; done\n")
+    deaf.chmod(0o755)
+    built = engine.CEngine.__init__
+
+    def replaced(self: engine.CEngine, *arguments: Any) -> None:
+        built(self, *arguments)
+        self.program = deaf
+
+    monkeypatch.setattr(engine.CEngine, "__init__", replaced)
+    report = check(system, Findings(), manner=Manner("c", limits=Limits(seconds=5)))
+    assert report.exploration.end is End.TIME
+    assert (report.exploration.states, report.exploration.transitions) == (7, 9)
+    assert report.verdict is Verdict.UNDECIDED
+
+
+def test_what_was_found_is_told_where_no_time_is_left_to_show_it(
+    load: Load, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fsmkit.verify.explore.write", lambda *_: endless())
+    report = check(
+        load(**SYSTEMS["drive"]), Findings(), manner=Manner("python", limits=Limits(seconds=10))
+    )
+    (result,) = [r for r in report.results if r.name == "never_twice"]
+    assert result.verdict is Verdict.VIOLATED
+    assert result.trace is None
+    assert "time for the way there ran out" in result.reason
+    assert stage_of(report) == "replaying"
+
+
+def test_a_comparison_ends_in_time(tmp_path: Path) -> None:
+    path = tmp_path / "counter.yaml"
+    path.write_text(COUNTER)
+    (machine,) = load_any(path, Findings()).machines
+    found = refines(machine.chart, machine.chart, deadline=Deadline(2))
+    assert not found.violated
+    assert "time limit of 2 s" in found.doubt
+    assert found.pairs > 0
+
+
+# --- as it is used --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("options", [["--json"], ["--json", "--engine", "python"]])
+def test_the_command_line_says_where_the_time_went(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str]
+) -> None:
+    path = tmp_path / "flat.yaml"
+    path.write_text(flat(20_000))
+    began = time.monotonic()
+    assert run(["check", str(path), "--timeout", "1s", *options]) == 1
+    assert time.monotonic() - began < SLACK
+    told = json.loads(capsys.readouterr().out)
+    assert told["verdict"] == "undecided"
+    assert told["states"] == 0
+    assert "the time limit of 1 s was reached" in told["properties"][0]["reason"]
+    assert sum(told["spent"].values()) >= 1
+
+
+def test_a_comparison_in_json_is_undecided(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "flat.yaml"
+    path.write_text(flat(20_000))
+    command = ["check", str(path), "--refines", str(path), "--timeout", "1s", "--json"]
+    assert run(command) == 1
+    assert json.loads(capsys.readouterr().out)["verdict"] == "undecided"
+
+
+def test_python_has_it_too_and_in_a_thread(tmp_path: Path) -> None:
+    path = tmp_path / "flat.yaml"
+    path.write_text(flat(20_000))
+    found: list[fsmkit.Report] = []
+    thread = threading.Thread(target=lambda: found.append(fsmkit.check(path, timeout=1)))
+    thread.start()
+    thread.join(SLACK)
+    assert found[0].verdict is Verdict.UNDECIDED
+
+
+@pytest.fixture(autouse=True)
+def no_child_is_left() -> Iterator[None]:
+    yield
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
