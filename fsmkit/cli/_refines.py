@@ -27,9 +27,7 @@ from fsmkit.verify.show import STYLES
 from fsmkit.verify.verdict import Verdict
 
 
-def compare(
-    file: Path, base: Path, deadline: Deadline, reading: Reading, *, as_json: bool
-) -> int:
+def compare(file: Path, base: Path, deadline: Deadline, reading: Reading, *, as_json: bool) -> int:
     """Compare two charts, tell what was found, and return the exit code."""
     findings = reading.findings()
     try:

@@ -7,7 +7,7 @@ import time
 import click
 from rich.markup import escape
 
-from fsmkit.cli.console import out, print_json
+from fsmkit.cli.console import print_json, result
 from fsmkit.diagnostics import fail
 from fsmkit.verify.cache import LIMIT, Cache, Entry, UnusableError, cache_folder
 
@@ -54,14 +54,14 @@ def command(prune: bool, clear: bool, as_json_document: bool) -> int:
         )
         return 0
     if prune or clear:
-        out.print(f"removed {len(gone)}, {_megabytes(_total(gone))}")
-    out.print(
+        result.print(f"removed {len(gone)}, {_megabytes(_total(gone))}")
+    result.print(
         f"{escape(str(folder))}: {len(kept)} compiled, {_megabytes(_total(kept))} of "
         f"{_megabytes(LIMIT)}"
     )
     for entry in kept:
         used = time.strftime("%Y-%m-%d %H:%M", time.localtime(entry.used))
-        out.print(f"  {used}  {entry.size / 1e3:9,.0f} kB  {entry.name}", style="dim")
+        result.print(f"  {used}  {entry.size / 1e3:9,.0f} kB  {entry.name}", style="dim")
     return 0
 
 

@@ -220,16 +220,14 @@ def command(
         without=frozenset(without),
         storage=Storage(storage),
     )
-    judge = partial(
-        judged, manner=manner, reading=reading, deadline=deadline, is_quiet=as_json_document
-    )
+    judge = partial(judged, manner=manner, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
         if any((names, replacing, save_trace, drawings, tests, cover_folder)):
             given = "--property, --replace, --save-trace, --draw, --save-test and --cover"
             raise click.UsageError(f"{given} go with one file")
         return check_several(files, judge, document if as_json_document else None)
     (file,) = files
-    system, found = judge(file, names=frozenset(names), replacing=replacing)
+    system, found = judge(file, names=frozenset(names), replacing=replacing, deadline=deadline)
     saved = save(found, file, save_trace) if save_trace is not None else []
     made = {path: text for d in drawings for path, text in pictures(found, d).items()}
     charts = compiled_charts(system, found.closed.system) if system.machines else ()
@@ -267,12 +265,15 @@ def judged(
     *,
     manner: Manner,
     reading: Reading,
-    deadline: Deadline,
     is_quiet: bool,
     names: frozenset[str] = frozenset(),
     replacing: Mapping[str, Path] = MappingProxyType({}),
+    deadline: Deadline | None = None,
 ) -> tuple[System, Report]:
-    """Return the system of a file, or of a chart, and what its exploration found."""
+    """Return the system of a file, or of a chart, and what its exploration found.
+
+    Without a ``deadline`` its time begins here.
+    """
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),

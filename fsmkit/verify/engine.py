@@ -28,6 +28,7 @@ from fsmkit.verify.children import Done, run
 from fsmkit.verify.closed import Closed, with_greatest_delays
 from fsmkit.verify.counterexample import Counterexample, as_explored
 from fsmkit.verify.deadline import Deadline, Stage, TimeUp
+from fsmkit.verify.engine_words import difference, performed_steps, unfinished
 from fsmkit.verify.exploration import (
     AT_ONCE,
     IDLE,
@@ -38,7 +39,7 @@ from fsmkit.verify.exploration import (
     Mark,
     Trail,
 )
-from fsmkit.verify.instants import Armed, Performed, Point, scheduled, with_points
+from fsmkit.verify.instants import Performed, Point, scheduled, with_points
 from fsmkit.verify.moves import Action, Step
 from fsmkit.verify.storage import Storage, read_table
 from fsmkit.verify.system import PropertyKind, goal_place, temporal_properties
@@ -217,15 +218,15 @@ class CEngine:
             with self._deadline.stage(Stage.EXPLORING):
                 done = self._run([*command, "--progress"], line, stops=True)
         except TimeUp:
-            return _unfinished(End.TIME, "", last, spent())
+            return unfinished(End.TIME, "", last, spent())
         if done.code == 0:
             result: Mapping[str, Any] = json.loads(done.out)["result"]
             return result
         if done.code == NO_MEMORY:
-            return _unfinished(End.MEMORY, "", last, spent())
+            return unfinished(End.MEMORY, "", last, spent())
         if done.code == -signal.SIGKILL:
             why = "something ended the explorer, as a system does that runs out of memory"
-            return _unfinished(End.FAILED, why, last, spent())
+            return unfinished(End.FAILED, why, last, spent())
         raise fail(
             "explorer-build",
             f"the explorer ended with code {done.code} and without a result",
@@ -321,7 +322,7 @@ class CEngine:
             )
 
         def read() -> list[tuple[Step, tuple[str, ...]]]:
-            told = list(_steps(done.out.splitlines()))
+            told = list(performed_steps(done.out.splitlines()))
             if self._closed.zones:
                 return list(self._with_time(told, points))
             return [(performed.step, lines) for performed, lines in told]
@@ -356,56 +357,7 @@ class CEngine:
         )
         for number, (checked, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
             if checked != lines:
-                ours, theirs = _difference(checked, lines)
+                ours, theirs = difference(checked, lines)
                 reason = f"in step {number} the interpreter says `{ours}`, generated C `{theirs}`"
                 return replace(found, replayed=(), differs=reason)
         return replace(found, replayed=(*found.replayed, "generated C"))
-
-
-def _unfinished(end: End, why: str, last: Mapping[str, int], seconds: float) -> Mapping[str, Any]:
-    """Return a result that says only why there is none, and how far the search had come."""
-    nothing = {"marks": (), "livelock_known": False, "livelock": None, "traps_known": False}
-    known = {name: last.get(name, 0) for name in ("states", "transitions", "depth", "bytes")}
-    return {
-        **nothing,
-        **known,
-        "outcome": end.value,
-        "why": why,
-        "traps": (),
-        "machines": (),
-        "seconds": seconds,
-        "temporal": (),
-        "watch": {"least": None, "greatest": None, "pending": None, "stopped": False},
-    }
-
-
-def _steps(lines: list[str]) -> Iterator[tuple[Performed, tuple[str, ...]]]:
-    step: Performed | None = None
-    found: list[str] = []
-    for line in lines:
-        if not line.startswith("{"):
-            found.append(line)
-            continue
-        told = json.loads(line)
-        if "timers" in told and step is not None:
-            step = replace(step, timers=tuple(Armed(*timer) for timer in told["timers"]))
-            continue
-        if step is not None:
-            yield step, tuple(found)
-        told = told["step"]
-        choices = tuple(told["choices"])
-        taken = Step(Action(told["action"]), told["machine"], told["argument"], choices)
-        step = Performed(taken, told.get("waits", False), ())
-        found = []
-    if step is not None:
-        yield step, tuple(found)
-
-
-def _difference(ours: tuple[str, ...], theirs: tuple[str, ...]) -> tuple[str, str]:
-    """Return the first pair of lines that differ."""
-    for n in range(max(len(ours), len(theirs))):
-        a = ours[n] if n < len(ours) else "(nothing more)"
-        b = theirs[n] if n < len(theirs) else "(nothing more)"
-        if a != b:
-            return a, b
-    return "", ""

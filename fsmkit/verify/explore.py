@@ -10,17 +10,17 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.diagnostics.nearest import nearest
-from fsmkit.verify.closed import Closed, beyond_zones, close
+from fsmkit.verify.closed import Closed, as_it_stands, beyond_zones, close
 from fsmkit.verify.counterexample import Counterexample, ReplayError, write
 from fsmkit.verify.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.dense import cycle_place, temporal_answers
 from fsmkit.verify.engine import CEngine, compiler
-from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Trail
+from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Trail, unexplored
 from fsmkit.verify.oracle import explore_in_python
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.storage import Storage
 from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System
-from fsmkit.verify.verdict import Report, Show, conclude, not_explored
+from fsmkit.verify.verdict import Report, Result, Show, Verdict, conclude, tell
 
 DEAD = "dead"
 """The reduction that resets data which nothing can read any more (`verify.dead_variables`)."""
@@ -113,7 +113,9 @@ def check_file(
     manner = manner or Manner()
     deadline = deadline or Deadline(manner.limits.seconds)
     try:
-        read = deadline.cut_off(Stage.READING, lambda: load_any(path, findings, replacing, strict=strict))
+        read = deadline.cut_off(
+            Stage.READING, lambda: load_any(path, findings, replacing, strict=strict)
+        )
     except TimeUp:
         read = System(path.stem, ())
         return read, _out_of_time(read, manner, frozenset(), findings, deadline)
@@ -151,8 +153,15 @@ def _out_of_time(
     findings: Findings,
     deadline: Deadline,
 ) -> Report:
-    report = not_explored(system, deadline.why(), names, findings, manner.engine or "c")
-    return _timed(report, deadline)
+    """Return the report of a system of which nothing was explored: nothing is decided."""
+    why = deadline.why()
+    asked = [p for p in system.properties if not names or p.name in names]
+    results = [Result(p.name, p.kind, p.text, Verdict.UNDECIDED, why, span=p.span) for p in asked]
+    results = results or [Result(system.name, None, "", Verdict.UNDECIDED, why)]
+    for result in results:
+        tell(result, findings)
+    found = unexplored(manner.engine or "c", why, len(system.machines))
+    return _timed(Report(as_it_stands(system), found, tuple(results), findings, ()), deadline)
 
 
 def _timed(report: Report, deadline: Deadline) -> Report:

@@ -30,7 +30,7 @@ from fsmkit.verify.alphabet import uses_of, values_of
 from fsmkit.verify.closed import PATIENCE, Closed, close
 from fsmkit.verify.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.moves import MOST_RUNS, Action, Chooser, Step, TooManyChoices
-from fsmkit.verify.refinement_words import Group, Shown, Word, Words
+from fsmkit.verify.refinement_words import Shown, Word, Words, shown_in, without
 from fsmkit.verify.steps import LocalSteps
 from fsmkit.verify.system import system_of
 
@@ -219,7 +219,7 @@ class Search:
             done = self.base_steps.perform(0, before, Step(Action.START), _Following(iter(shown)))
         except _Different:
             return ()
-        if done is None or _shown(self.plain.word(done)) != tuple(shown):
+        if done is None or shown_in(self.plain.word(done)) != tuple(shown):
             return ()
         return (kept(self.base_steps, self.base, done.after),)
 
@@ -266,7 +266,7 @@ class Search:
         """
         before = replace(base, inputs=_lazy(self.base, read))
         try:
-            done = step(self.base, before, event, _Follower(iter(_shown(word))))
+            done = step(self.base, before, event, _Follower(iter(shown_in(word))))
         except _Different:
             return Macrostep(base, event, (), base, 0)
         answered = bool(done.microsteps) and bool(done.microsteps[0].transitions)
@@ -274,7 +274,7 @@ class Search:
 
     def _on(self, done: Macrostep, word: Word, read: Inputs) -> Iterator[Snapshot | None]:
         """Go on after a step of the base, if it shows what the word begins with."""
-        rest = _without(word, self.plain.word(done)) if done.microsteps else None
+        rest = without(word, self.plain.word(done)) if done.microsteps else None
         if rest is not None:
             after = kept(self.base_steps, self.base, done.after)
             yield from self._match(after, rest, read, 0)
@@ -288,7 +288,7 @@ class Search:
         for what in steps:
             before = replace(base, inputs=_lazy(self.base, read))
             try:
-                following = _Following(iter(_shown(word)))
+                following = _Following(iter(shown_in(word)))
                 done = self.base_steps.perform(0, before, what, following)
             except _Different:
                 continue
@@ -308,31 +308,6 @@ class _Following(_Follower, Chooser):
     def __init__(self, expected: Iterator[Shown]) -> None:
         Chooser.__init__(self)
         _Follower.__init__(self, expected)
-
-
-def _shown(word: Word) -> tuple[Shown, ...]:
-    return tuple(shown for group in word for shown in group.shown)
-
-
-def _without(word: Word, done: Word) -> Word | None:
-    """Return what is left of a word after what the base did; None if that is something else."""
-    left = list(word)
-    for place, group in enumerate(done):
-        while left and left[0].free and place and not _agree(left[0], group):
-            left.pop(0)
-        if not left or not _agree(left[0], group):
-            return None
-        shown = left[0].shown[len(group.shown) :]
-        left[0] = Group(None, shown, left[0].free, left[0].leaves)
-        if not shown or left[0].free:
-            left.pop(0)
-    return tuple(left)
-
-
-def _agree(given: Group, wanted: Group) -> bool:
-    if wanted.stimulus is not None and given.stimulus != wanted.stimulus:
-        return False
-    return given.shown[: len(wanted.shown)] == wanted.shown
 
 
 def _ready(chart: Chart) -> tuple[Closed, LocalSteps]:

@@ -197,3 +197,29 @@ class Words:
 def _written(chart: Chart, t: Transition) -> tuple[object, ...]:
     targets = tuple(chart.states[target].id for target in t.targets)
     return t.trigger, t.descriptors, t.delay, targets
+
+
+def shown_in(word: Word) -> tuple[Shown, ...]:
+    """Return all that a word shows."""
+    return tuple(shown for group in word for shown in group.shown)
+
+
+def without(word: Word, done: Word) -> Word | None:
+    """Return what is left of a word after what the base did; None if that is something else."""
+    left = list(word)
+    for place, group in enumerate(done):
+        while left and left[0].free and place and not _agree(left[0], group):
+            left.pop(0)
+        if not left or not _agree(left[0], group):
+            return None
+        shown = left[0].shown[len(group.shown) :]
+        left[0] = Group(None, shown, left[0].free, left[0].leaves)
+        if not shown or left[0].free:
+            left.pop(0)
+    return tuple(left)
+
+
+def _agree(given: Group, wanted: Group) -> bool:
+    if wanted.stimulus is not None and given.stimulus != wanted.stimulus:
+        return False
+    return given.shown[: len(wanted.shown)] == wanted.shown

@@ -9,7 +9,8 @@ from enum import Enum
 from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.runtime.clock import duration_text
 from fsmkit.verify.alphabet import delays_of
-from fsmkit.verify.closed import PATIENCE, Closed, as_it_stands
+from fsmkit.verify.assumptions import assumptions
+from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.exploration import (
     DEADLOCK,
@@ -18,12 +19,10 @@ from fsmkit.verify.exploration import (
     Exploration,
     Mark,
     first_mark,
-    unexplored,
 )
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
-from fsmkit.verify.schedule import spelled_schedule
 from fsmkit.verify.storage import NEEDS_EXACT, omission_probability
-from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind, System
+from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
 from fsmkit.verify.unreached import never_entered, never_taken
 
 Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample | None]
@@ -112,31 +111,14 @@ def conclude(
         if not names or property_.name in names:
             results.append(judge.property(index, property_))
     judge.add_findings()
-    report = Report(closed, found, tuple(results), findings, tuple(_assumptions(closed)))
+    report = Report(closed, found, tuple(results), findings, tuple(assumptions(closed)))
     for result in results:
-        _tell(result, findings)
+        tell(result, findings)
     return report
 
 
-def not_explored(
-    system: System, why: str, names: frozenset[str], findings: Findings, engine: str
-) -> Report:
-    """Return the report of a system of which nothing was explored: nothing is decided."""
-    asked = [p for p in system.properties if not names or p.name in names]
-    results = [Result(p.name, p.kind, p.text, Verdict.UNDECIDED, why, span=p.span) for p in asked]
-    results = results or [Result(system.name, None, "", Verdict.UNDECIDED, why)]
-    for result in results:
-        _tell(result, findings)
-    return Report(
-        as_it_stands(system),
-        unexplored(engine, why, len(system.machines)),
-        tuple(results),
-        findings,
-        (),
-    )
-
-
-def _tell(result: Result, findings: Findings) -> None:
+def tell(result: Result, findings: Findings) -> None:
+    """Add the findings of a verdict."""
     if result.trace is not None and result.trace.differs:
         message = f"the path for `{result.name}` runs differently: {result.trace.differs}"
         findings.add("replay-differs", message, None)
@@ -146,18 +128,6 @@ def _tell(result: Result, findings: Findings) -> None:
     elif result.verdict is Verdict.VIOLATED and result.kind is not None:
         what = "cannot be reached" if result.kind is PropertyKind.REACHABLE else "does not hold"
         findings.add("violated-property", f"`{result.name}` {what}: {result.text}", result.span)
-
-
-def _assumptions(closed: Closed) -> Iterator[str]:
-    yield f"what may come from outside comes while at most {PATIENCE} event waits in the queues"
-    if closed.silent:
-        yield "transitions marked `watchdog` never fire"
-    if closed.untimed:
-        yield "an armed timer may fire at any time"
-    if closed.system.schedule is not None:
-        yield spelled_schedule(closed.system)
-    for sample in closed.samples:
-        yield f"{sample} takes sample values only"
 
 
 def _told(result: Result) -> Result:
