@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from pathlib import Path
 import click
 
 import fsmkit
+from fsmkit.cli._exhausted import exhausted
 from fsmkit.cli._interrupts import listen, received
 from fsmkit.cli._options import OneOf, no_such
 from fsmkit.cli.console import WrongOptionError, crash, interrupted, report, reported, set_up
@@ -136,7 +138,18 @@ def main() -> None:
     gc.set_threshold(COLLECT_AFTER)
     listen()
     code = run(sys.argv[1:])
+    code = _guarded(_flush) or code
     sys.exit(received() or code)
+
+
+def _flush() -> int:
+    """Write what is still to be written; what cannot be is not tried again at the very end."""
+    try:
+        sys.stdout.flush()
+    except BaseException:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise
+    return OK
 
 
 def run(arguments: list[str]) -> int:
@@ -180,5 +193,11 @@ def _guarded(body: Callable[[], int]) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return OK
+    except (MemoryError, OSError, ImportError, RuntimeError) as error:
+        told = exhausted(error)
+        if told is None:
+            return crash(error)
+        report(told.diagnostics)
+        return FINDINGS
     except Exception as error:  # noqa: BLE001  (the last line of defence: a bug becomes a report)
         return crash(error)

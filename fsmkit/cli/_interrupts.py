@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
+from pathlib import Path
 from types import FrameType
 
-_IMPORTED = time.monotonic()
+
+def _age() -> float:
+    """Return for how many seconds this process has been there, as far as the system says."""
+    try:
+        fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+        began = int(fields[19]) / os.sysconf("SC_CLK_TCK")  # since the system began: proc(5)
+        return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - began)
+    except (OSError, ValueError, AttributeError, IndexError):
+        return 0.0
+
+
+_BEGAN = time.monotonic() - _age()
 _listening = False
 _received: list[int] = []
 
 
 def began() -> float:
     """Return when the command line began, by `time.monotonic`: with the process, if it is all."""
-    return _IMPORTED if _listening else time.monotonic()
+    return _BEGAN if _listening else time.monotonic()
 
 
 def listen() -> None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from fsmkit.cli.console import err, out, print_json, report
+from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.counterexample import Counterexample, as_json
 from fsmkit.verify.exploration import End, Exploration
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.network import Network
 from fsmkit.verify.export.promela.trail import counterexample_of
-from fsmkit.verify.save import save
+from fsmkit.verify.save import saved
 from fsmkit.verify.show import counterexample
 from fsmkit.verify.system import Property, System
 from fsmkit.verify.verdict import Report, Result, Verdict
@@ -23,7 +24,8 @@ def show_trail(
     """Print the path, and save it into a folder; return the exit code: 1, it is a violation."""
     network, property_, trace = counterexample_of(system, wanted, path)
     result = _result(property_, trace)
-    saved = save(_report(network, result), file, folder) if folder is not None else []
+    traced = saved(_report(network, result), file, folder) if folder is not None else {}
+    write_files(traced)
     report(Findings())
     if as_json_:
         print_json(
@@ -38,8 +40,8 @@ def show_trail(
         out.print(counterexample(result))
         if trace.differs:
             err.print(trace.differs, style="bold red")
-        if saved:
-            out.print(f"saved {len(saved)} files in {folder}", style="dim")
+        if traced:
+            out.print(f"saved {len(traced)} files in {folder}", style="dim")
     return 1
 
 

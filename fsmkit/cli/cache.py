@@ -7,8 +7,8 @@ import time
 import click
 from rich.markup import escape
 
-from fsmkit.cli.console import print_json, result
-from fsmkit.diagnostics import fail
+from fsmkit.cli.console import print_json, report, result
+from fsmkit.diagnostics import Findings
 from fsmkit.verify.cache import LIMIT, Cache, Entry, UnusableError, cache_folder
 
 EPILOG = """\b
@@ -34,12 +34,16 @@ def command(prune: bool, clear: bool, as_json_document: bool) -> int:
         folder = cache_folder()
         cache = Cache(folder)
     except UnusableError as error:
-        raise fail(
+        told = Findings()
+        told.add(
             "cache-not-used",
             f"compiled explorers are not kept: {error}",
+            None,
             help="make the folder your own and keep others from writing it (`chmod go-w`), or name "
             "another in XDG_CACHE_HOME",
-        ) from error
+        )
+        report(told)
+        return 1
     gone = cache.prune(0 if clear else LIMIT, broken=prune) if prune or clear else ()
     kept = cache.entries()
     if as_json_document:

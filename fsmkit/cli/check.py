@@ -32,7 +32,7 @@ from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.pictures import demand_notation, pictures
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.save import save
+from fsmkit.verify.save import saved
 from fsmkit.verify.show import summary
 from fsmkit.verify.storage import LossyTable, Storage, expected_omissions, omission_probability
 from fsmkit.verify.suites import covering, demand_language, suite, traces
@@ -228,7 +228,8 @@ def command(
         return check_several(files, judge, document if as_json_document else None)
     (file,) = files
     system, found = judge(file, names=frozenset(names), replacing=replacing, deadline=deadline)
-    saved = save(found, file, save_trace) if save_trace is not None else []
+    traced = saved(found, file, save_trace) if save_trace is not None else {}
+    write_files(traced)
     made = {path: text for d in drawings for path, text in pictures(found, d).items()}
     charts = compiled_charts(system, found.closed.system) if system.machines else ()
     made |= {
@@ -245,8 +246,8 @@ def command(
         print_json(document(found))
     else:
         result.print(summary(found, result.width))
-        if saved:
-            out.print(f"saved {len(saved)} files in {save_trace}", style="dim")
+        if traced:
+            out.print(f"saved {len(traced)} files in {save_trace}", style="dim")
         if covered is not None:
             result.print(escape(told(covered)))
         for path in made:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -18,14 +19,19 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     reader never sees half a file. Texts are UTF-8 with the line ends they hold. Raises
     `FsmkitError` (``unwritable-output``) and leaves folders and files as they were.
     """
+    kept: list[Path] = []
     with ExitStack() as undo:
         ready = [(path, _write_beside(path, content, undo)) for path, content in files.items()]
         for path, temporary in ready:
             with _blaming(path):
-                before = path.read_bytes() if path.exists() else None
+                before = _put_aside(path, undo)
                 temporary.replace(path)
                 undo.callback(_restore, path, before)
+                kept.extend(() if before is None else (before,))
         undo.pop_all()  # nothing failed: nothing is undone
+    for before in kept:
+        with suppress(OSError):
+            before.unlink()
 
 
 def _write_beside(path: Path, content: str | bytes, undo: ExitStack) -> Path:
@@ -57,12 +63,28 @@ def _mode(path: Path) -> int:
     return 0o666 & ~mask
 
 
-def _restore(path: Path, before: bytes | None) -> None:
+def _put_aside(path: Path, undo: ExitStack) -> Path | None:
+    """Give a file that is there a second name, so that bringing it back needs no room."""
+    if not path.exists():
+        return None
+    handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", dir=path.parent)
+    os.close(handle)
+    before = Path(name)
+    undo.callback(before.unlink, missing_ok=True)
+    before.unlink()
+    try:
+        before.hardlink_to(path)
+    except OSError:  # a file system without links
+        shutil.copy2(path, before)
+    return before
+
+
+def _restore(path: Path, before: Path | None) -> None:
     with suppress(OSError):
         if before is None:
             path.unlink(missing_ok=True)
         else:
-            path.write_bytes(before)
+            before.replace(path)
 
 
 def _remove_folder(folder: Path) -> None:

@@ -7,7 +7,6 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from fsmkit.diagnostics import fail
 from fsmkit.diagram.sequence import mermaid
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample, as_json
@@ -32,8 +31,8 @@ def test_{identifier}_is_performed_as_recorded() -> None:
 '''
 
 
-def save(report: Report, source: Path, folder: Path) -> list[Path]:
-    """Write the traces of a report into a folder and return the files; nothing on an error."""
+def saved(report: Report, source: Path, folder: Path) -> dict[Path, str]:
+    """Return the traces of a report as the files of a folder."""
     files: dict[Path, str] = {}
     for result in report.results:
         if result.trace is None or not result.trace.steps:
@@ -49,18 +48,7 @@ def save(report: Report, source: Path, folder: Path) -> list[Path]:
             identifier=name.lower(),
         )
         files[folder / f"{name}.mmd"] = mermaid.draw(sequence(report.closed, result, result.trace))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for path, text in files.items():
-            path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        reason = (error.strerror or type(error).__name__).lower()
-        raise fail(
-            "unwritable-output",
-            f"cannot write the traces into `{folder}`: {reason}",
-            help="name a folder that can be written",
-        ) from error
-    return list(files)
+    return files
 
 
 def document(

@@ -14,8 +14,9 @@ from types import ModuleType
 import pytest
 
 import fsmkit
+from fsmkit.cli.writing import write_files
 from fsmkit.verify.replay import perform
-from fsmkit.verify.save import save
+from fsmkit.verify.save import saved
 from fsmkit.verify.system_session import SystemSession
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"
@@ -278,7 +279,7 @@ def test_a_saved_trace_of_a_replaced_machine_is_performed_again(tmp_path: Path) 
     chart = CELL / "defects" / "m5_feeder.yaml"
     system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": chart})
     report = fsmkit.check(system, properties=("produces",))
-    save(report, CELL / "cell.yaml", tmp_path)
+    write_files(saved(report, CELL / "cell.yaml", tmp_path))
     recorded = json.loads((tmp_path / "Cell_produces.json").read_text())
     assert recorded["replaced"] == {"feeder": str(chart)}
     assert perform(recorded) == [step["lines"] for step in recorded["steps"]]

@@ -151,7 +151,7 @@ def stage_of(report: fsmkit.Report) -> str:
 def test_reading_is_cut_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "flat.yaml"
     path.write_text(flat(3))
-    monkeypatch.setattr("fsmkit.verify.explore.load_any", lambda *_: endless())
+    monkeypatch.setattr("fsmkit.verify.explore.load_any", lambda *_, **__: endless())
     findings = Findings()
     system, report = check_file(path, findings, manner=Manner(limits=Limits(seconds=0.3)))
     assert system.machines == ()
