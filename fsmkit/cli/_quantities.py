@@ -24,5 +24,7 @@ def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     """Read ``10m``, ``30s`` as seconds."""
     match = SPAN.fullmatch(value)
     if match is None:
-        raise click.BadParameter(f"`{value}` is no duration such as 30s or 10m", ctx, param)
+        raise click.BadParameter(
+            f"`{value}` is no duration such as 30s or 10m; units are ms, s, m, h", ctx, param
+        )
     return float(match[1]) * SECONDS[match[2]]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from fsmkit.cli.console import result
-from fsmkit.diagnostics import Source, Span, Text
+from fsmkit.diagnostics import FsmkitError, Source, Span, Text
 from fsmkit.expressions import Field
 from fsmkit.model.chart import Chart
 from fsmkit.runtime.clock import read_microseconds
@@ -18,7 +18,7 @@ from fsmkit.runtime.session import is_received
 from fsmkit.runtime.values import show, to_python, tokens
 
 HELP = """\
-  EVENT a=1 b=2      post an event and run
+  EVENT a=1 b=2      post an event and run; `post EVENT` posts one of any name
   wait 500ms         let time pass
   set INPUT VALUE    change an input and run
   state              what is active
@@ -28,6 +28,10 @@ HELP = """\
 
 AT_START = ("start 0", "run 0")
 """What the machine sent to itself at its start is taken before any time passes."""
+
+
+WORDS = ("wait", "set", "post")
+"""Words a line can begin with that are no event."""
 
 
 class Stepper:
@@ -180,6 +184,16 @@ def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
     word, _, rest = line.value.partition(" ")
     if not word:
         return ()
+    try:
+        return _steps(chart, word, rest, line)
+    except FsmkitError as error:
+        if word not in WORDS or word not in chart.event_index or rest.startswith(f"{word} "):
+            raise
+        message = error.diagnostics[0].message
+        raise wrong_line(line, message, f"to post the event: `post {line.value}`") from error
+
+
+def _steps(chart: Chart, word: str, rest: str, line: Text) -> tuple[str, ...]:
     if word == "wait":
         try:
             microseconds = read_microseconds(rest)
@@ -192,6 +206,8 @@ def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
         place, value = read_input(chart, words, line)
         step = f"input {chart.inputs[place].name} {value_text(value)}"
     else:
+        if word == "post":
+            next(words)
         occurrence = read_event(chart, words, line)
         values = map(value_text, occurrence.payload)
         step = " ".join(("post", chart.events[occurrence.event].name, *values))

@@ -24,7 +24,7 @@ from fsmkit.verify.system import System
 from fsmkit.verify.system_session import Answer, Happening, SystemSession
 
 HELP = """\
-  MACHINE.EVENT a=1 b=2   post an event and run
+  MACHINE.EVENT a=1 b=2   post an event and run, as does `post MACHINE.EVENT`
   wait 500ms              let time pass
   state                   what is active
   data                    values of data, inputs and outputs
@@ -75,6 +75,8 @@ class SystemStepper:
             self._run(self._session.now + ticks)
         else:
             words = iter(tokens(line.value))
+            if word == "post":
+                next(words)
             self._post(words, line)
             self._run(self._session.now)
 

@@ -32,7 +32,10 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--events", help="What happens: events, `wait 500ms`, `set input value`; by `;`.")
+@click.option(
+    "--events",
+    help="What happens, by `;`: `EVENT a=1` or `post EVENT a=1`, `wait 500ms`, `set INPUT VALUE`.",
+)
 @click.option("--script", type=click.Path(path_type=Path), help="A file of script lines.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
 @click.option(

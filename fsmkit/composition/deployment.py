@@ -19,6 +19,7 @@ from fsmkit.verify.indices import integer
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.reader import load_system
 from fsmkit.verify.system import System
+from fsmkit.yaml import keys
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
     Node,
@@ -29,7 +30,6 @@ from fsmkit.yaml.nodes import (
     read_nodes,
 )
 
-KEYS = frozenset({"system", "doc", "nodes", "links"})
 LINK_KEYS = frozenset({"endpoints", "curve", "every", "insecure"})
 MOST_NODES = 8
 """As many as ``FSM_LINK_NODES`` of the library in C, unless it is told otherwise."""
@@ -89,7 +89,7 @@ def read_deployment(
     top = None if root is None else demand_mapping(root, "a deployment", findings)
     if top is None:
         return None
-    check_keys(top, KEYS, "a deployment", findings)
+    check_keys(top, frozenset(keys.DEPLOYMENT), "a deployment", findings, keys.BELONGS)
     parts = {key.value: node for key, node in top.entries}
     if not {"system", "nodes"} <= set(parts):
         findings.add(

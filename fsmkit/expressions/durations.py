@@ -11,16 +11,10 @@ from fractions import Fraction
 from fsmkit.diagnostics import Span, Text
 from fsmkit.expressions.names import Context
 from fsmkit.expressions.types import LONGEST_DURATION
+from fsmkit.expressions.units import MICROSECONDS, meant, no_unit
 
-MICROSECONDS = {
-    "us": 1,
-    "ms": 1000,
-    "s": 1_000_000,
-    "m": 60_000_000,
-    "h": 3_600_000_000,
-    "d": 86_400_000_000,
-}
 WRITTEN = re.compile(r"(\d{1,18}\.?\d{0,18}|\.\d{1,18})\s*(us|ms|s|m|h|d)?")
+WITH_A_WORD = re.compile(r"(\d{1,18}\.?\d{0,18}|\.\d{1,18})\s*([^\W\d]{1,18})")
 
 
 def duration_of(context: Context, written: str, at: Span | Text) -> int | None:
@@ -29,6 +23,10 @@ def duration_of(context: Context, written: str, at: Span | Text) -> int | None:
     A number without a unit is milliseconds in dialects other than fsmkit, with a warning.
     """
     match = WRITTEN.fullmatch(written.strip())
+    worded = WITH_A_WORD.fullmatch(written.strip())
+    if match is None and worded is not None:
+        message = no_unit(worded[2])
+        return context.report("invalid-duration", message, at, meant(worded[1], worded[2]))
     if match is None:
         return context.report(
             "invalid-duration", f"`{written}` is no duration", at, "write such as `500ms` or `1.5s`"

@@ -253,12 +253,28 @@ def _not_numbers(context: Context, op: BinaryOp, left: Expr, right: Expr, span: 
     advice = None
     if op in (*BITS, *SHIFTS) and BOOL in (left.type, right.type):
         advice = "as in C, comparisons bind tighter than `&`, `^` and `|`: put parentheses"
-    return context.report(
-        "type-mismatch",
-        f"`{op.value}` does not apply to {described(left.type)} and {described(right.type)}",
-        span,
-        advice,
-    )
+    message = f"`{op.value}` does not apply to {described(left.type)} and {described(right.type)}"
+    if op in COMBINED and any(isinstance(side.type, EnumType) for side in (left, right)):
+        message = f"{_kind(left.type)} and {_kind(right.type)} cannot be {COMBINED[op]}"
+        advice = "members of an enumeration are no numbers: compare with `==` to choose one"
+    return context.report("type-mismatch", message, span, advice)
+
+
+COMBINED = {
+    BinaryOp.ADD: "added",
+    BinaryOp.SUB: "subtracted",
+    BinaryOp.MUL: "multiplied",
+    BinaryOp.DIV: "divided",
+    BinaryOp.REM: "divided",
+}
+
+
+def _kind(type_: Type | None) -> str:
+    """Return the kind of a value with its article: "a number", "an `Error`"."""
+    if isinstance(type_, IntType | FloatType):
+        return "a number"
+    name = str(type_)
+    return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} `{name}`"
 
 
 def _divides(left: Expr, right: Expr) -> bool:

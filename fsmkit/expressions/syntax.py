@@ -14,6 +14,8 @@ from typing import Any
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
+from fsmkit.expressions.units import meant, no_unit, number_with
+
 DEEPEST = 100
 """Levels an expression may nest; operators in a row nest too."""
 LONGEST = 200_000
@@ -356,6 +358,9 @@ def _fault(text: str, error: UnexpectedInput) -> SyntaxFault:
             start = text.find(word)
             message = f"`{word}` is outside the language"
             return SyntaxFault("outside-language", message, start, start + len(word), advice)
+    if (wrong := number_with(text, at)) is not None:
+        word, advice = wrong[1], meant(*wrong)
+        return SyntaxFault("expression-syntax", no_unit(word), at, at + len(word), advice)
     found = text[at : at + size]
     return SyntaxFault(
         "expression-syntax",

@@ -74,6 +74,15 @@ class _Reader:
         self._steps: list[Step] = []
 
     def machine(self, mapping: Mapping) -> Machine | None:
+        if any(key.value in ("chart", "system") for key, _ in mapping.entries):
+            self._findings.add(
+                "not-a-chart",
+                "charts are YAML or SCXML; a `.json` configures the library `transitions` and has "
+                "the key `states`",
+                mapping.entries[0][0],
+                help="call the file `.yaml`, of which JSON is a part",
+            )
+            return None
         fields = self._fields(mapping, MACHINE_KEYS, "a machine")
         states = demand_sequence(fields["states"], "`states`", self._findings) if (
             "states" in fields

@@ -95,7 +95,7 @@ class Context:
                     "unknown-attribute",
                     f"`<{word}>` has no attribute `{_written(attribute)}`",
                     attribute.span,
-                    _suggest(attribute.name, known, "remove it"),
+                    _suggest(attribute.name, known, _belongs(attribute.name)),
                     is_ours=is_ours or attribute.namespace == EXTENSION,
                 )
         if word not in WITH_TEXT and element.text.value.strip():
@@ -241,6 +241,12 @@ def _written(attribute: Attribute) -> str:
     return text[attribute.span.start : attribute.span.end]
 
 
+def _belongs(name: str) -> str:
+    """Say which elements have an attribute that has no meaning where it stands."""
+    owners = [f"`<{element}>`" for element, names in ATTRIBUTES.items() if name in names]
+    return f"`{name}` belongs to {' or '.join(owners)}" if owners else "remove it"
+
+
 def _suggest(name: str, known: Iterable[str], otherwise: str) -> str:
-    close = get_close_matches(name, list(known), 1)
+    close = get_close_matches(name, list(known), 1, cutoff=0.7)
     return f"did you mean `{close[0]}`?" if close else otherwise

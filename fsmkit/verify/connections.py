@@ -275,6 +275,14 @@ def _connection(
         findings.add("broken-connection", "a connection is one line", item.span, help=EXAMPLE)
         return None
     text, options = item.entries[0]
+    if isinstance(options, Scalar) and not options.text.value and "->" in text.value:
+        findings.add(
+            "broken-connection",
+            "a connection is a text: write it without braces",
+            item.span,
+            help=f"write `- {text}`; options are `{{{text}: {{kind: queued}}}}`",
+        )
+        return None
     mapping = demand_mapping(options, "the options of a connection", findings)
     manner = None if mapping is None else read_manner(mapping, tick_of(machines), findings)
     return None if manner is None else (text, manner)

@@ -31,6 +31,7 @@ from fsmkit.verify.system import (
     System,
     state_invariants,
 )
+from fsmkit.yaml import keys
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
     Mapping,
@@ -43,9 +44,6 @@ from fsmkit.yaml.nodes import (
     read_nodes,
 )
 
-KEYS = frozenset(
-    {"system", "doc", "machines", "shared", "connect", "environment", "schedule", "properties"}
-)
 KINDS = {kind.value: kind for kind in PropertyKind}
 EXAMPLE = "leads_to: [plant.In(inserted), plant.In(out)]"
 NEEDS_NOTHING = {PropertyKind.DEADLOCK_FREE, PropertyKind.LIVELOCK_FREE}
@@ -97,7 +95,7 @@ def read_system(
     top = None if root is None else demand_mapping(root, "a system", findings)
     if top is None:
         return None
-    check_keys(top, KEYS, "a system", findings)
+    check_keys(top, frozenset(keys.SYSTEM), "a system", findings, keys.BELONGS)
     parts = {key.value: node for key, node in top.entries}
     name = demand_text(parts["system"], "the name of a system", findings)
     machines = read_machines(parts.get("machines"), folder, replacing, findings, strict=strict)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from fsmkit.model.chart import State, Transition
+from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Trigger
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Exploration
@@ -34,3 +34,18 @@ def never_taken(closed: Closed, found: Exploration, machine: int) -> Iterator[Tr
         expected = expected and not hoped & {transition.source, *transition.targets}
         if reachable and expected and transition.index not in figures.transitions:
             yield transition
+
+
+def lines_of(chart: Chart, transitions: Sequence[Transition]) -> str:
+    """Return where transitions stand: ``of `a` at gate.yaml:7 and 9, of `b` at gate.yaml:12``."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for transition in transitions:
+        source = transition.span.source
+        line, _ = source.position(transition.span.start)
+        state = chart.states[transition.source].id
+        found.setdefault((f"`{state}`" if state else "the root", source.name), []).append(str(line))
+    told = (
+        f"of {state} at {file}:{' and '.join(dict.fromkeys(lines))}"
+        for (state, file), lines in found.items()
+    )
+    return ", ".join(told)

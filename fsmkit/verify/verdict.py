@@ -23,7 +23,7 @@ from fsmkit.verify.exploration import (
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
 from fsmkit.verify.storage import NEEDS_EXACT, omission_probability
 from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
-from fsmkit.verify.unreached import never_entered, never_taken
+from fsmkit.verify.unreached import lines_of, never_entered, never_taken
 
 Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample | None]
 """Makes a counterexample of a path and a cycle; None where no time is left for it."""
@@ -390,10 +390,8 @@ class _Judge:
             message = f"in this system `{instance.name}` never enters {names}"
             self.findings.add("never-entered", message, instance.span, severity=Severity.NOTE)
         if transitions:
-            sources = dict.fromkeys(chart.states[t.source].id or "the root" for t in transitions)
-            names = ", ".join(f"`{source}`" for source in sources)
             message = (
                 f"in this system `{instance.name}` never takes {len(transitions)} "
-                f"of its transitions, which leave {names}"
+                f"of its transitions: {lines_of(chart, transitions)}"
             )
             self.findings.add("never-taken", message, instance.span, severity=Severity.NOTE)

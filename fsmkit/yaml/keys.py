@@ -94,17 +94,34 @@ INVOKE = {
     "content": "the chart itself",
     "content_expr": "an expression that gives the chart",
 }
+SYSTEM = {
+    "system": "the name of the system",
+    "doc": "what it is for",
+    "machines": "its machines and their charts",
+    "shared": "data that several machines read or write",
+    "connect": "how events and outputs go from machine to machine",
+    "environment": "what may come from outside, and charts that act for it",
+    "schedule": "the order in which machines run",
+    "properties": "what is to be checked",
+}
+DEPLOYMENT = {
+    "system": "the file of the system",
+    "doc": "what it is for",
+    "nodes": "the nodes and their machines",
+    "links": "how nodes reach each other",
+}
 DONE = {"with": "name: expression", "content": "an expression"}
 
 _PLACES = (
-    (CHART, "the chart itself, at the left margin"),
+    (CHART, "a chart (at the left margin)"),
     (STATE, "a state"),
     (TRANSITION, "a transition"),
+    (SYSTEM, "a system"),
+    (DEPLOYMENT, "a deployment"),
 )
 BELONGS = {
-    key: f"`{key}` belongs to {place}"
-    for table, place in _PLACES
+    key: f"`{key}` belongs to {' or '.join(place for other, place in _PLACES if key in other)}"
+    for table, _ in _PLACES
     for key in table
-    if sum(key in other for other, _ in _PLACES) == 1
 }
 """Where a key belongs that is not known where it stands."""

@@ -16,6 +16,7 @@ from itertools import takewhile
 import yaml
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.yaml.broken import tell_broken
 from fsmkit.yaml.places import offsets_of
 from fsmkit.yaml.quoting import quoted
 
@@ -98,7 +99,7 @@ def read_by_pyyaml(source: Source, findings: Findings) -> Node | None:
             help="remove it; if the file is full of them, save it as UTF-8",
         )
     except yaml.MarkedYAMLError as error:
-        _broken(source, error, findings)
+        tell_broken(source, error, findings)
     except (ValueError, OverflowError) as error:  # what int() and chr() think of an escape
         findings.add(
             "broken-yaml", f"an escape makes no character: {error}", Span(source, 0, 1),
@@ -114,25 +115,6 @@ def read_by_pyyaml(source: Source, findings: Findings) -> Node | None:
 def _code(error: yaml.reader.ReaderError) -> int:
     character = error.character
     return character if isinstance(character, int) else ord(str(character)[:1] or "\0")
-
-
-def _broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings) -> None:
-    mark = error.problem_mark or error.context_mark
-    offset = min(mark.index if mark else 0, len(source.text))
-    line = source.line(source.position(offset)[0])
-    problem = error.problem or ""
-    advice = "check indentation, quotes and brackets around this place"
-    if "mapping values are not allowed" in problem and ": " in line:
-        key, _, rest = line.strip().partition(": ")
-        advice = f"a text with `: ` must be quoted: `{key}: {quoted(rest)}`"
-    elif problem.startswith("expected ',' or"):
-        advice = "inside `{}` and `[]` a text with one of `, [ ] { }` must be quoted"
-    elif "cannot start any token" in problem and "\t" not in problem:
-        advice = "a text that begins with this character must be quoted"
-    elif "\t" in line or "\\t" in problem:
-        advice = "YAML does not indent with tabs: use spaces"
-    what = ", ".join(part for part in (error.context, problem) if part)
-    findings.add("broken-yaml", what, Span(source, offset, offset + 1), help=advice)
 
 
 class _TooDeep(Exception):  # noqa: N818  (it never leaves this module)
