@@ -7,6 +7,7 @@ is not installed reads nothing, and says so by `missing`.
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -15,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lxml import etree
+
+from tests.verify.export import cspm_format, uppaal_format
 
 NODE_MODULES = Path(__file__).parents[2] / "build" / "node" / "node_modules"
 """Where `make tools` puts Mermaid."""
@@ -140,6 +143,36 @@ def _plantuml(files: Sequence[Path]) -> Refusals:
     return refused
 
 
+def _by_rules(rules: Callable[[str], Iterator[str]]) -> Callable[[Sequence[Path]], Refusals]:
+    """Read files by the rules of their format, where no other tool can be installed."""
+
+    def read(files: Sequence[Path]) -> Refusals:
+        refused = {}
+        for file in files:
+            try:
+                broken = list(rules(file.read_text(encoding="utf-8")))
+            except (ValueError, SyntaxError, AssertionError, etree.XMLSyntaxError) as error:
+                broken = [str(error)]
+            if broken:
+                refused[file] = "; ".join(broken[:3])
+        return refused
+
+    return read
+
+
+def _aut(text: str) -> Iterator[str]:
+    """Aldebaran: a head that counts, then a line for each transition, its label in quotes."""
+    head, *lines = text.splitlines()
+    counted = re.fullmatch(r"des \((\d+), ?(\d+), ?(\d+)\)", head)
+    if counted is None or int(counted[2]) != len(lines):
+        yield f"the head `{head}` does not count {len(lines)} transitions"
+        return
+    for line in lines:
+        step = re.fullmatch(r'\((\d+), ?"[^"\n]*", ?(\d+)\)', line)
+        if step is None or max(int(step[1]), int(step[2])) >= int(counted[3]):
+            yield f"no transition: {line[:80]}"
+
+
 def _xml(files: Sequence[Path]) -> Refusals:
     refused = {}
     for file in files:
@@ -167,7 +200,9 @@ READERS: Mapping[str, Reader] = {
     "puml": Reader("plantuml", _plantuml, _tool("plantuml")),
     "pml": Reader("spin", _promela, _tool("spin")),
     "jani": Reader("storm", _jani, _has_stormpy),
-    "xml": Reader("lxml", _xml, lambda: True),
+    "xml": Reader("rules of UPPAAL", _by_rules(uppaal_format.broken_rules), lambda: True),
+    "csp": Reader("rules of CSPm", _by_rules(cspm_format.broken_rules), lambda: True),
+    "aut": Reader("rules of Aldebaran", _by_rules(_aut), lambda: True),
     "svg": Reader("lxml", _xml, lambda: True),
 }
 """By what a file's name ends with."""

@@ -43,7 +43,9 @@ BROKEN = {
     "puml": "@startuml\nfoo bar ->>> ((\n@enduml\n",
     "pml": "active proctype p() { do }",
     "jani": '{"jani-version": 1}',
-    "xml": "<a>",
+    "xml": "<nta><template/></nta>",
+    "csp": "P = a -> (Q",
+    "aut": 'des (0, 2, 1)\n(0, "a", 0)\n',
     "svg": "<svg",
 }
 
