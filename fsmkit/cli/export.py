@@ -10,13 +10,16 @@ from pathlib import Path
 import click
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
+from fsmkit.cli._interrupts import began
 from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli._quantities import read_span
 from fsmkit.cli._refines import chart_alone
 from fsmkit.cli.check import read_replacements
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
+from fsmkit.diagnostics import fail
 from fsmkit.plugins import plugin, plugins
+from fsmkit.verify.deadline import Deadline, Made, Stage, TimeUp
 from fsmkit.verify.explore import asking_only
 from fsmkit.verify.export.exporter import Exported, Exporter, RefinementExporter, Wanted
 from fsmkit.verify.replay import load_any
@@ -98,18 +101,25 @@ def command(
     """
     if silent and time_mode != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
+    deadline = Deadline(timeout, began())
     findings = reading.findings()
     exporter = plugin(Exporter, notation)
     write: Callable[[Wanted], Exported]
     if base is not None and (names or replacing):
         raise click.UsageError("--refines goes with neither --property nor --replace")
     if base is None:
-        whole = load_any(file, findings, replacing, strict=reading.strict)
+        whole = _in_time(
+            deadline,
+            Stage.READING,
+            lambda: load_any(file, findings, replacing, strict=reading.strict),
+        )
         loaded = asking_only(whole, frozenset(names))
         name, write = loaded.name, partial(exporter.export, loaded)
     elif isinstance(exporter, RefinementExporter):
-        derived, extended = (
-            chart_alone(path, findings, strict=reading.strict) for path in (file, base)
+        derived, extended = _in_time(
+            deadline,
+            Stage.READING,
+            lambda: [chart_alone(p, findings, strict=reading.strict) for p in (file, base)],
         )
         name, write = derived.name, partial(exporter.export_refinement, derived, extended)
     else:
@@ -128,8 +138,9 @@ def command(
             told = f"{states:,} states, {transitions:,} transitions"
             bar.update(task, description=f"exploring {name}: {told}")
 
-        wanted = Wanted(time_mode == "untimed", silent, most, timeout, progress)
-        found = write(wanted)
+        left = deadline.left if timeout else 0
+        wanted = Wanted(time_mode == "untimed", silent, most, left, progress)
+        found = _in_time(deadline, Stage.EXPLORING, lambda: write(wanted))
     report(findings)
     if path is not None:
         write_files({path: found.text})
@@ -141,3 +152,15 @@ def command(
         figures = ", ".join(f"{number:,} {what}" for what, number in found.figures.items())
         out.print(f"wrote {path}: {figures}")
     return 0
+
+
+def _in_time(deadline: Deadline, stage: Stage, work: Callable[[], Made]) -> Made:
+    """Return what the work makes; an error where the time ends before."""
+    try:
+        return deadline.cut_off(stage, work)
+    except TimeUp:
+        raise fail(
+            "export-too-large",
+            f"nothing is written: {deadline.why()}",
+            help="give more with --timeout",
+        ) from None

@@ -14,8 +14,10 @@ import pytest
 
 from fsmkit.cli import run
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.plugins import plugins
 from fsmkit.verify.explore import Manner, check
 from fsmkit.verify.export.aldebaran.text import read
+from fsmkit.verify.export.exporter import Exporter
 from fsmkit.verify.replay import load_any
 
 ROOT = Path(__file__).parents[2]
@@ -124,3 +126,21 @@ def test_a_machine_runs_another_chart() -> None:
     code, _, err = said("export", pair, "--to", "promela", "--replace", "nobody=x.yaml")
     assert code == 2
     assert "nobody" in err
+
+
+@pytest.mark.parametrize("notation", [found.name for found in plugins(Exporter)])
+def test_the_time_is_for_all_of_an_export(
+    notation: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    argv = [
+        "export",
+        str(ROOT / "machines/production_cell/plant.yaml"),
+        "--to",
+        notation,
+        "-o",
+        str(out),
+    ]
+    assert run([*argv, "--timeout", "1s"]) == 1
+    assert "the time limit of 1 s was reached (" in capsys.readouterr().err
+    assert not out.exists()
