@@ -255,7 +255,21 @@ def unknown_name(line: Text, kind: str, name: str, known: Sequence[str]) -> Fsmk
     close = get_close_matches(name, known, 1)
     listed = ", ".join(known) or "none"
     help_ = f"did you mean `{close[0]}`?" if close else f"there are: {listed}"
+    help_ = help_of_prefix(kind, name, known) or help_
     return wrong_line(line, f"there is no {kind} `{name}`", help_)
+
+
+def help_of_prefix(kind: str, name: str, known: Sequence[str]) -> str | None:
+    """Return a way out for an event below one that the chart matches as a prefix of tokens."""
+    tokens = name.split(".")
+    above = [".".join(tokens[:length]) for length in range(len(tokens) - 1, 0, -1)]
+    prefix = next((each for each in above if each in known), None)
+    if kind != "event" or prefix is None:
+        return None
+    return (
+        f"post `{prefix}`, or declare the event in the chart: "
+        f'`<fk:event direction="in" signature="{name}"/>`, in YAML under `events: in:`'
+    )
 
 
 def wrong_line(line: Text, message: str, help_: str | None = None) -> FsmkitError:

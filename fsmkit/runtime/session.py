@@ -18,6 +18,7 @@ from fsmkit.runtime.binding import BoundHost, Delivery, deliver
 from fsmkit.runtime.clock import Clock, SimulatedClock, read_microseconds
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import trace_lines
+from fsmkit.runtime.script import help_of_prefix
 from fsmkit.runtime.values import from_python, to_python
 
 KEPT = 10_000
@@ -379,5 +380,6 @@ def _unknown(kind: str, name: str, known: Sequence[str]) -> FsmkitError:
     return fail(
         "unknown-at-run-time",
         f"the chart has no {kind} `{name}`",
-        help=f"did you mean `{close[0]}`?" if close else listed,
+        help=help_of_prefix(kind, name, known)
+        or (f"did you mean `{close[0]}`?" if close else listed),
     )

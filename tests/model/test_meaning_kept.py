@@ -11,6 +11,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.expressions.mathematics import evaluate
 from fsmkit.expressions.words import parse_with_names
 from fsmkit.loading import load_with_findings
+from fsmkit.runtime.session import Session
 from fsmkit.testing.conformance_meaning import replaced
 from fsmkit.testing.conformance_traces import configurations, ends_in
 from fsmkit.testing.harness import harness
@@ -310,3 +311,32 @@ def test_a_chart_behind_a_link_is_in_its_own_folder(folders: Path) -> None:
     chart = load_with_findings(folders / "linked.scxml", Findings())
     assert len(chart.invocations) == 1
     assert configurations(harness("interpreter").run(chart, ["start 0"]))
+
+
+# --- events below a prefix ------------------------------------------------------------------------
+
+PREFIX = (
+    '{}<state id="a"><transition event="digit" cond="_event.name == {}" target="pass"/></state>'
+    + FINALS
+)
+
+
+def test_what_lies_below_a_prefix_can_be_declared_and_posted(scxml: Any) -> None:
+    undeclared = scxml(PREFIX.format(HEAD, "'digit.1.x'")).chart
+    with pytest.raises(FsmkitError) as refused:
+        harness("interpreter").run(undeclared, ["start 0", "post digit.1.x", "run 0"])
+    (told,) = refused.value.diagnostics
+    assert told.help is not None
+    assert "post `digit`, or declare" in told.help
+    session = Session(undeclared)
+    session.start()
+    with pytest.raises(FsmkitError) as unknown:
+        session.post("digit.1.x")
+    assert unknown.value.diagnostics[0].help == told.help
+    element = told.help.split("`")[3]
+    assert element.startswith("<fk:event")
+    head = HEAD.replace("<scxml", '<scxml xmlns:fk="urn:fsmkit:scxml"') + element
+    declared = scxml(PREFIX.format(head, "'digit.1.x'")).chart
+    for runtime in RUNTIMES[:3]:
+        trace = harness(runtime).run(declared, ["start 0", "post digit.1.x", "run 0"])
+        assert ends_in(trace) == ("pass",), runtime
