@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics.rules import Rule, Severity, rule
@@ -80,6 +80,13 @@ class Findings:
 
     def __len__(self) -> int:
         return len(self._found)
+
+    def escalate(self, rules: Collection[str]) -> None:
+        """Make errors of the findings of some rules."""
+        self._found = {
+            (replace(d, severity=Severity.ERROR) if d.rule.name in rules else d): None
+            for d in self._found
+        }
 
     def add(
         self,

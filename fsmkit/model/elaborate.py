@@ -14,6 +14,7 @@ from fsmkit.model.passes.check_narrowing import check_narrowing
 from fsmkit.model.passes.check_nesting import check_nesting
 from fsmkit.model.passes.collect_events import collect_events
 from fsmkit.model.passes.collect_names import collect_names
+from fsmkit.model.passes.context import REPLACING
 from fsmkit.model.passes.declare_loops import declare_loops
 from fsmkit.model.passes.hoist_increments import hoist_increments
 from fsmkit.model.passes.invoke_charts import Draft, invoke_charts, returned
@@ -76,6 +77,8 @@ def elaborate(
         draft=draft,
         charts=charts,
     )
+    if strict:
+        findings.escalate(REPLACING)
     if chart is not None and not findings.has_errors:
         run_checks(chart, findings)
     return None if findings.has_errors else chart

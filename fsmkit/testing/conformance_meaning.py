@@ -12,9 +12,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Diagnostic
+from fsmkit.model.passes.context import REPLACING
 
-REPLACING = frozenset({"content-not-evaluable", "unsupported-invoke"})
-"""Rules of findings by which a place becomes an error at run time."""
 REFUSED = "the file is no chart"
 """The cause of a file that is refused as a whole."""
 CAUSES: Mapping[str, re.Pattern[str]] = {

@@ -313,6 +313,27 @@ def test_a_chart_behind_a_link_is_in_its_own_folder(folders: Path) -> None:
     assert configurations(harness("interpreter").run(chart, ["start 0"]))
 
 
+# --- strictly -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "inside",
+    ['<invoke src="absent.scxml"/>', '<onentry><send event="e" target="#_b"/></onentry>',
+     '<onentry><send event="e" type="DOM"/></onentry>', '<transition cond="nosuch"/>',
+     '<onentry><assign location="x" expr="nosuch"/></onentry>', "<onentry><foo/></onentry>",
+     '<datamodel><data id="w" expr="new Date()"/></datamodel>',
+     '<onentry><script>f(</script></onentry>'],
+)  # fmt: skip
+def test_what_is_replaced_is_an_error_when_read_strictly(tmp_path: Path, inside: str) -> None:
+    path = tmp_path / "m.scxml"
+    path.write_text(f"{HEAD}<state id='s'>{inside}</state></scxml>", encoding="utf-8")
+    findings = Findings()
+    load_with_findings(path, findings)
+    assert len(replaced(findings)) >= 1
+    with pytest.raises(FsmkitError):
+        load_with_findings(path, Findings(), strict=True)
+
+
 # --- events below a prefix ------------------------------------------------------------------------
 
 PREFIX = (

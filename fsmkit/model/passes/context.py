@@ -9,6 +9,9 @@ from fsmkit.diagnostics import Findings, Span
 from fsmkit.expressions import Scope, Type
 from fsmkit.model.passes.collect_events import Events
 
+REPLACING = frozenset({"content-not-evaluable", "unsupported-invoke"})
+"""Rules of findings by which a place becomes an error at run time."""
+
 
 @dataclass(frozen=True, slots=True)
 class Context:
