@@ -216,6 +216,11 @@ class MachineAdapter(TimerWriter):
                     for (uint32_t i = rank; i > 0u; i--)
                         m->delayed[i] = m->delayed[i - 1u];
                     m->delayed[0] = first;"""
+        if self.closed.untimed and self.machine.is_channel:
+            return f"""/* A connection keeps its order: only the oldest message may be the next. */
+            if (timer > 0u)
+                return false;
+            m->timers[0].deadline = {deadline};"""
         return f"""/* Any armed timer may be the next: it is put first. */
             fsm_timer chosen = m->timers[timer];
             if (is_silent(chosen.what))
@@ -260,6 +265,8 @@ class MachineAdapter(TimerWriter):
             if not self._has_timers:
                 out.line("return 0u;")
                 return
+            out.line("if (is_silent(m->timers[timer].what))")
+            out.line("    return FSM_NONE;")
             if "delayed" in self.built.members:
                 out.text(f"""
                 uint32_t rank = 0u;
@@ -284,8 +291,9 @@ class MachineAdapter(TimerWriter):
             for inner, (slot, table) in zip(self.chart.invocations, self.sessions, strict=True):
                 with out.block(f"if (m->{slot}.running) {{"):
                     out.line(f"uint32_t armed = {table}.view(&m->{slot}).armed;")
-                    out.line("if (timer < armed)")
-                    out.line(f"    return {first}u + {table}.timer_name(&m->{slot}, timer);")
+                    with out.block("if (timer < armed) {"):
+                        out.line(f"uint32_t name = {table}.timer_name(&m->{slot}, timer);")
+                        out.line(f"return name == FSM_NONE ? name : {first}u + name;")
                     out.line("timer -= armed;")
                 first += names_of_timers(inner.chart)
             out.line("return 0u;")

@@ -142,7 +142,7 @@ class StateWriter(ValueWriter):
     def _settle(self) -> None:
         """Write what clears all that does not count as state."""
         out, t, members = self.out, self.type, self.built.members
-        if self.closed.untimed and "delayed" in members:
+        if self.closed.untimed and "delayed" in members and not self.machine.is_channel:
             out.text(f"""
             struct send {{ fsm_timer timer; {t}_delayed event; }};
 
@@ -210,6 +210,8 @@ class StateWriter(ValueWriter):
         for (uint32_t i = 0u; i < m->timer_count; i++)
             m->timers[i].deadline = 0u;
         """)
+        if self.machine.is_channel:
+            return  # what was sent first comes first, at whatever time
         if delayed:
             out.text(f"""
             uint32_t rank = 0u;

@@ -17,9 +17,10 @@ machines: the plant answers at once. Else, each machine that runs can, by the or
 
 * take eventless transitions that its inputs enable (*eventless*; then nothing else of this list),
 * or take the next event of its queue (*take*),
-* or, its queue being empty, fire the first timer that is due (*fire*; untimed: any armed one,
-  and that counts as the passing of time), or take a spontaneous transition; a timer whose delay is
-  an interval can fire from the least delay on, and does not stop time before the greatest;
+* or, its queue being empty, fire the first timer that is due (*fire*; untimed: any armed one, of
+  a connection the oldest, and that counts as the passing of time), or take a spontaneous
+  transition; a timer whose delay is an interval can fire from the least delay on, and does not
+  stop time before the greatest;
 * an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*):
   that covers every place in the queue it could have waited at. This is possible while at most
   `PATIENCE` events wait in all queues: nobody presses a button faster than machines talk.
@@ -53,6 +54,7 @@ from fsmkit.expressions import Storage, Value, Variable
 from fsmkit.model.chart import Chart, Event
 from fsmkit.model.document import Direction, Trigger
 from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.verify.alphabet import (
     COMBINED,
     Uses,
@@ -139,6 +141,12 @@ class Closed:
     def is_open(self) -> bool:
         """Whether this is one chart alone."""
         return self.system.is_open
+
+    def never_fires(self, chart: Chart, timer: Timer) -> bool:
+        """Whether an armed timer is assumed never to fire."""
+        if self.silent and isinstance(timer.what, Timeout):
+            return chart.transitions[timer.what.transition].watchdog
+        return False
 
     def is_silent(self, machine: int, transition: int) -> bool:
         """Whether a timeout is assumed never to happen."""

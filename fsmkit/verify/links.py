@@ -4,6 +4,8 @@
 a chart made here: it takes a message from its queue, and sends it on, after the delay if there is
 one, or loses it. Without a capacity and a delay it passes messages on at once; with a capacity they
 wait in its queue while others go on, but not while time passes; a delay keeps them for so long.
+What was sent first arrives first in every kind of time: all wait equally long, and untimed only the
+oldest message may arrive next.
 """
 
 from __future__ import annotations

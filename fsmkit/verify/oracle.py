@@ -33,7 +33,7 @@ from fsmkit.verify.moves import (
 from fsmkit.verify.sessions import shown as shown_of
 from fsmkit.verify.sessions import timers_within
 from fsmkit.verify.system import Property, asked_events, judged, temporal_properties
-from fsmkit.verify.temporal import Arc, action_of, answers
+from fsmkit.verify.temporal import Arc, action_of, answers, armed_between_turns
 
 PAUSE = 256
 """States between two looks at progress and deadline."""
@@ -239,7 +239,12 @@ class Oracle(GlobalSteps):
         ]
         initial = {n for n, (source, _) in enumerate(self._origins) if source < 0}
         return answers(
-            self.closed, graph, self._where, lambda state: self._path_to(state, -1), initial
+            self.closed,
+            graph,
+            self._where,
+            lambda state: self._path_to(state, -1),
+            initial,
+            lambda n: armed_between_turns(self.closed, self.snapshots(self._order[n])),
         )
 
     def _where(self, property_: Property) -> list[bool]:

@@ -101,8 +101,11 @@ def demand_alone(chart: Chart, what: str, way_out: str) -> None:
         )
 
 
-def settled(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Snapshot:
-    """Return a machine, and those in it, with what does not count as state cleared."""
+def settled(chart: Chart, snapshot: Snapshot, *, untimed: bool, in_order: bool = False) -> Snapshot:
+    """Return a machine, and those in it, with what does not count as state cleared.
+
+    ``in_order``: the order in which timers were armed counts where their deadlines do not.
+    """
     if not snapshot.running:
         fault = snapshot.fault
         if fault is not None and fault.startswith("error."):
@@ -119,7 +122,8 @@ def settled(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Snapshot:
         )
     timers = snapshot.timers
     if untimed and timers:
-        timers = tuple(sorted((Timer(0, t.what) for t in timers), key=_untimed_order))
+        timers = tuple(Timer(0, t.what) for t in timers)
+        timers = timers if in_order else tuple(sorted(timers, key=_untimed_order))
     invoked = snapshot.invoked
     if any(invoked):
         invoked = tuple(

@@ -103,7 +103,8 @@ class LocalSteps:
         inputs = snapshot.inputs
         if self.closed.is_open and not self.closed.keeps_inputs:
             inputs = initial(self.charts[machine]).inputs
-        found = settled(self.charts[machine], snapshot, untimed=self.closed.untimed)
+        chart, in_order = self.charts[machine], self.machines[machine].is_channel
+        found = settled(chart, snapshot, untimed=self.closed.untimed, in_order=in_order)
         found = replace(found, inputs=inputs)
         return with_dead_reset(found, self.closed.mortal[machine]) if self.closed.mortal else found
 
@@ -113,7 +114,7 @@ class LocalSteps:
         if not snapshot.running:
             return View(0, 0, False, False, snapshot.fault is not None, snapshot.finished)
         armed = timers_within(chart, snapshot)
-        awaited = sum(not self._is_silent(one, timer) for one, timer in armed)
+        awaited = sum(not self.closed.never_fires(one, timer) for one, timer in armed)
         leaves = (s for s in snapshot.configuration if chart.states[s].is_leaf)
         return View(
             waiting(chart, snapshot),
@@ -123,11 +124,6 @@ class LocalSteps:
             False,
             all(leaf in self._rests[machine] for leaf in leaves),
         )
-
-    def _is_silent(self, chart: Chart, timer: Timer) -> bool:
-        if self.closed.silent and isinstance(timer.what, Timeout):
-            return chart.transitions[timer.what.transition].watchdog
-        return False
 
     def _is_early(self, machine: int, timer: Timer) -> bool:
         """Whether a timer may fire before its deadline: its delay is an interval."""
@@ -221,7 +217,7 @@ class LocalSteps:
             return None
         timer = timers.pop(place)
         if self.closed.untimed:
-            if self._is_silent(chart, timer):
+            if self.closed.never_fires(chart, timer):
                 return None
         elif timer.deadline > 0 and not self._is_early(machine, timer):
             return None
@@ -236,7 +232,7 @@ class LocalSteps:
         """Fire a timer where some may be those of invoked machines."""
         if not self.closed.untimed:
             return step_timer(chart, snapshot, chooser) if is_due(snapshot) else None
-        if self._is_silent(*timers_within(chart, snapshot)[place]):
+        if self.closed.never_fires(*timers_within(chart, snapshot)[place]):
             return None
         return step_timer(chart, with_first(snapshot, place), chooser)
 
@@ -348,7 +344,8 @@ class LocalSteps:
             take = Step(Action.TAKE, machine)
             return found + self.explore(machine, snapshot, take, Who.INTERNAL)
         if self.closed.untimed:
-            for place, _ in enumerate(timers_within(self.charts[machine], snapshot)):
+            places = range(len(timers_within(self.charts[machine], snapshot)))
+            for place in places[:1] if self.machines[machine].is_channel else places:
                 fire = Step(Action.FIRE, machine, place)
                 found += self.explore(machine, snapshot, fire, Who.TIME)
         else:

@@ -11,7 +11,7 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Answer
 from fsmkit.verify.moves import Action, Step, Who
-from fsmkit.verify.sessions import timer_name
+from fsmkit.verify.sessions import timer_name, timers_within
 from fsmkit.verify.system import (
     Property,
     PropertyKind,
@@ -73,6 +73,8 @@ class Unanswered:
     asked: Sequence[bool]
     answered: Sequence[bool]
     timeless: bool
+    armed: Callable[[int], frozenset[Hashable]] = lambda _: frozenset()
+    """What counts as possible at a state without a step there (``fsm_model.armed``)."""
     ends: set[int] = field(default_factory=set)
     """States where a run may end."""
     cores: list[tuple[frozenset[int], bool]] = field(default_factory=list)
@@ -97,7 +99,8 @@ class Unanswered:
         return not any(arc.internal for arc in self.graph[state])
 
     def _owed(self, state: int) -> set[Hashable]:
-        return {arc.action for arc in self.graph[state] if arc.action is not None}
+        found = {arc.action for arc in self.graph[state] if arc.action is not None}
+        return found | self.armed(state)
 
     def _is_fair(self, component: frozenset[int], *, unstable: bool) -> bool:
         inner = [arc for state in component for arc in self.graph[state] if arc.to in component]
@@ -303,12 +306,28 @@ def action_of(closed: Closed, step: Step, who: Who, before: Snapshot) -> Hashabl
     return "timer", step.machine, name
 
 
+def armed_between_turns(closed: Closed, snapshots: Sequence[Snapshot]) -> frozenset[Hashable]:
+    """Return the timers of machines in a cyclic order, owed whosever turn it is; else none."""
+    schedule = closed.system.schedule
+    if schedule is None or not closed.untimed:
+        return frozenset()
+    return frozenset(
+        ("timer", machine, timer_name(closed.charts[machine], snapshots[machine], place))
+        for machine in schedule.order
+        for place, (chart, timer) in enumerate(
+            timers_within(closed.charts[machine], snapshots[machine])
+        )
+        if not closed.never_fires(chart, timer)
+    )
+
+
 def answers(
     closed: Closed,
     graph: Graph,
     where: Callable[[Property], list[bool]],
     path_to: Callable[[int], tuple[int, ...]],
     initial: Container[int],
+    armed: Callable[[int], frozenset[Hashable]],
 ) -> tuple[Answer, ...]:
     """Decide all temporal properties; states are numbered in the order they were found."""
     properties = closed.system.properties
@@ -333,7 +352,7 @@ def answers(
             found.append(Answer(number, True, violated, path, greatest=shown))
             continue
         asked = [a and not b for a, b in zip(holds, goal, strict=True)]
-        unanswered = Unanswered(graph, asked, goal, closed.is_timeless)
+        unanswered = Unanswered(graph, asked, goal, closed.is_timeless, armed)
         hopeless = unanswered.hopeless()
         if not hopeless:
             found.append(Answer(number, True))

@@ -67,6 +67,8 @@ static bool look_at(fsm_fairness *self, fsm_state state, bool *stable)
         if (self->actions[i] != FSM_NONE)
             self->here[self->actions[i]] = 1;
     }
+    if (model->armed != NULL)
+        model->armed(model->self, state, self->here);
     return true;
 }
 

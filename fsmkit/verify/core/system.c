@@ -373,6 +373,24 @@ static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_
     return true;
 }
 
+/* Between its turns a machine has timers that are owed, too: an order of turns puts nothing off for ever. */
+static void armed(void *context, fsm_state state, unsigned char *actions)
+{
+    fsm_composition *self = context;
+    uint32_t locals[FSM_MOST_MACHINES];
+    fsm_tree_unfold(self->tree, state, locals);
+    for (uint32_t i = 0; i < self->system->machine_count; i++) {
+        const fsm_machine *m = self->system->machines[i];
+        if (!self->system->ordered[i] || m->timer_name == NULL)
+            continue;
+        for (uint32_t timer = 0; timer < fsm_info(self, i, locals[i])->view.armed; timer++) {
+            uint32_t name = m->timer_name(fsm_store_at(&self->locals[i], locals[i]), timer);
+            if (name != FSM_NONE)
+                actions[first_timer(self->system, i) + name] = 1;
+        }
+    }
+}
+
 /* --- what is seen of a state --------------------------------------------------------------------- */
 
 static uint32_t judge(fsm_composition *c, uint64_t key, fsm_state state)
@@ -476,7 +494,8 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
         .action_count = first_timer(system, count),
         .initial = initial, .successors = successors, .finish = finish,
         .fetch_first = fetch_first, .fetch_next = fetch_next, .marks = marks, .mark_set = mark_set,
-        .configuration = configuration, .at_rest = at_rest, .owed = owed, .memory = memory, .failure = failure};
+        .configuration = configuration, .at_rest = at_rest, .owed = owed,
+        .armed = system->untimed && system->turn != NULL ? armed : NULL, .memory = memory, .failure = failure};
     self->tree = fine && self->lock != NULL ? fsm_tree_make(self) : NULL;
     if (self->tree != NULL && self->before != NULL && self->after != NULL)
         return self;

@@ -52,7 +52,7 @@ typedef struct {
     bool (*fire)(void *m, uint32_t timer);  /* the first due one; untimed, zones: that armed one; false: silent */
     /* Whether a timer whose delay is an interval may fire before its deadline; NULL: there is none. */
     bool (*early)(const void *m, uint32_t timer);
-    uint32_t (*timer_name)(const void *m, uint32_t timer); /* untimed: by transition, then by event; else NULL */
+    uint32_t (*timer_name)(const void *m, uint32_t timer); /* untimed: by transition, then by event, FSM_NONE: it never fires; else NULL */
     uint32_t timer_names; /* how many there are, with those of the machines in its slots */
     void (*eventless)(void *m);             /* NULL where no eventless guard reads an input */
     void (*occur)(void *m, uint32_t event, const fsm_value *values); /* at once, ahead of the queue */

@@ -1,0 +1,74 @@
+"""Systems on which verdicts were wrong, with both engines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fsmkit.diagnostics import Findings
+from fsmkit.verify.engine import compiler
+from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.system import System
+from fsmkit.verify.verdict import Verdict
+from tests.verify.conftest import Load
+from tests.verify.test_engines import both
+
+FOUND = Path(__file__).parent / "found"
+ENGINES = ["python", *(["c"] if compiler() is not None else [])]
+HOLDS, VIOLATED = Verdict.HOLDS, Verdict.VIOLATED
+
+pytestmark = pytest.mark.usefixtures("own_cache")
+
+
+def verdicts(system: System, engine: str, *, untimed: bool) -> dict[str, Verdict]:
+    report = check(system, Findings(), manner=Manner(engine, untimed=untimed))
+    return {result.name: result.verdict for result in report.results}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_connection_keeps_its_order_untimed(engine: str) -> None:
+    system = load_any(FOUND / "queued_delay.yaml", Findings())
+    found = verdicts(system, engine, untimed=True)
+    assert found["T_ord"] is HOLDS
+    assert found["T_3"] is found["T_late"] is HOLDS
+    # a turn may end before all is sent, and the connection be slower than its sender
+    assert found["T_some"] is found["t.m>r.m.overflow"] is VIOLATED
+    timed = verdicts(system, engine, untimed=False)
+    assert timed["T_ord"] is timed["T_some"] is HOLDS
+
+
+def test_a_lossy_connection_keeps_its_order(load: Load) -> None:
+    files = {name: (FOUND / f"{name}.yaml").read_text() for name in ("queued_delay", "tx", "rx")}
+    text = files["queued_delay"].replace("kind: queued", "kind: lossy, loss: 1")
+    system = load(**(files | {"queued_delay": text}))
+    both(system, untimed=True)
+    assert verdicts(system, "python", untimed=True)["T_ord"] is HOLDS
+
+
+def test_two_connections_overtake_each_other(load: Load) -> None:
+    files = {name: (FOUND / f"{name}.yaml").read_text() for name in ("queued_delay", "tx", "rx")}
+    text = files["queued_delay"].replace("t: tx.yaml", "t: tx.yaml, u: tx.yaml")
+    line = "- t.m -> r.m: {kind: queued, capacity: 2, delay: 15ms}"
+    two = f"{line}\n  {line.replace('t.m', 'u.m')}"
+    system = load(**(files | {"queued_delay": text.replace(line, two)}))
+    assert verdicts(system, "python", untimed=True)["T_ord"] is VIOLATED
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_timers_are_owed_between_turns(load: Load, engine: str) -> None:
+    files = {name: (FOUND / f"{name}.yaml").read_text() for name in ("cyclic", "loopa", "loopb")}
+    files["cyclic"] += "  other: {leads_to: [a.In(s), b.In(u)]}\n"
+    found = verdicts(load(**files), engine, untimed=True)
+    assert found["T_lead"] is HOLDS
+    assert found["any_t"] is found["any_u"] is HOLDS
+    assert found["other"] is VIOLATED  # it can stay in `t`
+
+
+@pytest.mark.parametrize("name", ["queued_delay", "cyclic"])
+@pytest.mark.parametrize("untimed", [False, True])
+def test_engines_agree(name: str, untimed: bool) -> None:
+    if compiler() is None:
+        pytest.skip("no C compiler")
+    both(load_any(FOUND / f"{name}.yaml", Findings()), untimed=untimed)
