@@ -12,6 +12,7 @@ from fsmkit.expressions import Field, Type, Value
 from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Trigger
 from fsmkit.runtime.clock import duration_text
+from fsmkit.runtime.cycles import cycle_text, taken_by
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
@@ -67,6 +68,8 @@ def pretty(chart: Chart, macrostep: Macrostep) -> Iterator[Text]:
                 yield Text.assemble((f"{INDENT}{invocation.id}: ", "blue"), within)
         else:
             yield Text(INDENT).append(*printer.effect(effect))
+        if effect == Faulted("microsteps") and (cycle := cycle_text(chart, taken_by(macrostep))):
+            yield Text(f"{INDENT}round and round: {cycle}", "bold red")
     if is_whole:
         yield Text.assemble(INDENT, (printer.active(macrostep.after), "green"))
 

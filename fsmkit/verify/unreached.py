@@ -1,4 +1,4 @@
-"""What no run of a machine comes to, by what an exploration has covered."""
+"""What no run of a machine comes to, and how one stops: words for what was explored."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ from collections.abc import Iterator, Sequence
 
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Trigger
+from fsmkit.runtime.cycles import cycle_text, taken_in
 from fsmkit.verify.closed import Closed
+from fsmkit.verify.counterexample import TraceStep
 from fsmkit.verify.exploration import Exploration
 from fsmkit.verify.monitors import errors_of
+from fsmkit.verify.system import System
 
 
 def never_entered(closed: Closed, found: Exploration, machine: int) -> Iterator[State]:
@@ -49,3 +52,12 @@ def lines_of(chart: Chart, transitions: Sequence[Transition]) -> str:
         for (state, file), lines in found.items()
     )
     return ", ".join(told)
+
+
+def fault_text(system: System, step: TraceStep) -> str:
+    """Return why the last step of a path stopped its machine, as the end of a sentence."""
+    reasons = [line.removeprefix("fault ") for line in step.lines if line.startswith("fault ")]
+    machine = next((each for each in system.machines if each.name == step.machine), None)
+    cycle = "" if machine is None else cycle_text(machine.chart, taken_in(step.lines))
+    rounds = f", round and round: {cycle}" if reasons[-1:] == ["microsteps"] and cycle else ""
+    return f": {reasons[-1]}{rounds}" if reasons else ""

@@ -23,7 +23,7 @@ from fsmkit.verify.exploration import (
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
 from fsmkit.verify.storage import NEEDS_EXACT, omission_probability
 from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
-from fsmkit.verify.unreached import lines_of, never_entered, never_taken
+from fsmkit.verify.unreached import fault_text, lines_of, never_entered, never_taken
 
 Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample | None]
 """Makes a counterexample of a path and a cycle; None where no time is left for it."""
@@ -347,8 +347,7 @@ class _Judge:
             return
         trace = self._seen(mark)
         if rule == "reachable-fault" and trace is not None and trace.steps:
-            reasons = [line for line in trace.steps[-1].lines if line.startswith("fault ")]
-            message += f": {reasons[-1].removeprefix('fault ')}" if reasons else ""
+            message += fault_text(self.closed.system, trace.steps[-1])
         self.findings.add(rule, message, span)
         yield _told(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import run
+from fsmkit.runtime.cycles import round_of
 
 HEAD = """\
 chart: A
@@ -259,3 +260,41 @@ def test_each_transition_that_is_never_taken_is_told_with_its_line(
     told = capsys.readouterr().err
     gate = tmp_path / "gate.yaml"
     assert f"never takes 2 of its transitions: of `a` at {gate}:8, of `b` at {gate}:12" in told
+
+
+LOOPS = {
+    "two": (
+        "  b: {always: c}\n  c: {always: b}\n",
+        ["b -> c (loop.yaml:6)", "c -> b (loop.yaml:7)"],
+    ),
+    "itself": ("  b: {always: {target: b, do: n = 1}}\n", ["b -> b (loop.yaml:6)"]),
+    "three, after a way to them": (
+        "  b: {always: c}\n  c: {always: d}\n  d: {always: e}\n  e: {always: c}\n",
+        ["c -> d (loop.yaml:7)", "d -> e (loop.yaml:8)", "e -> c (loop.yaml:9)"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_a_fault_of_microsteps_names_the_cycle(
+    name: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    states, cycle = LOOPS[name]
+    monkeypatch.chdir(tmp_path)
+    head = "chart: Loop\nevents: {in: [go]}\ndata: {n: 0..99 = 0}\nstates:\n  a: {on: {go: b}}\n"
+    Path("loop.yaml").write_text(head + states, encoding="utf-8")
+    for arguments in (["run", "loop.yaml", "--events", "go"], ["check", "loop.yaml"]):
+        assert run(arguments) == 1
+        told = capsys.readouterr()
+        assert f"round and round: {', '.join(cycle)}" in told.out
+
+
+@pytest.mark.parametrize(
+    ("taken", "found"),
+    [((), ()), ((1,), ()), ((1, 2, 3), ()), ((4, 1, 1), (1,)), ((1, 2, 1, 2), (1, 2))],
+)
+def test_what_ends_twice_is_a_round(taken: tuple[int, ...], found: tuple[int, ...]) -> None:
+    assert round_of(taken) == found

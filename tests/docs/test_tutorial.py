@@ -16,8 +16,8 @@ PAGE = ROOT / "docs" / "tutorial" / "first-machine.md"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PUT = re.compile(r"[Pp]ut\s+this\s+into\s+`([^`]+)`:\s*$")
 REPLACE = re.compile(r"[Rr]eplace the last line of `([^`]+)` by\s*$")
-FIGURES = re.compile(r"; [\d.]+ s, (at once|[\d,]+ states/s)|, lines \d+|, struct bytes \d+")
-"""How long an exploration took, how long generated text is: they may change."""
+FIGURES = re.compile(r"; [\d.]+ s, (at once|[\d,]+ states/s)")
+"""How long an exploration took: it differs from run to run. All other figures are compared."""
 
 
 def test_the_tutorial_does_what_it_says(
