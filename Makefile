@@ -72,10 +72,11 @@ ENDURED ?= $(patsubst %,machines/production_cell/%.yaml,feeder molder plant feed
 endurance: $(VENV)/ready
 	$(BIN)/python -m fsmkit.testing.endurance $(ENDURED) --hours $(HOURS) --seed $(SEED) $(ENDURANCE)
 
-# Attacks on links from the loopback, whole: subscriptions, long messages, impostors; the
+# Attacks on links from the loopback, whole: subscriptions, long messages, impostors, restarts; the
 # memory of the victim before and after. `make test` has short forms.
 attacks: $(VENV)/ready
-	FSMKIT_ATTACKS=1 $(BIN)/pytest -q -s -n 0 tests/runtime/channels/test_attacks.py
+	FSMKIT_ATTACKS=1 $(BIN)/pytest -q -s -n 0 tests/runtime/channels/test_attacks.py \
+	  tests/runtime/channels/test_restarts.py
 
 # Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready

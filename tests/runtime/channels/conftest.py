@@ -80,8 +80,12 @@ class Player:
 
     def ask(self, line: str) -> str:
         """Return the line that it prints for this."""
-        assert self.process.stdout is not None
         self.tell(line)
+        return self.read()
+
+    def read(self) -> str:
+        """Return a line that it prints."""
+        assert self.process.stdout is not None
         return self.process.stdout.readline().rstrip("\n")
 
     def ask_all(self, line: str) -> list[str]:

@@ -72,7 +72,7 @@ class Node:
 def main() -> None:
     """Obey until the input ends."""
     name, session, *endpoints = sys.argv[1:]
-    options = {"endpoints": dict(zip("ab", endpoints, strict=True))}
+    options = {"endpoints": dict(zip("ab", endpoints, strict=True)), "slots": 64}
     event_map = load_deployment(TALK).map
     kind = plugin(LinkKind, "zeromq")
     node = Node(kind.open(event_map, name, session=int(session), options=options), name)

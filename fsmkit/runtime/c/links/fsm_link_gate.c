@@ -15,6 +15,7 @@
 #endif
 
 enum {
+    APART_MS = 10, /* from look to look */
     LOOKS = 4096, /* events that are looked at in one go */
     EVENT = 6     /* bytes: what it is (2), and its value (4), in the order of this processor */
 };
@@ -169,8 +170,9 @@ static bool look_once(fsm_link_gate *gate, uint64_t now_ms)
 
 void fsm_link_gate_look(fsm_link_gate *gate, uint64_t now_ms)
 {
-    if (gate->door == NULL)
+    if (gate->door == NULL || now_ms - gate->looked_ms < APART_MS)
         return;
+    gate->looked_ms = now_ms;
     for (int i = 0; i < LOOKS && look_once(gate, now_ms); i++)
         ;
     for (int i = gate->taken - 1; i >= 0; i--) {

@@ -20,7 +20,7 @@ extern "C" {
 enum {
     FSM_LINK_SEATS = 32,         /* connections at a time; one more, and the oldest stranger goes */
     FSM_LINK_STRANGER_MS = 2000, /* until a connection must have said a valid hello */
-    FSM_LINK_SAID_BYTES = 65536  /* at once, and again each second; hellos take a tenth of it */
+    FSM_LINK_SAID_BYTES = 16384  /* at once, and again each second; hellos take half of it at most */
 };
 
 typedef struct { /* a struct sockaddr_storage */
@@ -39,6 +39,7 @@ typedef struct {
     void *door; /* the socket that is watched; NULL: none */
     void *monitor;
     fsm_link_place place; /* where it listens */
+    uint64_t looked_ms;
     int taken;
     fsm_link_seat seats[FSM_LINK_SEATS + 1]; /* in the order in which they came */
     fsm_shared dropped;

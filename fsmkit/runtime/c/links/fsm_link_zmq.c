@@ -15,13 +15,16 @@ enum {
     HELLO_MS = 50,     /* from hello to hello, unless there is news */
     RECONNECT_MS = 10, /* after a peer has gone; longer and longer, up to the next */
     RECONNECT_MOST_MS = 200,
-    HEARTBEAT_MS = 500,
-    GONE_MS = 2000, /* without a sign of life a connection is given up, and made again */
+    GONE_MS = 2000, /* without an acknowledgement a connection is given up, and made again */
     LINGER_MS = 500,
     SMALL = 1024, /* bytes of a message at least: handshakes of ZMTP take up to so many */
-    HELLOS = 16,  /* messages of one connection that wait to be seen; they are to be hellos */
-    PARTS = 64,   /* parts of messages that are taken from the publisher at one look */
-    TOGETHER = 65536 /* frames that may wait in a deterministic link */
+    /* Messages of one connection that wait to be seen; the gate ends it long before. A limit that
+     * can be reached is no protection: when ZeroMQ has stopped reading a connection and that ends, a
+     * PING that waits behind, or a heartbeat that is due, ends the process ("Assertion failed:
+     * !_io_error"). So there are no heartbeats of ZeroMQ either. */
+    WAITING = 1 << 20,
+    PARTS = 4096, /* parts of messages that are taken from the publisher at one look */
+    TOGETHER = 65536 /* frames that may wait to be taken, or to be sent in a deterministic link */
 };
 
 static uint64_t milliseconds(void)
@@ -63,12 +66,15 @@ static bool hear_part(fsm_link_zmq *zmq, uint64_t now)
     return true;
 }
 
-/* See who came and who went. Not all at once: whoever floods must not hold this thread. */
+/* See who came and who went. Not all at once: whoever floods must not hold this thread; it comes
+ * back at once then. */
 static void see_listeners(fsm_link_zmq *zmq)
 {
     uint64_t now = milliseconds();
-    for (int i = 0; i < PARTS && hear_part(zmq, now); i++)
-        ;
+    int parts = 0;
+    while (parts < PARTS && hear_part(zmq, now))
+        parts++;
+    zmq->is_flooded = parts == PARTS;
     fsm_link_hello_pass_time(&zmq->hellos, now);
     fsm_link_gate_look(&zmq->gate, now);
 }
@@ -148,10 +154,15 @@ static void *keeper(void *carrier)
 {
     static const struct timespec while_idle = {0, PATROL_MS * 1000000L};
     fsm_link_zmq *zmq = carrier;
+    bool is_flooded = false;
     while (fsm_shared_read(&zmq->stop) == 0u) {
-        (void)nanosleep(&while_idle, NULL);
+        if (is_flooded)
+            (void)sched_yield();
+        else
+            (void)nanosleep(&while_idle, NULL);
         (void)pthread_mutex_lock(&zmq->turn);
         use_sockets(zmq);
+        is_flooded = zmq->is_flooded;
         (void)pthread_mutex_unlock(&zmq->turn);
     }
     return NULL;
@@ -233,7 +244,8 @@ static void *sender(void *carrier)
             until.tv_nsec -= 1000000000L;
             until.tv_sec++;
         }
-        (void)sem_timedwait(&zmq->work, &until);
+        if (!zmq->is_flooded)
+            (void)sem_timedwait(&zmq->work, &until);
         send_all(zmq);
     }
     send_all(zmq);
@@ -299,8 +311,7 @@ static bool set_common(void *socket, int linger, int to_send, int to_receive, in
            set_number(socket, ZMQ_RECONNECT_IVL, RECONNECT_MS) &&
            set_number(socket, ZMQ_RECONNECT_IVL_MAX, RECONNECT_MOST_MS) &&
            set_number(socket, ZMQ_HANDSHAKE_IVL, GONE_MS) &&
-           set_number(socket, ZMQ_HEARTBEAT_IVL, HEARTBEAT_MS) &&
-           set_number(socket, ZMQ_HEARTBEAT_TIMEOUT, GONE_MS);
+           set_number(socket, ZMQ_TCP_MAXRT, GONE_MS);
 }
 
 static int most_frames(const fsm_link_zmq *zmq)
@@ -320,7 +331,7 @@ static bool open_publisher(fsm_link_zmq *zmq, const fsm_link_zmq_options *option
     zmq->failed = "the endpoint of this node";
     zmq->publisher = zmq_socket(zmq->context, ZMQ_ROUTER);
     if (zmq->publisher == NULL ||
-        !set_common(zmq->publisher, LINGER_MS, most_frames(zmq), HELLOS, SMALL) ||
+        !set_common(zmq->publisher, LINGER_MS, most_frames(zmq), WAITING, SMALL) ||
         !set_number(zmq->publisher, ZMQ_ROUTER_MANDATORY, 1) || /* it says when a listener has gone */
         !fsm_link_gate_open(&zmq->gate, zmq->context, zmq->publisher))
         return false;
@@ -337,7 +348,7 @@ static bool open_subscriber(fsm_link_zmq *zmq, const fsm_link_zmq_options *optio
     void *subscriber = zmq_socket(zmq->context, ZMQ_DEALER);
     zmq->subscribers[peer] = subscriber;
     zmq->failed = "the connection to a peer";
-    if (subscriber == NULL || !set_common(subscriber, 0, 1, most_frames(zmq), FSM_LINK_BYTES))
+    if (subscriber == NULL || !set_common(subscriber, 0, 1, TOGETHER, FSM_LINK_BYTES))
         return false;
     if (options->public_keys != NULL &&
         (!set_key(subscriber, ZMQ_CURVE_SERVERKEY, options->public_keys[peer]) ||

@@ -17,7 +17,7 @@
  * A node publishes by a socket of the kind ROUTER, to the listeners that it knows
  * (fsm_link_hello.h), and not by PUB or XPUB: these keep whatever anybody subscribes to, without
  * bound. All that others can make a link keep is bounded: by the size of messages
- * (ZMQ_MAXMSGSIZE), the messages that wait on a connection (ZMQ_RCVHWM), and fsm_link_gate.h.
+ * (ZMQ_MAXMSGSIZE) and by fsm_link_gate.h.
  *
  * Deterministic: frames go and come within calls only; see fsm_link.h. A thread does nothing but say
  * hello, and hear it. Compile all files of this folder with -lzmq -pthread. */
@@ -76,6 +76,7 @@ typedef struct {
         uint64_t at_ms;
         uint8_t bytes[FSM_LINK_HELLO];
     } said[FSM_LINK_NODES];
+    bool is_flooded; /* more came to the publisher than was looked at */
     bool within[FSM_LINK_NODES]; /* a message of several parts, which is no frame */
 } fsm_link_zmq;
 

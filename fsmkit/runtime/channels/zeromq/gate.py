@@ -20,12 +20,14 @@ SEATS = 32
 """Connections at a time; one more, and the oldest stranger is put out."""
 STRANGER = 2.0
 """Seconds until a connection must have said a valid hello."""
-BYTES = 1 << 16
-"""What a connection may send at once, and again each second; hellos take a tenth of it."""
+BYTES = 1 << 14
+"""What a connection may send at once, and again each second; hellos take half of it at most."""
 EVENT = struct.Struct("=HI")
 """A monitor's message: the event and its value, here a file descriptor."""
 BYTES_RECEIVED = 128
 """Where ``tcpi_bytes_received`` is in ``struct tcp_info`` (Linux 4.1 and later)."""
+APART = 0.01
+"""Seconds from look to look."""
 LOOKS = 4096
 """Events that are looked at in one go."""
 
@@ -44,6 +46,7 @@ class Gate:
         """Watch a socket that is not bound yet."""
         self.dropped = 0
         self._door = door
+        self._looked = 0.0
         self._place: object = None
         self._seats: dict[int, _Seat] = {}
         self._monitor = context.socket(zmq.PAIR)
@@ -55,6 +58,9 @@ class Gate:
 
     def look(self, now: float) -> None:
         """See who came and who went, and put out those who went too far."""
+        if now - self._looked < APART:
+            return
+        self._looked = now
         for _ in range(LOOKS):
             try:
                 event, number = EVENT.unpack(self._monitor.recv_multipart(zmq.NOBLOCK)[0])

@@ -6,8 +6,7 @@ it.
 
 A node publishes by a socket of the kind ROUTER, to the listeners that it knows (`introductions`),
 and not by PUB or XPUB: these keep whatever anybody subscribes to, without bound. All that others
-can make a link keep is bounded: by the size of messages (``MAXMSGSIZE``), the messages that wait on
-a connection (``RCVHWM``), and the gate.
+can make a link keep is bounded: by the size of messages (``MAXMSGSIZE``) and by the gate.
 """
 
 from __future__ import annotations
@@ -37,21 +36,22 @@ HELLO_EVERY = 0.05
 OPTIONS = {
     zmq.RECONNECT_IVL: 10,
     zmq.RECONNECT_IVL_MAX: 200,
-    zmq.HEARTBEAT_IVL: 500,
-    zmq.HEARTBEAT_TIMEOUT: 2000,
+    zmq.TCP_MAXRT: 2000,
     zmq.HANDSHAKE_IVL: 2000,
 }
-"""Milliseconds, as in ``fsm_link_zmq.c``."""
+"""Milliseconds, as in ``fsm_link_zmq.c``. No heartbeats of ZeroMQ: see ``WAITING``."""
 LINGER = 500
 """Milliseconds for which a closed link goes on to send what waits."""
 SMALL = 1024
 """Bytes of a message at least: the handshakes of ZMTP take up to so many."""
-HELLOS = 16
-"""Messages of one connection that wait to be seen; they are to be hellos."""
-PARTS = 64
+WAITING = 1 << 20
+"""Messages of one connection that wait to be seen; the gate ends it long before. A limit that can
+be reached is no protection: when ZeroMQ has stopped reading a connection and that ends, a PING that
+waits behind, or a heartbeat that is due, ends the process ("Assertion failed: !_io_error")."""
+PARTS = 1024
 """Parts of messages that are taken from the publisher at one look."""
 TOGETHER = 1 << 16
-"""Frames that may wait in a deterministic link, whose nodes go together."""
+"""Frames that may wait to be taken, or to be sent in a deterministic link."""
 
 
 class ZeroMqLink(Endpoint):
@@ -80,6 +80,7 @@ class ZeroMqLink(Endpoint):
         self._known = Introductions(self.node, len(event_map.nodes), session)
         self._gate: Gate | None = None
         self._heard = _Heard()
+        self._is_flooded = False
         self._said = dict.fromkeys(range(len(event_map.nodes)), (0.0, 0))
         self._within = [False] * len(event_map.nodes)
         self._at = endpoints or dict(zip(event_map.nodes, event_map.endpoints, strict=False))
@@ -147,7 +148,7 @@ class ZeroMqLink(Endpoint):
         socket = self._socket(zmq.ROUTER)
         socket.setsockopt(zmq.LINGER, LINGER)
         socket.setsockopt(zmq.SNDHWM, self._most)
-        socket.setsockopt(zmq.RCVHWM, HELLOS)
+        socket.setsockopt(zmq.RCVHWM, WAITING)
         socket.setsockopt(zmq.MAXMSGSIZE, SMALL)
         socket.setsockopt(zmq.ROUTER_MANDATORY, 1)  # it says when a listener has gone
         if self._keys:
@@ -162,7 +163,7 @@ class ZeroMqLink(Endpoint):
         socket = self._socket(zmq.DEALER)
         socket.setsockopt(zmq.LINGER, 0)
         socket.setsockopt(zmq.SNDHWM, 1)
-        socket.setsockopt(zmq.RCVHWM, self._most)
+        socket.setsockopt(zmq.RCVHWM, TOGETHER)
         socket.setsockopt(zmq.MAXMSGSIZE, max(SMALL, self.codec.largest))
         if self._keys:
             socket.curve_serverkey = self._keys[name][0]
@@ -193,16 +194,23 @@ class ZeroMqLink(Endpoint):
 
     def _see_listeners(self) -> None:
         now = time.monotonic()
-        for _ in range(PARTS):  # not all: whoever floods must not hold this thread
-            try:
-                part = self._publisher.recv(zmq.NOBLOCK, copy=False)
-            except zmq.Again:
-                break
-            if (heard := self._heard.take(part)) is not None:
-                self._see_listener(*heard, now)
+        self._is_flooded = not self._hear_some(now)
         self._known.pass_time(now)
         if self._gate is not None:
             self._gate.look(now)
+
+    def _hear_some(self, now: float) -> bool:
+        """Hear what came, but not endlessly: whoever floods must not hold this thread.
+
+        Whether that was all.
+        """
+        with suppress(zmq.Again):
+            for _ in range(PARTS):
+                part = self._publisher.recv(zmq.NOBLOCK, copy=False)
+                if (heard := self._heard.take(part)) is not None:
+                    self._see_listener(*heard, now)
+            return False
+        return True
 
     def _see_listener(self, route: bytes, said: zmq.Frame, now: float) -> None:
         key_of = None
@@ -290,7 +298,7 @@ class ZeroMqLink(Endpoint):
     # --- threads -----------------------------------------------------------------------------
 
     def _keep_on(self) -> None:
-        while not self._stop.wait(PATROL):
+        while not self._stop.wait(0 if self._is_flooded else PATROL):
             with self._turn:
                 self._use_sockets()
 
@@ -300,7 +308,8 @@ class ZeroMqLink(Endpoint):
 
     def _send_on(self) -> None:
         while not self._stop.is_set():
-            self._work.acquire(timeout=PATROL)
+            if not self._is_flooded:
+                self._work.acquire(timeout=PATROL)
             self._send_all()
 
     def _receive_on(self) -> None:
