@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rich.text import Text
 
+from fsmkit.cli._exhausted import exhausted
 from fsmkit.cli.console import crash, print_json, report, result
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
@@ -122,7 +123,10 @@ def _answer(file: Path, judge: Judge, *, is_shown: bool) -> Answer:
         report(error.diagnostics)
         answer = Answer(file, None, 1, error)
     except Exception as error:  # noqa: BLE001  (as in `fsmkit.cli`: a bug becomes a report)
-        answer = Answer(file, None, crash(error))
+        told = exhausted(error)
+        if told is not None:
+            report(told.diagnostics)
+        answer = Answer(file, None, crash(error) if told is None else 1, told)
     if is_shown:
         result.print(_line(answer))
     return answer

@@ -133,7 +133,7 @@ def test_a_bug_in_one_does_not_hide_the_others(
             raise ZeroDivisionError
         return load_any(path, *arguments, **more)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("fsmkit.cli.check.load_any", failing)
+    monkeypatch.setattr("fsmkit.verify.explore.load_any", failing)
     assert run(["check", "."]) == 3
     told = capsys.readouterr()
     assert "fsmkit has a bug" in told.err

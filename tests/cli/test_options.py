@@ -196,7 +196,7 @@ def test_verbose_explains_and_colours_can_be_forced(
 @pytest.mark.parametrize(
     ("words", "offered"),
     [
-        ("fsmkit c", {"check", "compile", "conformance", "convert"}),
+        ("fsmkit c", {"cache", "check", "compile", "conformance", "convert"}),
         ("fsmkit compile --target p", {"python", "pyext"}),
         ("fsmkit check --ti", {"--time", "--timeout"}),
         ("fsmkit show --col", {"--color"}),

@@ -147,7 +147,7 @@ def test_without_time_enough_nothing_is_said(compared: Compare) -> None:
     found = compared(FILLED, "")
     again = refines(found.derived, found.base, seconds=1e-9)
     assert not again.violated
-    assert again.doubt.startswith("the time limit was reached after")
+    assert again.doubt.startswith("the time limit of 1e-09 s was reached")
 
 
 def _module(name: str) -> tuple[Chart, Chart]:

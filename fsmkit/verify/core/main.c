@@ -301,9 +301,9 @@ static int explore(fsm_composition *composition, options *o)
     bool livelock_known = o->livelock && whole && fsm_find_livelock(&search, &cycle);
     bool traps_known = o->traps && whole && fsm_find_traps(&search, want_trap, &found) && !found.failed;
     const char *why = search.model->failure(search.model->self);
-    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
            ", \"transitions\": %" PRIu64 ", \"left_out\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, \"cores\": %" PRIu32 ", ",
-           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count,
+           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
            search.transitions, search.left_out, search.depth, fsm_search_bytes(&search), fsm_set_is_dense(&search.passed) ? "true" : "false",
            search.cores_used);
     print_table(search.passed.lossy);
