@@ -6,9 +6,8 @@ leave it; `verify.wiring` writes the file of the system.
 
 from __future__ import annotations
 
-from fsmkit.diagnostics import fail
 from fsmkit.model.chart import OPEN_ENDED, Transition
-from fsmkit.verify.adapter_state import configuration_size
+from fsmkit.verify.adapter_regions import configuration_size
 from fsmkit.verify.adapter_timers import TimerWriter
 from fsmkit.verify.readiness import tries_eventless
 from fsmkit.verify.sessions import names_of_timers
@@ -25,6 +24,7 @@ class MachineAdapter(TimerWriter):
         self.out.lines(["#include <inttypes.h>", "#include <stdio.h>", "#include <string.h>", ""])
         self.out.lines(["union number {", "    double number;", "    fsm_value bits;", "};", ""])
         self._declare_sessions()
+        self._regions()
         self._events()
         self._operations()
         self._sent_events()
@@ -330,13 +330,6 @@ class MachineAdapter(TimerWriter):
         noted = ", ".join(
             str(int(n < own and bool(event.directions))) for n, event in enumerate(chart.events)
         )
-        size = configuration_size(chart)
-        if size > 256:
-            raise fail(
-                "not-explored-yet",
-                f"`{chart.name}` has more than 2,000 states",
-                help="use `--engine python`",
-            )
         out = self.out
         out.line(f"static const unsigned char noted[] = {{{noted or '0'}}};")
         events = asked_events(self.closed.system.properties)
@@ -359,7 +352,7 @@ class MachineAdapter(TimerWriter):
             out.line(f".asked = {'asked' if any(asked) else 'NULL'},")
             out.line(f".hear = {'hear' if self._hears else 'NULL'},")
             out.line(f".microsteps = {self.upper}_MICROSTEPS,")
-            out.line(f".configuration_size = {size}u,")
+            out.line(f".configuration_size = {configuration_size(chart)}u,")
             for name in [
                 "init",
                 "start",

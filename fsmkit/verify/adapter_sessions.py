@@ -68,6 +68,7 @@ class SessionAdapter(MachineAdapter):
         self.out.lines(HOOKS.replace("$PATH", quoted(self.path)).split("\n"))
         self.out.lines([f'#include "{self.type}.inc"', ""])
         self._declare_sessions()
+        self._regions()
         self._operations()
         self._sent_events()
         self._recalled()

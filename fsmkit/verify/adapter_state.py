@@ -13,27 +13,15 @@ from fsmkit.expressions import (
     Type,
     Value,
 )
-from fsmkit.model.chart import Chart, Data
-from fsmkit.verify.adapter_values import ValueWriter
+from fsmkit.model.chart import Data
+from fsmkit.verify.adapter_regions import RegionWriter, configuration_size, own_configuration_size
 from fsmkit.verify.dead_variables import Mortal
 from fsmkit.verify.monitors import look_event
-from fsmkit.verify.readiness import resting
-from fsmkit.verify.sessions import charts_within
 from fsmkit.verify.shared import type_of_slot
 from fsmkit.verify.system import Slot
 
 
-def own_configuration_size(chart: Chart) -> int:
-    """Return how many bytes tell whether a machine runs, and its active states."""
-    return len(chart.states) // 8 + 2
-
-
-def configuration_size(chart: Chart) -> int:
-    """Return how many bytes tell that, and the same of all machines in its slots."""
-    return sum(map(own_configuration_size, charts_within(chart)))
-
-
-class StateWriter(ValueWriter):
+class StateWriter(RegionWriter):
     """Writes C that sets inputs, clears what is no state, and looks at what is."""
 
     # --- inputs, outputs, what is state -----------------------------------------------------------
@@ -198,8 +186,9 @@ class StateWriter(ValueWriter):
         """Write what sets data that nothing reads any more to their start values."""
         for mortal in self._mortal:
             data = self.chart.data[mortal.data]
-            alive = " || ".join(self.in_state(state) for state in sorted(mortal.live)) or "false"
-            with self.out.block(f"if (!{self.running} || !({alive})) {{"):
+            live = f"live_{mortal.data}"
+            self._set_of(live, mortal.live)
+            with self.out.block(f"if (!{self.running} || !is_any_active(m, {live})) {{"):
                 self.assign(f"m->{self.names.variables[data.name]}", data.type, mortal.init)
 
     def _sort_timers(self) -> None:
@@ -250,11 +239,6 @@ class StateWriter(ValueWriter):
 
     def _view(self) -> None:
         out, t, members = self.out, self.type, self.built.members
-        restless = [
-            self.in_state(state.index)
-            for state in self.chart.states
-            if state.is_leaf and not self._rests(state.index)
-        ]
         with out.block("static fsm_view view(const void *state)\n{"):
             out.line(f"const {t} *m = state;")
             out.line("fsm_view v = {0};")
@@ -275,15 +259,18 @@ class StateWriter(ValueWriter):
                 out.line("    v.awaited += !is_silent(m->timers[i].what);")
                 out.line("v.due = m->timer_count > 0u && fsm_reached(0u, m->timers[0].deadline);")
             self._view_within()
-            out.line(f"v.at_rest = !({' || '.join(restless) or 'false'});")
+            out.line("v.at_rest = true;")
+            out.line(self.each_region)
+            out.line("    v.at_rest = v.at_rest && !place_restless[place_in(m, region)];")
             out.line("return v;")
         out.line()
         with out.block("static void configuration(const void *state, unsigned char *shown)\n{"):
             out.line(f"const {t} *m = state;")
             out.line(f"shown[0] = {self.running};")
-            out.line(f"for (uint32_t s = 1u; s < {self.upper}_STATES; s++)")
-            out.line(f"    if ({t}_in(m, ({t}_state)s))")
-            out.line("        shown[s / 8u + 1u] |= (unsigned char)(1u << s % 8u);")
+            with out.block(f"{self.each_region} {{"):
+                out.line("uint32_t place = place_in(m, region);")
+                out.line("shown[2u * region + 1u] = (unsigned char)(place & 255u);")
+                out.line("shown[2u * region + 2u] = (unsigned char)(place >> 8u);")
             at = own_configuration_size(self.chart)
             for inner, (slot, table) in zip(self.chart.invocations, self.sessions, strict=True):
                 out.line(f"if (m->{slot}.running)")
@@ -305,12 +292,8 @@ class StateWriter(ValueWriter):
         out.line("uint32_t first = 0u;")
         out.line(f"v.due = {self.type}_next_deadline(m, &first) && fsm_reached(0u, first);")
 
-    def _rests(self, state: int) -> bool:
-        return state in resting(self.chart, self.machine)
-
     def _dump(self) -> None:
         out, t = self.out, self.type
-        leaves = [state.index for state in self.chart.states if state.is_leaf]
         with out.block("static void dump(const void *state)\n{"):
             out.line(f"const {t} *m = state;")
             for variable in (*self.chart.data, *self.chart.outputs):
@@ -318,9 +301,9 @@ class StateWriter(ValueWriter):
                 self._show(f"m->{self.names.variables[variable.name]}", variable.type)
                 out.line('printf("\\n");')
             out.line(f"printf({quoted(self._traced('='))});")
-            for leaf in leaves:
-                out.line(f"if ({self.in_state(leaf)})")
-                out.line(f'    printf(" {leaf}");')
+            out.line(self.each_region)
+            out.line("    if (place_leaf[place_in(m, region)])")
+            out.line('        printf(" %u", (unsigned)place_state[place_in(m, region)]);')
             out.line(f'printf("%s\\n", {t}_finished(m) ? " finished" : "");')
             for slot, table in self.sessions:
                 out.line(f"if (m->{slot}.running)")

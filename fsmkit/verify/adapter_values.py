@@ -9,6 +9,7 @@ from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.names import Names, name_everything
+from fsmkit.codegen.c.options import COMPILING, read_options
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter, snake
 from fsmkit.expressions import (
@@ -25,8 +26,11 @@ from fsmkit.model.chart import Chart, Operation
 from fsmkit.model.document import Direction
 from fsmkit.plan import lower
 from fsmkit.verify.closed import Closed
+from fsmkit.verify.sessions import charts_within
 from fsmkit.verify.system import HEARD
 
+MOST_STRAIGHT = 256
+"""States of a machine up to which its straight code is explored, as it is by default."""
 MOST_VALUES = 32
 """Scalars in one message: FSM_MOST_VALUES of core/recorder.h."""
 
@@ -51,12 +55,22 @@ def prefix_of(number: int, name: str) -> str:
     return f"m{number}_{snake(name)}"
 
 
+def options_for(chart: Chart) -> dict[str, str]:
+    """Return the options with which a chart is generated for exploration.
+
+    Straight code of thousands of states takes a compiler minutes; tables take it seconds.
+    """
+    states = sum(len(one.states) for one in charts_within(chart))
+    return {"optimize": COMPILING} if states > MOST_STRAIGHT else {}
+
+
 def describe(closed: Closed, number: int, header: str) -> Built:
     """Return what the adapter needs to know of a generated machine."""
     chart = closed.charts[number]
     prefix = prefix_of(number, closed.system.machines[number].name)
     members = members_of(prefix, header)
-    return Built(number, chart, name_everything(lower(chart), prefix), members)
+    names = name_everything(lower(chart), prefix, read_options(options_for(chart)))
+    return Built(number, chart, names, members)
 
 
 def members_of(prefix: str, header: str) -> frozenset[str]:

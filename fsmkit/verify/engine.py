@@ -22,7 +22,7 @@ from fsmkit.diagnostics import Findings, fail
 from fsmkit.plugins import Target, plugin
 from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_sessions import session_files
-from fsmkit.verify.adapter_values import Built, describe, prefix_of
+from fsmkit.verify.adapter_values import Built, describe, options_for, prefix_of
 from fsmkit.verify.building import Builder
 from fsmkit.verify.children import Done, run
 from fsmkit.verify.closed import Closed, with_greatest_delays
@@ -70,7 +70,8 @@ def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
     for number, chart in enumerate(closed.charts):
         prefix = prefix_of(number, closed.system.machines[number].name)
         own = Findings()
-        generated = target.generate(with_greatest_delays(chart), own, {"prefix": prefix})
+        options = {"prefix": prefix, **options_for(chart)}
+        generated = target.generate(with_greatest_delays(chart), own, options)
         findings.extend(d for d in own if generated is None)
         findings.stop_on_errors()
         if generated is None:

@@ -23,10 +23,9 @@ def resting(chart: Chart, machine: Machine) -> frozenset[int]:
     """
     if machine.is_monitor:
         return frozenset(range(len(chart.states)))
+    marked = [False] * len(chart.states)
+    for state in chart.states:  # parents come before their children
+        marked[state.index] = state.rest or (state.parent is not None and marked[state.parent])
     return frozenset(
-        state.index
-        for state in chart.states
-        if state.kind is Kind.FINAL
-        or state.rest
-        or any(chart.states[a].rest for a in chart.ancestors(state.index))
+        state.index for state in chart.states if state.kind is Kind.FINAL or marked[state.index]
     )

@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from functools import cache
+from typing import Any
 
 from fsmkit.diagnostics import Source, Span
 
 
 def nodes(node: object) -> Iterator[object]:
     """Yield a node and all below it: dataclasses and tuples, in order, places left out."""
-    if isinstance(node, tuple):
-        for part in node:
-            yield from nodes(part)
-    elif is_dataclass(node) and not isinstance(node, Span | Source | type):
-        yield node
-        for part in fields(node):
-            yield from nodes(getattr(node, part.name))
+    left: list[Any] = [node]
+    while left:
+        part = left.pop()
+        if type(part) is tuple:
+            left += part[::-1]
+        elif (names := _names_backwards(part.__class__)) is not None:
+            yield part
+            left += [getattr(part, name) for name in names]
+
+
+@cache
+def _names_backwards(kind: type[Any]) -> tuple[str, ...] | None:
+    """Return what a node holds, the last first; None for what is none."""
+    if not is_dataclass(kind) or issubclass(kind, Span | Source):
+        return None
+    return tuple(field.name for field in reversed(fields(kind)))

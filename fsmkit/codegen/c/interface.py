@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.helpers import fill
-from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.layout import narrowest
+from fsmkit.codegen.c.names import NARROW, Names
+from fsmkit.codegen.c.sharing import number_of
 from fsmkit.codegen.c.traffic import posted_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
@@ -156,16 +160,11 @@ class InterfacePrinter:
         names, chart = self.names, self.chart
         p = names.prefix
         out.line(f"bool {p}_in(const {p} *m, {p}_state state)")
-        with out.block("{"), out.block("switch (state) {"):
-            for state in chart.states:
-                if not state.is_history:
-                    out.line(f"case {names.states[state.index]}:")
-                    with out.indented():
-                        out.line(f"return {_ungroup(names.in_state('m', state.index))};")
-            out.line(f"case {names.upper}_STATES:")
-            out.line("default:")
-            with out.indented():
-                out.line("return false;")
+        with out.block("{"):
+            if len(chart.states) > NARROW:
+                self._in_table(out)
+            else:
+                self._in_switch(out)
         out.line()
         leaves = ", ".join(names.states[s.index] for s in chart.states if s.is_leaf)
         out.line(f"uint16_t {p}_active(const {p} *m, {p}_state *states, uint16_t room)")
@@ -180,6 +179,52 @@ class InterfacePrinter:
                 out.line("count++;")
             out.line("return count;")
         out.line()
+
+    def _in_switch(self, out: Emitter) -> None:
+        names = self.names
+        with out.block("switch (state) {"):
+            for state in self.chart.states:
+                if not state.is_history:
+                    out.line(f"case {names.states[state.index]}:")
+                    with out.indented():
+                        out.line(f"return {_ungroup(names.in_state('m', state.index))};")
+            out.line(f"case {names.upper}_STATES:")
+            out.line("default:")
+            with out.indented():
+                out.line("return false;")
+
+    def _in_table(self, out: Emitter) -> None:
+        """Print the test of many states: compilers take long over a switch of thousands."""
+        names, plan = self.names, self.names.plan
+        out.line(
+            "/* By state: its number in its region, 0 for none; the last one below it there. */"
+        )
+        self._table(out, "first", plan.number)
+        self._table(out, "last", plan.last_number)
+        if not plan.is_single:
+            self._table(out, "region_of", plan.region_of)
+        out.line(f"if (state == {names.states[0]})")
+        out.line(f"    return {_ungroup(names.in_state('m', 0))};")
+        out.line(f"if ((size_t)state >= {len(self.chart.states)}u || first[state] == 0u)")
+        out.line("    return false;")
+        out.line("uint32_t number = 0u;")
+        numbers = []
+        for region in plan.regions:
+            member = f"m->{names.regions[region.index]}"
+            numbers.append(number_of(member) if region.index in names.shared else member)
+        if plan.is_single:
+            out.line(f"number = {numbers[0]};")
+        else:
+            with out.block("switch (region_of[state]) {"):
+                for region, number in zip(plan.regions, numbers, strict=True):
+                    out.lines([f"case {region.index}u:", f"    number = {number};", "    break;"])
+                out.lines(["default:", "    break;"])
+        out.line("return number >= first[state] && number <= last[state];")
+
+    def _table(self, out: Emitter, name: str, values: Sequence[int]) -> None:
+        with out.block(f"static const {narrowest(max(values))} {name}[] = {{", "};"):
+            for at in range(0, len(values), 16):
+                out.line(", ".join(f"{value}u" for value in values[at : at + 16]) + ",")
 
     def _names(self, out: Emitter) -> None:
         names, chart = self.names, self.chart

@@ -28,9 +28,8 @@ class LeavePrinter:
         """Those with a member of their own."""
 
     def leave_state(self, out: Emitter, state: int) -> None:
-        """Print the hook, the timers and the exit handlers of a state."""
+        """Print the timers and the exit handlers of a state."""
         names = self.names
-        out.line(f"FSM_HOOK_EXIT(m, {names.states[state]});")
         for transition in self._timed(state):
             out.line(f"fsm_timers_disarm(m->timers, &m->timer_count, {transition}u);")
         what = f"exit of {self.chart.states[state].id}"

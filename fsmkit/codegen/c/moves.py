@@ -33,12 +33,12 @@ class MovePrinter(LeavePrinter):
         out.line(f"m->{self.names.regions[region]} = {self.plan.number[state]}u;")
         for history in self.plan.forgotten[state]:
             self.forget(out, history)
+        out.line(f"FSM_HOOK_ENTER(m, {self.names.states[state]});")
         self.entry(out, state)
 
     def entry(self, out: Emitter, state: int) -> None:
         """Print what is done when a state is entered, once it is active."""
         names = self.names
-        out.line(f"FSM_HOOK_ENTER(m, {names.states[state]});")
         for transition in self._timed(state):
             delay = self.chart.transitions[transition].delay
             names.used.add("arm")

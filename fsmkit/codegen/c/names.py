@@ -164,7 +164,7 @@ class Names:
 
     @cached_property
     def _small_form(self) -> Form:
-        return form_of(self.plan, is_small=True)
+        return Form.TABLES if self.options.is_tabled else form_of(self.plan, is_small=True)
 
     @cached_property
     def taken_type(self) -> str:
@@ -254,7 +254,7 @@ def _choose(names: Names, options: Options) -> None:
     for region, history in names.shared.items():
         del names.histories[history, region]
     for inner in names.invoked:
-        _choose(inner, Options(is_small=options.is_small))
+        _choose(inner, Options(is_small=options.is_small, is_tabled=options.is_tabled))
 
 
 def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names:

@@ -25,6 +25,9 @@ EXTRAS = {
 AIMS = ("speed", "size")
 """What code can be optimized for."""
 
+COMPILING = "compiling"
+"""An aim of programs of our own, which are built and run at once: few lines for the compiler."""
+
 
 @dataclass(frozen=True, slots=True)
 class Options:
@@ -36,6 +39,8 @@ class Options:
     """Of `EXTRAS`."""
     is_small: bool = False
     """Whether code is to be small rather than fast."""
+    is_tabled: bool = False
+    """With that: tables also where a grid of answers takes fewer bytes, as each is code."""
 
 
 def read_options(options: Mapping[str, str]) -> Options:
@@ -43,11 +48,11 @@ def read_options(options: Mapping[str, str]) -> Options:
     without = _named(options, "without", PARTS)
     extras = _named(options, "with", EXTRAS)
     aim = options.get("optimize", AIMS[0])
-    if aim not in AIMS:
+    if aim not in (*AIMS, COMPILING):
         raise fail(
             "unknown-aim", f"C cannot be optimized for `{aim}`", help=f"use {' or '.join(AIMS)}"
         )
-    return Options(without, extras, is_small=aim == "size")
+    return Options(without, extras, is_small=aim != AIMS[0], is_tabled=aim == COMPILING)
 
 
 def _named(options: Mapping[str, str], option: str, known: Mapping[str, str]) -> frozenset[str]:

@@ -169,6 +169,8 @@ class SourcePrinter:
                     name = names.function(verb, state.index)
                     out.line(f"static void {name}({p} *m) {names.note(state.index)}")
                     with out.block("{"):
+                        if verb == "exit":
+                            out.line(f"FSM_HOOK_EXIT(m, {names.states[state.index]});")
                         body(out, state.index)
                         if verb == "exit":
                             out.line("(void)m; /* for the hook alone */")

@@ -62,6 +62,7 @@ struct fsm_composition {
     fsm_store messages;
     fsm_memo deliveries;          /* (local state, message) -> (local state, full) */
     unsigned char *before, *after; /* room for the largest struct */
+    unsigned char *shown;          /* room for the largest configuration */
     size_t store_bytes;
     struct fsm_tree *tree;
 };

@@ -60,10 +60,9 @@ uint32_t fsm_intern(fsm_composition *self, uint32_t machine, const void *state)
     if (!added)
         return number;
     fsm_view view = m->view(state);
-    unsigned char shown[256];
-    memset(shown, 0, sizeof shown);
-    m->configuration(state, shown);
-    uint32_t configuration = fsm_store_insert(&self->configurations[machine], shown, SIZE_MAX, NULL);
+    memset(self->shown, 0, m->configuration_size);
+    m->configuration(state, self->shown);
+    uint32_t configuration = fsm_store_insert(&self->configurations[machine], self->shown, SIZE_MAX, NULL);
     *fsm_info(self, machine, number) =
         (fsm_local_info){.view = view, .configuration = configuration, .elapsed = FSM_NONE};
     fsm_bounds *bounds = &self->bounds[machine];

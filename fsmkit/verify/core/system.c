@@ -479,16 +479,19 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
         return NULL;
     self->system = system;
     self->memory_limit = memory_limit;
-    size_t largest = 1;
+    size_t largest = 1, widest = 1;
     uint32_t count = system->machine_count;
     bool fine = fsm_store_init(&self->messages, sizeof(fsm_message));
     for (uint32_t i = 0; i < count; i++) {
         fine = init_machine(self, i) && fine;
         largest = system->machines[i]->size > largest ? system->machines[i]->size : largest;
+        size_t width = system->machines[i]->configuration_size;
+        widest = width > widest ? width : widest;
     }
     self->lock = fsm_lock_make();
     self->before = malloc(largest);
     self->after = malloc(largest);
+    self->shown = malloc(widest);
     self->model = (fsm_model){
         .abi = FSM_MODEL_ABI, .mark_count = fsm_first_mark(system, count), .self = self,
         .action_count = first_timer(system, count),
@@ -497,7 +500,7 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
         .configuration = configuration, .at_rest = at_rest, .owed = owed,
         .armed = system->untimed && system->turn != NULL ? armed : NULL, .memory = memory, .failure = failure};
     self->tree = fine && self->lock != NULL ? fsm_tree_make(self) : NULL;
-    if (self->tree != NULL && self->before != NULL && self->after != NULL)
+    if (self->tree != NULL && self->before != NULL && self->after != NULL && self->shown != NULL)
         return self;
     fsm_composition_free(self);
     return NULL;
@@ -520,6 +523,7 @@ void fsm_composition_free(fsm_composition *self)
     fsm_store_free(&self->messages);
     fsm_memo_free(&self->deliveries);
     free(self->before);
+    free(self->shown);
     free(self->after);
     fsm_lock_free(self->lock);
     free(self);

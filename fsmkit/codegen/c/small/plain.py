@@ -70,17 +70,21 @@ class PlainPrinter(SmallPrinter):
             begins or [0],
             "By number of what is taken: what it leaves, then its path; 0 for none.",
         )
+        taken = [t.index for t in self._all] or [0]
+        self._table(out, "transition_of", taken, "By number of what is taken: the transition.")
         out.line(f"static void {p}_act({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
-            out.line("(void)m;")
+            out.lines(["(void)m;", f"(void){p}_transition_of; /* for the hook alone */"])
+            out.line(f"FSM_HOOK_TAKE(m, {p}_transition_of[taken - 1u]);")
             with out.block("switch (taken) {"):
                 for index, numbers in self._numbers.items():
                     transition = self.chart.transitions[index]
+                    if not transition.content:
+                        continue
                     what = self.selection.comment(transition)
                     for number in numbers:
                         out.line(f"case {number}u: /* {what} */")
                     with out.indented():
-                        out.line(f"FSM_HOOK_TAKE(m, {index}u);")
                         self.content.block(out, transition.content, transition.events, what)
                         out.line("break;")
                 out.lines(["default:", "    break;"])

@@ -17,7 +17,7 @@ from fsmkit.codegen.c.leaving import ungrouped
 from fsmkit.codegen.c.moves import MovePrinter
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.selection import SelectionPrinter, askable
-from fsmkit.codegen.c.small.paths import Paths
+from fsmkit.codegen.c.small.paths import Lines, Paths
 from fsmkit.codegen.c.small.places import Places
 from fsmkit.codegen.c.small.text import (
     ENTER_MANY,
@@ -100,10 +100,12 @@ class SmallPrinter(MovePrinter):
                 out, "places_before", self.places.base[:-1], "By region: the places before it."
             )
             self._region(out)
-        self._over_states(out, "entry", self.entry)
+        if not self.places.is_same:
+            self._table(out, "state_at", [0, *self._states], "By place: the state.")
+        self._over_states(out, "entry", "FSM_HOOK_ENTER", self.entry)
         enter = ENTER_MANY if len(self.plan.regions) <= NARROW else ENTER_WIDE
         self._fill(out, ENTER_ONE if self.plan.is_single else enter)
-        self._over_states(out, "exit", self.leave_state)
+        self._over_states(out, "exit", "FSM_HOOK_EXIT", self.leave_state)
         self._fill(out, LEAVE_ONE if self.plan.is_single else LEAVE_MANY)
         if self.paths.restores:
             last = [self.plan.last_number[s] - self.plan.number[s] for s in self._states]
@@ -151,19 +153,36 @@ class SmallPrinter(MovePrinter):
             out.lines(["default:", f"    return &m->{self.names.regions[0]};"])
         out.line()
 
-    def _over_states(self, out: Emitter, verb: str, body: Callable[[Emitter, int], None]) -> None:
-        """Print a function that does what one state does when it is entered or left."""
-        head = f"static void {self.prefix}_{verb}_of({self.prefix} *m, {self._width} place)"
-        out.line(head)
+    def _over_states(
+        self, out: Emitter, verb: str, hook: str, body: Callable[[Emitter, int], None]
+    ) -> None:
+        """Print a function that does what one state does when it is entered or left.
+
+        States that do the same share a case, and those that do nothing have none.
+        """
+        p = self.prefix
+        done: dict[Lines, list[int]] = {}
+        for place, state in enumerate(self._states, 1):
+            each = Emitter()
+            body(each, state)
+            text = each.finish().rstrip("\n")
+            if text:
+                done.setdefault(tuple(text.split("\n")), []).append(place)
+        out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
-            out.line("(void)m;")
-            with out.block("switch (place) {"):
-                for place, state in enumerate(self._states, 1):
-                    out.line(f"case {place}u: {self.names.note(state)}")
-                    with out.indented():
-                        body(out, state)
-                        out.line("break;")
-                out.lines(["default:", "    break;"])
+            state_at = "place" if self.places.is_same else f"{p}_state_at[place]"
+            out.lines(["(void)m;", "(void)place;"])
+            if not self.places.is_same:
+                out.line(f"(void){p}_state_at; /* for the hook alone */")
+            out.line(f"{hook}(m, ({p}_state){state_at});")
+            if done:
+                with out.block("switch (place) {"):
+                    for lines, members in done.items():
+                        for place in members:
+                            out.line(f"case {place}u: {self.names.note(self._states[place - 1])}")
+                        with out.indented():
+                            out.lines((*lines, "break;"))
+                    out.lines(["default:", "    break;"])
         out.line()
 
     def _path_at(self, ops: tuple[Op, ...]) -> int:
