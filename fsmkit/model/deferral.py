@@ -1,4 +1,4 @@
-"""Deferral and regions: who can still answer an event that a state defers (UML 2.5.1, 14.2.3.4.4).
+"""Deferral and regions: who can still answer an event that a state defers (UML 2.5.1, p. 309).
 
 An event is deferred if an active state defers it and neither that state nor an active one below it
 has an enabled transition for it. Then no region takes it.
@@ -16,9 +16,9 @@ def shared_deferral(chart: Chart) -> tuple[frozenset[int], ...]:
     Whether such an event is deferred is known only when all these regions have been asked; of any
     other it is known as soon as the state is reached from one atomic state below it.
     """
-    found: list[set[int]] = [set() for _ in chart.states]
     if not any(state.defer for state in chart.states):
         return (frozenset(),) * len(chart.states)
+    found: list[set[int]] = [set() for _ in chart.states]
     for transition in chart.transitions:
         events = frozenset(transition.events)
         is_in_region = False

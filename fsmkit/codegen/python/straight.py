@@ -94,8 +94,8 @@ class Straight:
         doc = f"Take what `{told}` enables; whether that is anything."
         kept = self.offers.deferring(event)
         if kept or not self._is_one_answer([states[0] for states, _ in groups]):
-            is_kept = self.offers.is_deferred(event)
-            is_apart = not (self.is_ordered or is_kept)
+            may_be_kept = self.offers.is_deferred(event)
+            is_apart = not (self.is_ordered or may_be_kept)
             regions = independent(self.plan, groups) if is_apart else None
             if regions is not None:
                 with self.out.method(f"_on_{name}", doc, result="bool"):
@@ -107,10 +107,10 @@ class Straight:
                 self.out.line(f"chosen = self._select_{name}()")
                 for state, answers in kept:
                     found = bits(sum(1 << answer for answer in answers))
-                    test = f"active & {self.names.states[state]} and not self._seen & {found}"
-                    with self.out.suite(f"if {test.replace('active', 'self._active', 1)}:"):
+                    is_active = f"self._active & {self.names.states[state]}"
+                    with self.out.suite(f"if {is_active} and not self._seen & {found}:"):
                         self.out.line("self._is_deferred = True")
-                if is_kept:
+                if may_be_kept:
                     with self.out.suite("if self._is_deferred:"):
                         self.out.line("return False")
                 with self.out.suite("if chosen and self._fault is None:"):
