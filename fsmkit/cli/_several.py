@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.text import Text
 
 from fsmkit.cli._exhausted import exhausted
+from fsmkit.cli._interrupts import received
 from fsmkit.cli.console import crash, print_json, report, result
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
@@ -48,14 +49,18 @@ class Answer:
 def check_several(paths: Sequence[Path], judge: Judge, document: Document | None) -> int:
     """Check all charts and systems that paths name; return the worst exit code.
 
-    A bug of ours in one is told, and the others go on. ``document``: how a report is made data;
-    then one JSON document with all of them is printed.
+    A bug of ours in one is told, and the others go on; an interrupt ends all. ``document``: how
+    a report is made data; then one JSON document with all of them is printed.
     """
     named = tuple(dict.fromkeys(file for path in paths for file in models(path)))
     files = tuple(file for file in named if not is_abstract(file))
     if not files:
         raise _nothing("chart that is not abstract", paths)
-    answers = [_answer(file, judge, is_shown=document is None) for file in files]
+    answers: list[Answer] = []
+    for file in files:
+        answers.append(_answer(file, judge, is_shown=document is None))
+        if received():
+            break
     code = max(answer.code for answer in answers)
     if document is not None:
         print_json({"code": code, "files": [_document(answer, document) for answer in answers]})
@@ -64,6 +69,8 @@ def check_several(paths: Sequence[Path], judge: Judge, document: Document | None
         told = ", ".join(f"{n} {SHOWN[word]}" for word, n in counts.items() if n)
         skipped = len(named) - len(files)
         told += f"; {skipped} abstract left out" if skipped else ""
+        missing = len(files) - len(answers)
+        told += f"; interrupted, {missing} not checked" if missing else ""
         result.print(f"{len(answers)} files: {told}", style="dim")
     return code
 

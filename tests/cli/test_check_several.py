@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import run
-from fsmkit.verify.replay import load_any
+from fsmkit.verify.explore import check_file
 
 GOOD = "chart: Good\nevents: {in: [go]}\ninitial: a\n"
 GOOD += "states: {a: {on: {go: b}, after: {1s: b}}, b: {after: {1s: a}}}\n"
@@ -124,16 +124,24 @@ def test_what_is_about_one_file_goes_with_one(capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.usefixtures("folder")
+def test_an_interrupt_ends_all(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fsmkit.cli._several.received", lambda: 130)
+    run(["check", "."])
+    assert lines(capsys)[:2] == [("HOLDS", "good.yaml"), ("1", "files:")]
+
+
+@pytest.mark.usefixtures("folder")
 def test_a_bug_in_one_does_not_hide_the_others(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-
     def failing(path: Path, *arguments: object, **more: object) -> object:
         if path.name == "good.yaml":
             raise ZeroDivisionError
-        return load_any(path, *arguments, **more)  # type: ignore[arg-type]
+        return check_file(path, *arguments, **more)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("fsmkit.verify.explore.load_any", failing)
+    monkeypatch.setattr("fsmkit.cli.check.check_file", failing)
     assert run(["check", "."]) == 3
     told = capsys.readouterr()
     assert "fsmkit has a bug" in told.err
