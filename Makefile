@@ -10,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: foreign attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz clean
+.PHONY: foreign attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -117,6 +117,14 @@ fuzz: $(VENV)/ready
 	    -rss_limit_mb=1024 -max_len=8192 -len_control=0 -artifact_prefix=build/fuzz/$$target- \
 	    build/fuzz/$$target || exit 1; \
 	done
+
+# Hostile texts in every place of charts, systems and deployments, through every output: the whole
+# grid, or FUZZ_SECONDS of random texts; SEED says which.
+injection: $(VENV)/ready
+	$(BIN)/python -m tests.injection
+
+fuzz-names: $(VENV)/ready
+	$(BIN)/python -m tests.injection --seconds $(FUZZ_SECONDS) --seed $(SEED)
 
 # Rewrites the golden files; look at the difference before you commit it.
 bless: $(VENV)/ready

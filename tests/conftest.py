@@ -9,6 +9,9 @@ from collections.abc import Callable
 import pytest
 from hypothesis import settings
 
+from fsmkit.texts import written
+
+written.is_strict = "FSMKIT_STRICT_TEXTS" in os.environ  # no raw text, however harmless
 settings.register_profile("fsmkit", deadline=None)  # what runs the tests may be slow
 settings.load_profile("fsmkit")
 

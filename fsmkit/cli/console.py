@@ -15,7 +15,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.text import Text
 
 import fsmkit
@@ -66,11 +67,26 @@ class Stream(Console):
         )
         text = objects[0] if is_plain else None
         if isinstance(text, Text):
-            self.file.write(f"{text.plain}\n")
+            self.file.write(f"{_harmless(text.plain)}\n")
         elif isinstance(text, str) and options.get("markup") is False:
-            self.file.write(f"{text}\n")
+            self.file.write(f"{_harmless(text)}\n")
         else:
             super().print(*objects, **options)
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """Yield what is printed; nothing in a text is a command to the terminal."""
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else segment._replace(text=_harmless(segment.text))
+
+
+def _harmless(text: str) -> str:
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text
+    )
 
 
 LONGEST_LINE = 10_000

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from fsmkit.codegen.c.header import NOTICE, parameters
-from fsmkit.codegen.c.names import comment
 from fsmkit.codegen.c.types import storage
 from fsmkit.composition.limits import report_limits
 from fsmkit.composition.parts import Part, parts_of
@@ -14,6 +13,8 @@ from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter, snake
 from fsmkit.expressions import Field, Type, Value
 from fsmkit.model.chart import Chart, Operation
+from fsmkit.texts import printing
+from fsmkit.texts.c import comment
 from fsmkit.verify.system import EventLink, System
 
 STEPS = 1000
@@ -35,6 +36,7 @@ def compose(
     return glue(system, parts_of(system, charts, headers))
 
 
+@printing
 def glue(system: System, parts: tuple[Part, ...]) -> dict[str, str]:
     """Return header and source."""
     prefix = snake(system.name)

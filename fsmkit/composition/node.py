@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fsmkit.composition.deployment import Deployment
-from fsmkit.emit import snake
+from fsmkit.emit import Namer, snake
 from fsmkit.model.chart import Chart
 from fsmkit.runtime.channels import EventMap
 from fsmkit.verify.system import System
@@ -42,3 +43,9 @@ class Node:
     def here(self, machine: int) -> int:
         """Return the place of a machine of the whole system."""
         return self.numbers.index(machine)
+
+
+def node_words(nodes: Iterable[str]) -> tuple[str, ...]:
+    """Return the ends of the constants of nodes: different, in capitals."""
+    namer = Namer()
+    return tuple(namer.name(name.upper()) for name in nodes)

@@ -10,6 +10,7 @@ from fsmkit.composition.payload import getter, places, putter
 from fsmkit.emit import Emitter
 from fsmkit.expressions import Field
 from fsmkit.runtime.channels.event_map import LevelType, MessageType
+from fsmkit.texts.c import comment
 from fsmkit.verify.system import EventLink, InputLink
 
 
@@ -76,7 +77,7 @@ class NodePrinter(GluePrinter):
     def _send(self, out: Emitter, part: Part, port: int, fields: tuple[Field, ...]) -> None:
         for message, link in self.sent.get((part.index, port), ()):
             with out.block("{"):
-                out.line(f"/* {message.name} */")
+                out.line(f"/* {comment(message.name)} */")
                 out.line(f"uint8_t *p = {self.prefix}_claim(s, {message.number}u);")
                 with out.block("if (p != NULL) {"):
                     types = [field.type for field in message.fields]
@@ -155,7 +156,7 @@ class NodePrinter(GluePrinter):
     def _post(self, out: Emitter, message: MessageType, link: EventLink) -> None:
         part = self.by_index[self.node.here(link.target)]
         names, member = part.names, f"s->{part.member}"
-        with out.block(f"case {message.number}u: {{ /* {message.name} */"):
+        with out.block(f"case {message.number}u: {{ /* {comment(message.name)} */"):
             out.line(f"{part.prefix}_event e = {names.upper}_NO_EVENT;")
             out.line(f"e.event = {names.events[link.event]};")
             types = [field.type for field in message.fields]

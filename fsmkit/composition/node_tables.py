@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.codegen.c.content import quoted
-from fsmkit.composition.node import Node
+from fsmkit.composition.node import Node, node_words
 from fsmkit.composition.payload import checks, size_of
 from fsmkit.emit import Emitter
 from fsmkit.runtime.channels.event_map import LEVELS, EventMap
+from fsmkit.texts.c import comment, quoted
 
 HEADER_BYTES = 22
 """As ``FSM_LINK_HEADER``."""
@@ -24,7 +24,7 @@ def print_validity(out: Emitter, node: Node) -> None:
             for message in node.map.messages:
                 found = checks([field.type for field in message.fields])
                 if found:
-                    out.line(f"case {message.number}u: /* {message.name} */")
+                    out.line(f"case {message.number}u: /* {comment(message.name)} */")
                     out.line(f"    return {' && '.join(found)};")
             for sender in range(len(node.map.nodes)):
                 found = checks([level.type for level in node.map.levels_of(sender)])
@@ -41,7 +41,7 @@ def _levels_validity(out: Emitter, node: Node) -> None:
         for sender, name in enumerate(node.map.nodes):
             found = checks([level.type for level in node.map.levels_of(sender)])
             if found:
-                out.line(f"case {sender}u: /* {name} */")
+                out.line(f"case {sender}u: /* {comment(name)} */")
                 out.line(f"    return {' && '.join(found)};")
         out.lines(["default:", "    return true;"])
 
@@ -58,17 +58,17 @@ def print_tables(out: Emitter, node: Node) -> None:
     with out.block(f"static const fsm_link_message {s}_messages[] = {{", "};"):
         for message, size in zip(node.map.messages, _sizes(node.map), strict=True):
             ends = f"{message.sender}u, {message.receiver}u, {size}u"
-            out.line(f"{{{ends}}}, /* {message.number}: {message.name} */")
+            out.line(f"{{{ends}}}, /* {message.number}: {comment(message.name)} */")
         if not node.map.messages:
             out.line("{0u, 0u, 0u}")
     sizes = ", ".join(f"{size}u" for size in _level_sizes(node.map))
-    names = ", ".join(f'"{name}"' for name in node.map.nodes)
+    names = ", ".join(map(quoted, node.map.nodes))
     out.line(f"static const uint16_t {s}_levels[] = {{{sizes}}};")
     out.line(f"static const char *const {s}_nodes[] = {{{names}}};")
     out.line()
     with out.block(f"const fsm_link_map {s}_map = {{", "};"):
         out.line(f"0x{node.map.hash:08x}u,")
-        out.line(f"{upper}_NODE_{node.name.upper()},")
+        out.line(f"{upper}_NODE_{node_words(node.map.nodes)[node.place]},")
         out.line(f"{nodes}u,")
         out.line(f"{len(node.map.messages)}u,")
         out.lines(

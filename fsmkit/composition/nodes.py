@@ -12,9 +12,10 @@ from dataclasses import replace
 from fsmkit.codegen.c.header import parameters
 from fsmkit.composition.deployment import Deployment
 from fsmkit.composition.glue import header
-from fsmkit.composition.node import Node
+from fsmkit.composition.node import Node, node_words
 from fsmkit.composition.node_printer import NodePrinter
 from fsmkit.composition.parts import Part, named_charts, parts_of
+from fsmkit.texts import printing
 from fsmkit.verify.system import System
 
 
@@ -37,7 +38,7 @@ def _node(deployment: Deployment, place: int) -> Node:
         if link.source in numbers and link.target in numbers
     )
     machines = tuple(whole.machines[number] for number in numbers)
-    name = f"{whole.name}_{deployment.nodes[place]}"
+    name = whole.name + "_" + deployment.nodes[place]
     system = System(name, machines, events, inputs, source=whole.source)
     begins = tuple(
         replace(link, source=numbers.index(link.source))
@@ -48,6 +49,7 @@ def _node(deployment: Deployment, place: int) -> Node:
     return Node(deployment, place, system, numbers, named_charts(named))
 
 
+@printing
 def compose_node(node: Node, headers: Mapping[str, str]) -> dict[str, str]:
     """Return header and source; ``headers``: of the machines, by file name."""
     parts = parts_of(node.system, node.charts, headers)
@@ -62,8 +64,8 @@ def _header(node: Node, parts: tuple[Part, ...]) -> str:
     deployment = node.deployment
     lines = ["", "/* The nodes of the deployment, for fsm_link_count and the like. */"]
     lines += [
-        f"#define {upper}_NODE_{name.upper()} {place}u"
-        for place, name in enumerate(deployment.nodes)
+        f"#define {upper}_NODE_{word} {place}u"
+        for place, word in enumerate(node_words(deployment.nodes))
     ]
     lines += [
         "",

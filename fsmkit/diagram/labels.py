@@ -10,6 +10,7 @@ from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.model.spelling import spell_block, spell_statement, spell_trigger
 from fsmkit.model.statements import Block, If
+from fsmkit.texts import telling
 
 WIDTH = 26
 """Characters of a line beside an arrow; more makes the drawing wide, fewer makes it tall."""
@@ -38,6 +39,7 @@ class Label:
         return (*self.trigger, *self.guard, *self.actions)
 
 
+@telling
 def label(chart: Chart, transition: Transition, width: int = WIDTH) -> Label:
     """Return the label of a transition; a default one has only actions."""
     return Label(
@@ -54,6 +56,7 @@ def trigger(chart: Chart, transition: Transition) -> str:
     return spell_trigger(transition, chart).removeprefix("on ")
 
 
+@telling
 def guard(chart: Chart, transition: Transition, width: int = WIDTH) -> tuple[str, ...]:
     """Return the guard in brackets; `else` on the last branch of a choice."""
     if transition.guard is None:
@@ -76,6 +79,7 @@ def _bracketed(piece: str) -> str:
     return f"({piece})" if " or " in piece or " ? " in piece else piece
 
 
+@telling
 def actions(head: str, block: Block, chart: Chart, width: int) -> tuple[str, ...]:
     """Return statements after ``head``, as many on a line as fit, branches on their own lines."""
     lines: list[str] = []
@@ -132,6 +136,7 @@ def is_inside(transition: Transition) -> bool:
     return not transition.targets
 
 
+@telling
 def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
     """Return what stands in a state below its name.
 

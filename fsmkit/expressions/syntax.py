@@ -268,7 +268,7 @@ def _above(start: int, end: int, *below: Node) -> int:
 
 
 def unescape(inside: str) -> str:
-    """Return the value of what stands between the quotes of a string."""
+    """Return the value of what stands between the quotes; two halves are one character."""
     if "\\" not in inside:
         return inside
     found, i = [], 0
@@ -286,7 +286,7 @@ def unescape(inside: str) -> str:
         else:
             found.append(ESCAPES.get(kind, kind))
             i += 2
-    return "".join(found)
+    return "".join(found).encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 
 
 @cache

@@ -11,6 +11,7 @@ from enum import Enum
 
 from fsmkit.diagnostics import Span
 from fsmkit.expressions.types import BOOL, SYMBOL, BoolType, SymbolType, Type, Value
+from fsmkit.texts import guard
 
 
 class UnaryOp(Enum):
@@ -73,6 +74,9 @@ class Literal:
     type: Type
     span: Span = field(compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        guard(self, "value")
+
 
 @dataclass(frozen=True, slots=True)
 class Variable:
@@ -83,6 +87,9 @@ class Variable:
     storage: Storage
     span: Span = field(compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
 
 @dataclass(frozen=True, slots=True)
 class EventField:
@@ -91,6 +98,9 @@ class EventField:
     name: str
     type: Type
     span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +127,9 @@ class InState:
     id: str
     span: Span = field(compare=False, repr=False)
     type: BoolType = BOOL
+
+    def __post_init__(self) -> None:
+        guard(self, "id")
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +183,9 @@ class Member:
     type: Type
     span: Span = field(compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
 
 @dataclass(frozen=True, slots=True)
 class Apply:
@@ -192,6 +208,9 @@ class Call:
     arguments: tuple[Expr, ...]
     type: Type | None
     span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "operation")
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,6 +237,9 @@ class Invalid:
     reason: str
     type: Type
     span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "reason")
 
 
 Expr = (

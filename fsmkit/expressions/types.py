@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
+from fsmkit.texts import guard
+
 
 class Overflow(Enum):
     """What storing a value outside the bounds of an integer type does."""
@@ -70,8 +72,14 @@ class EnumType:
     name: str
     members: tuple[str, ...]
 
+    def __post_init__(self) -> None:
+        guard(self, "name", "members")
+
     def __str__(self) -> str:
         return self.name
+
+    def __format__(self, spec: str) -> str:
+        return format(self.name, spec)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +116,9 @@ class Field:
     name: str
     type: Type
 
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
 
 @dataclass(frozen=True, slots=True)
 class RecordType:
@@ -116,8 +127,14 @@ class RecordType:
     name: str
     fields: tuple[Field, ...] = field(default=())
 
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
     def __str__(self) -> str:
         return self.name
+
+    def __format__(self, spec: str) -> str:
+        return format(self.name, spec)
 
 
 Type = (

@@ -13,6 +13,7 @@ from fsmkit.diagnostics import Source, Span
 from fsmkit.expressions import Expr, Field, Literal, Type
 from fsmkit.model.document import Direction, Kind, Origin, Trigger
 from fsmkit.model.statements import Block
+from fsmkit.texts import guard
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,9 @@ class State:
     Of a top-level one in a chart that is invoked: the payload of ``Chart.done``."""
     invokes: tuple[Block, ...] = ()
     """Run at the end of a macrostep that entered the state and did not leave it (SCXML 6.4)."""
+
+    def __post_init__(self) -> None:
+        guard(self, "id", "doc")
 
     @property
     def is_history(self) -> bool:
@@ -92,6 +96,9 @@ class Transition:
     ordered: bool = False
     origin: Origin = Origin.OWN
 
+    def __post_init__(self) -> None:
+        guard(self, "id", "descriptors")
+
     @property
     def is_open_ended(self) -> bool:
         """Whether the delay is an interval without an end."""
@@ -108,6 +115,9 @@ class Data:
     span: Span = field(compare=False, repr=False)
     origin: Origin = Origin.OWN
 
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
 
 @dataclass(frozen=True, slots=True)
 class Operation:
@@ -118,6 +128,9 @@ class Operation:
     result: Type | None
     span: Span = field(compare=False, repr=False)
     origin: Origin = Origin.OWN
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +152,9 @@ class Event:
     origin: Origin = Origin.OWN
     invocation: int | None = None
     finalize: Block = ()
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
 
     @property
     def type(self) -> str:
@@ -183,6 +199,9 @@ class Invocation:
     returns: tuple[int | None, ...]
     autoforward: bool = False
     span: Span | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "id")
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,6 +249,9 @@ class Chart:
     """Of an invoked chart: the event that tells the invoker of its end (``done.invoke.id``)."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
     """The file itself, then its bases."""
+
+    def __post_init__(self) -> None:
+        guard(self, "name", "doc", "base", "constants")
 
     @property
     def root(self) -> State:

@@ -7,6 +7,7 @@ from enum import Enum
 
 from fsmkit.diagnostics import Span
 from fsmkit.expressions import Call, Expr, Location, Variable
+from fsmkit.texts import guard
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,9 @@ class Send:
     peer: str | None = None
     invocations: tuple[int, ...] = ()
 
+    def __post_init__(self) -> None:
+        guard(self, "id", "peer")
+
 
 @dataclass(frozen=True, slots=True)
 class Cancel:
@@ -66,6 +70,9 @@ class Cancel:
 
     id: str
     span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "id")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +82,9 @@ class Log:
     label: str
     values: tuple[Expr, ...]
     span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "label")
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +140,9 @@ class Fail:
     reason: str
     span: Span = field(compare=False, repr=False)
     told: bool = False
+
+    def __post_init__(self) -> None:
+        guard(self, "reason")
 
 
 @dataclass(frozen=True, slots=True)

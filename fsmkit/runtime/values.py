@@ -25,6 +25,7 @@ from fsmkit.expressions import (
     Value,
 )
 from fsmkit.runtime.clock import duration_text, read_microseconds
+from fsmkit.texts import telling
 
 BOOLS = {"0": False, "1": True, "false": False, "true": True, "False": False, "True": True}
 TOKENS = re.compile(r'"[^"]*"|[\[\],]|[^\s\[\],"]+')
@@ -150,6 +151,7 @@ def to_python(value: Value, type_: Type) -> object:
             return value
 
 
+@telling
 def show(value: Value, type_: Type, tick: int = 1000) -> str:
     """Return a value for people."""
     match type_, value:

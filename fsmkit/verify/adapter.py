@@ -7,6 +7,8 @@ leave it; `verify.wiring` writes the file of the system.
 from __future__ import annotations
 
 from fsmkit.model.chart import OPEN_ENDED, Transition
+from fsmkit.texts import printing
+from fsmkit.texts.c import comment, quoted
 from fsmkit.verify.adapter_regions import configuration_size
 from fsmkit.verify.adapter_timers import TimerWriter
 from fsmkit.verify.readiness import tries_eventless
@@ -17,9 +19,10 @@ from fsmkit.verify.system import asked_events
 class MachineAdapter(TimerWriter):
     """Writes the file of one machine."""
 
+    @printing
     def text(self) -> str:
         """Return the file, section by section."""
-        self.out.line(f"/* What the explorer does with `{self.chart.name}`. */")
+        self.out.line(f"/* What the explorer does with `{comment(self.chart.name)}`. */")
         self.out.lines([f'#include "{self.type}.h"', '#include "session.h"', ""])
         self.out.lines(["#include <inttypes.h>", "#include <stdio.h>", "#include <string.h>", ""])
         self.out.lines(["union number {", "    double number;", "    fsm_value bits;", "};", ""])
@@ -339,7 +342,7 @@ class MachineAdapter(TimerWriter):
             out.line(f"static const unsigned char asked[] = {{{numbers}}};")
         out.line()
         with out.block(f"const fsm_machine fsm_machine_{self.built.number} = {{", "};"):
-            out.line(f'.name = "{machine.name}",')
+            out.line(f".name = {quoted(machine.name)},")
             out.line(f".size = sizeof({t}),")
             out.line(f".environment = {str(machine.environment).lower()},")
             out.line(f".monitor = {str(machine.is_monitor).lower()},")

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from fsmkit.codegen.c.content import quoted
 from fsmkit.expressions import Field
+from fsmkit.texts import printing
+from fsmkit.texts.c import quoted
 from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_values import Built, members_of
 from fsmkit.verify.closed import Closed
@@ -57,8 +58,9 @@ class SessionAdapter(MachineAdapter):
     def __init__(self, closed: Closed, built: Built) -> None:
         """Write for a machine in a slot of one of a closed system."""
         super().__init__(closed, built)
-        self.path = "".join(f"{slot}: " for slot in built.names.path)
+        self.path = "".join(slot + ": " for slot in built.names.path)
 
+    @printing
     def text(self) -> str:
         """Return the file."""
         self.out.line(f"/* What the explorer does with `{self.type}`, an invoked machine. */")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.sharing import number_of
 from fsmkit.codegen.c.types import storage
 from fsmkit.expressions import (
@@ -14,6 +13,7 @@ from fsmkit.expressions import (
     Value,
 )
 from fsmkit.model.chart import Data
+from fsmkit.texts.c import quoted
 from fsmkit.verify.adapter_regions import RegionWriter, configuration_size, own_configuration_size
 from fsmkit.verify.dead_variables import Mortal
 from fsmkit.verify.monitors import look_event
@@ -297,7 +297,7 @@ class StateWriter(RegionWriter):
         with out.block("static void dump(const void *state)\n{"):
             out.line(f"const {t} *m = state;")
             for variable in (*self.chart.data, *self.chart.outputs):
-                out.line(f"printf({quoted(self._traced(f'd {variable.name}'))});")
+                out.line(f"printf({quoted(self._traced('d ' + variable.name))});")
                 self._show(f"m->{self.names.variables[variable.name]}", variable.type)
                 out.line('printf("\\n");')
             out.line(f"printf({quoted(self._traced('='))});")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.names import Names, name_everything
@@ -25,6 +24,7 @@ from fsmkit.expressions import (
 from fsmkit.model.chart import Chart, Operation
 from fsmkit.model.document import Direction
 from fsmkit.plan import lower
+from fsmkit.texts.c import quoted
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.sessions import charts_within
 from fsmkit.verify.system import HEARD
@@ -205,11 +205,11 @@ class ValueWriter:
 
     def _traced(self, text: str) -> str:
         """Return a format that prints the beginning of a line of the trace."""
-        return f"{self.path}{text}".replace("%", "%%")
+        return (self.path + text).replace("%", "%%")
 
     def _tell(self, what: str, name: str, fields: tuple[Field, ...]) -> None:
         """Write what prints a line of the trace, without its end."""
-        self.out.line(f"printf({quoted(self._traced(f'{what} {name}'))});")
+        self.out.line(f"printf({quoted(self._traced(f'{what} ' + name))});")
         for part in fields:
             self._show(self.names.field(part.name), part.type)
 

@@ -11,6 +11,8 @@ from fsmkit.emit import Emitter
 from fsmkit.model.chart import Chart
 from fsmkit.plan import lower
 from fsmkit.plugins import Target, plugin
+from fsmkit.texts import printing
+from fsmkit.texts.c import comment
 from fsmkit.verify.c_machine import MachineTest
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import TraceStep
@@ -76,6 +78,7 @@ class Scenario:
     steps: tuple[TraceStep, ...]
 
 
+@printing
 def in_c(
     closed: Closed,
     scenarios: Sequence[Scenario],
@@ -102,7 +105,7 @@ def in_c(
             writers[prefix] = MachineTest(closed, number, charts[number], members)
     files = tuple(name for name in sources if name.endswith(".c"))
     out.lines(
-        f"/* {_comment(line)}" if n == 0 else f" * {_comment(line)}" for n, line in enumerate(about)
+        f"/* {comment(line)}" if n == 0 else f" * {comment(line)}" for n, line in enumerate(about)
     )
     out.line(f" *     cc -I generated {file} {' '.join(f'generated/{name}' for name in files)}")
     out.line(" * It returns 0 if all machines do in every step what is written here. */")
@@ -153,10 +156,10 @@ SEEN = ("op", "out", "d", "=")
 def _scenario(
     out: Emitter, closed: Closed, scenario: Scenario, writers: Mapping[int, MachineTest]
 ) -> None:
-    out.line(f"/* {_comment(scenario.text)} */")
+    out.line(f"/* {comment(scenario.text)} */")
     with out.block(f"static int {scenario.name}(void)\n{{"):
         for number, writer in writers.items():
-            out.line(f"static {writer.type} m{number}; /* {_comment(_name(closed, number))} */")
+            out.line(f"static {writer.type} m{number}; /* {comment(_name(closed, number))} */")
         out.line(f'path = "{scenario.name}";')
         for number, writer in writers.items():
             out.line(f"{writer.type}_init(&m{number});")
@@ -168,8 +171,8 @@ def _scenario(
             before = last.get(command.machine)
             elapsed = None if before is None else command.now - before
             last[command.machine] = command.now
-            told = f"{_name(closed, command.machine)}: {command.told.cause}"
-            out.line(f"/* {command.number}. {_comment(told)} */")
+            told = _name(closed, command.machine) + ": " + command.told.cause
+            out.line(f"/* {command.number}. {comment(told)} */")
             writer_.step(out, command, f"m{command.machine}", elapsed)
             out.line(f"if (differs({command.number}, {_quoted(told)},")
             with out.indented():
@@ -194,11 +197,6 @@ def _expected(chart: Chart, told: TraceStep) -> Iterator[str]:
             yield " ".join(("=", *names))
         elif what in SEEN:
             yield line
-
-
-def _comment(text: str) -> str:
-    clean = "".join(c if c.isprintable() else " " for c in text)
-    return clean.replace("*/", "* /").replace("/*", "/ *").replace("\\", "/")
 
 
 def _quoted(text: str, end: str = "") -> str:

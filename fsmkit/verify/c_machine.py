@@ -11,6 +11,7 @@ from fsmkit.model.chart import Chart, Operation
 from fsmkit.model.document import Direction
 from fsmkit.plan import lower
 from fsmkit.runtime.interpreter.snapshot import Occurrence
+from fsmkit.texts.c import printed
 from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_values import Built
 from fsmkit.verify.closed import Closed
@@ -77,14 +78,14 @@ class MachineTest(MachineAdapter):
         out, t = self.out, self.type
         with out.block(f"static void {t}_look(const {t} *m)\n{{"):
             for variable in (*self.chart.data, *self.chart.outputs):
-                out.line(f'printf("d {variable.name}");')
+                out.line(f'printf("d {printed(variable.name)}");')
                 self._show(f"m->{self.names.variables[variable.name]}", variable.type)
                 out.line('printf("\\n");')
             out.line('printf("=");')
             for state in self.chart.states:
                 if state.is_leaf:
                     out.line(f"if ({self.in_state(state.index)})")
-                    out.line(f'    printf(" {state.id}");')
+                    out.line(f'    printf(" {printed(state.id)}");')
             out.line(f'printf("%s\\n", {t}_finished(m) ? " finished" : "");')
         out.line()
 

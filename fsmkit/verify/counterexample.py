@@ -25,6 +25,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 )
 from fsmkit.runtime.interpreter.trace import dump_lines, trace_lines, value_text
 from fsmkit.runtime.values import show
+from fsmkit.texts import telling
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Trail
 from fsmkit.verify.moves import Action, Chooser, Message, Step, Who
@@ -283,6 +284,7 @@ def cause(chart: Chart, step: Step, done: Macrostep, closed: Closed) -> str:
             return "start" if step.action is Action.START else "delayed event"
 
 
+@telling
 def occurrence_text(chart: Chart, occurrence: Occurrence) -> str:
     """Return an event with its payload as people write it."""
     event = chart.events[occurrence.event]

@@ -15,6 +15,7 @@ from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Trigger
 from fsmkit.model.spelling import spell_trigger
 from fsmkit.runtime.interpreter.snapshot import Entered, Taken
+from fsmkit.texts.lines import one_line
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample, TraceStep, write
 from fsmkit.verify.engine import CEngine
@@ -275,4 +276,4 @@ def _count(items: frozenset[Item], machine: int, is_state: object) -> int:
 
 
 def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+    return one_line(text).replace("|", "\\|")

@@ -8,11 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fsmkit.diagram.sequence import mermaid
+from fsmkit.emit import legal
+from fsmkit.texts.python import docstring
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample, as_json
 from fsmkit.verify.sequence import sequence
 from fsmkit.verify.verdict import Report, Result
 
+LONGEST = 100
+"""Characters in the name of a file; file systems take 255 bytes with its end."""
 PYTEST = '''"""Performs the {verdict} of `{name}` again: {text}."""
 
 from __future__ import annotations
@@ -37,15 +41,15 @@ def saved(report: Report, source: Path, folder: Path) -> dict[Path, str]:
     for result in report.results:
         if result.trace is None or not result.trace.steps:
             continue
-        name = re.sub(r"\W+", "_", f"{report.closed.system.name}_{result.name}")
+        name = re.sub(r"\W+", "_", f"{report.closed.system.name}_{result.name}")[:LONGEST]
         recorded = document(report.closed, result, result.trace, source)
         files[folder / f"{name}.json"] = json.dumps(recorded, indent=1) + "\n"
         files[folder / f"test_{name}.py"] = PYTEST.format(
-            name=result.name,
-            text=" ".join(result.text.split()).replace("\\", "/").replace('"', "'"),
+            name=docstring(result.name),
+            text=docstring(" ".join(result.text.split())),
             verdict="violation" if result.verdict.value == "violated" else "witness",
             file=name,
-            identifier=name.lower(),
+            identifier=legal(name).lower(),
         )
         files[folder / f"{name}.mmd"] = mermaid.draw(sequence(report.closed, result, result.trace))
     return files

@@ -9,13 +9,15 @@ from pathlib import Path
 from pprint import pformat
 
 from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.emit import Namer, legal
 from fsmkit.loading import load
 from fsmkit.model.chart import Chart
+from fsmkit.texts.python import docstring
 from fsmkit.verify.c_again import Scenario, in_c
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.cover import Cover, named, table
-from fsmkit.verify.save import recorded
+from fsmkit.verify.save import LONGEST, recorded
 from fsmkit.verify.sessions import demand_alone
 from fsmkit.verify.verdict import Report, Verdict
 
@@ -61,7 +63,7 @@ def demand_language(path: Path) -> None:
 
 def covering(folder: Path, found: Cover, source: Path, charts: Sequence[Chart]) -> dict[Path, str]:
     """Return the files of a suite that covers machines, and the page on what it covers."""
-    name = re.sub(r"\W+", "_", found.closed.system.name).lower()
+    name = legal(found.closed.system.name)[:LONGEST].lower()
     files = {folder / "coverage.md": table(found)}
     if found.paths:
         for path in (folder / f"test_{name}_cover.py", folder / f"{name}_cover.c"):
@@ -71,12 +73,14 @@ def covering(folder: Path, found: Cover, source: Path, charts: Sequence[Chart]) 
 
 def traces(report: Report) -> dict[str, tuple[str, Counterexample]]:
     """Return the traces of a report by the name of a test, each with what it shows."""
-    found = {}
+    found, namer = {}, Namer()
     for result in report.results:
         if result.trace is not None and result.trace.steps:
             word = "violates" if result.verdict is Verdict.VIOLATED else "reaches"
-            name = re.sub(r"\W+", "_", f"{word}_{result.name}")
-            found[name] = f"{word} {result.name}: {result.text}", result.trace
+            name = namer.name(
+                re.sub(r"\W+", "_", word + "_" + result.name, flags=re.ASCII)[:LONGEST]
+            )
+            found[name] = word + " " + result.name + ": " + result.text, result.trace
     return found
 
 
@@ -118,7 +122,7 @@ def _pytest(
         documents[name] = found
     about = f"{source.name}: paths that `fsmkit check` found, performed again."
     shown = pformat(documents, width=98, compact=True, sort_dicts=False)
-    return PYTEST.format(about=about, paths=shown)
+    return PYTEST.format(about=docstring(about), paths=shown)
 
 
 def _compiled(closed: Closed, source: Path) -> list[str]:

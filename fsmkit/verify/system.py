@@ -13,6 +13,7 @@ from enum import Enum
 from fsmkit.diagnostics import Source, Span
 from fsmkit.expressions import BOOL, Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Value
 from fsmkit.model.chart import Chart
+from fsmkit.texts import guard, telling
 
 HEARD = 1 << 16
 """The port of a machine by which monitors hear of its first event, whenever it occurs."""
@@ -29,6 +30,10 @@ class Slot:
     data: int
     element: int | None = None
 
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+    @telling
     def __str__(self) -> str:
         return self.name if self.element is None else f"{self.name}[{self.element}]"
 
@@ -50,6 +55,9 @@ class Machine:
     is_monitor: bool = False
     """It only watches the others, and moves before them (see `verify.monitors`)."""
     span: Span | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +171,9 @@ class Property:
     """Of `within`: the most that it may take."""
     span: Span | None = field(default=None, compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        guard(self, "name", "text", "unexplored")
+
     @property
     def is_of_steps(self) -> bool:
         """Whether this is judged by steps and the states after them."""
@@ -244,6 +255,9 @@ class System:
     schedule: Schedule | None = None
     """None: interleaved."""
     source: Source | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
 
 
 def operation_port(chart: Chart, operation: str) -> int:

@@ -18,6 +18,8 @@ from fsmkit.expressions import (
     Value,
 )
 from fsmkit.expressions import Variable as Named
+from fsmkit.texts import printing
+from fsmkit.texts.c import comment
 from fsmkit.verify.adapter_values import MOST_VALUES, Built
 from fsmkit.verify.closed import PATIENCE, Closed
 from fsmkit.verify.conditions import ConditionPrinter
@@ -25,10 +27,11 @@ from fsmkit.verify.system import Atom, Property, PropertyKind, asked_events, jud
 from fsmkit.verify.walk import nodes
 
 
+@printing
 def system_file(closed: Closed, built: Sequence[Built]) -> str:
     """Return the file of a system."""
     out = Emitter()
-    out.line(f"/* The system `{closed.system.name}`. */")
+    out.line(f"/* The system `{comment(closed.system.name)}`. */")
     out.lines(f'#include "{machine.prefix}.h"' for machine in built)
     out.lines(['#include "system.h"', "", "#include <string.h>", ""])
     for machine in built:
@@ -176,7 +179,7 @@ def _judge_one(
 
     condition = ConditionPrinter(access, test, symbol).print(property_.condition)  # type: ignore[arg-type]
     sign = "!" if property_.kind is PropertyKind.INVARIANT else ""
-    out.line(f"/* {property_.name}: {property_.kind.value} */")
+    out.line(f"/* {comment(property_.name)}: {property_.kind.value} */")
     more = ", const bool *occurs" if property_.is_of_steps else ""
     with out.block(f"static bool judge_{number}(const void *const *machines{more})\n{{"):
         for index in used:

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import run
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.traffic import posted_events, sent_events
@@ -33,6 +32,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 from fsmkit.runtime.values import to_python
 from fsmkit.testing.choices import SeededChoices
 from fsmkit.testing.scripts import value
+from fsmkit.texts.c import quoted
 from fsmkit.verify.reader import load_system
 from fsmkit.verify.system import System
 from fsmkit.verify.system_session import Happening, SystemSession

@@ -10,7 +10,7 @@ from typing import assert_never
 
 from fsmkit.codegen.c.effects import can_fail, fails, needs_order
 from fsmkit.codegen.c.expressions import Printer
-from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.transfer import Place, copy
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
@@ -41,6 +41,7 @@ from fsmkit.model.statements import (
     Send,
     Statement,
 )
+from fsmkit.texts.c import comment, quoted
 
 ROUTES = {
     Destination.SELF: "SELF",
@@ -365,12 +366,3 @@ def show(out: Emitter, type_: Type, text: str, names: Names) -> None:
 def _declare(out: Emitter, printer: Printer) -> None:
     for ctype, name in printer.temporaries:
         out.line(f"{ctype} {name};")
-
-
-def quoted(text: str) -> str:
-    """Spell a C string literal, with octal escapes, which no following digit can lengthen."""
-    plain = "".join(
-        chr(byte) if 32 <= byte < 127 and byte not in b'"\\?' else f"\\{byte:03o}"
-        for byte in text.encode()
-    )
-    return f'"{plain}"'

@@ -321,7 +321,7 @@ class Printer(Operators):
         before, texts = self.arguments(
             expr.arguments, tuple(field.type for field in operation.parameters)
         )
-        self.names.used.add(f"call {expr.operation}")
+        self.names.used.add("call " + expr.operation)
         name = f"{self.names.prefix}_call_{self.names.operations[expr.operation]}"
         text = f"{name}({', '.join(('m', *texts))})"
         loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")

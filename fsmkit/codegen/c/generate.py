@@ -21,6 +21,7 @@ from fsmkit.model.content import all_statements
 from fsmkit.model.statements import Reply
 from fsmkit.plan import lower
 from fsmkit.plan.image import image_of
+from fsmkit.texts import printing
 
 LIBRARY = Path(fsmkit.__file__).parent / "runtime" / "c"
 
@@ -38,6 +39,7 @@ class Machine:
     """The machines in its slots, innermost first, then itself: names and members."""
 
 
+@printing
 def generate_machine(
     chart: Chart, prefix: str | None = None, options: Options | None = None
 ) -> Machine:

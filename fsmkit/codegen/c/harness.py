@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fsmkit.codegen.c.compiler import QUICKEST, compile_c
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.generate import LIBRARY, Machine, generate_machine
 from fsmkit.codegen.c.harness_text import HOOKS, VERBS
 from fsmkit.codegen.c.header import parameters
@@ -30,6 +29,7 @@ from fsmkit.expressions import (
     Type,
 )
 from fsmkit.model.chart import Chart, Event
+from fsmkit.texts.c import quoted
 
 OPTIONS = Options(extras=frozenset({"save"}))
 FLAGS = ("-std=c99", "-O0", "-w")

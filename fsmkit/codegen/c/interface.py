@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.helpers import fill
@@ -15,6 +14,7 @@ from fsmkit.codegen.c.traffic import posted_events
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, Field, RecordType
+from fsmkit.texts.c import quoted
 
 END = """
 bool @_finished(const @ *m)

@@ -11,11 +11,12 @@ from __future__ import annotations
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.leaving import ungrouped
-from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.codegen.c.transfer import Place, copy, put_default
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Passage
+from fsmkit.texts.c import comment
 
 INVOKER = "#_parent"
 COMMUNICATION = "error.communication"
@@ -311,7 +312,7 @@ class InvocationPrinter:
                 member, bit = self.names.to_invoke(state)
                 with out.block(f"if (({member} & {bit}u) != 0u) {{"):
                     for block in self.chart.states[state].invokes:
-                        what = f"invocation by {self.chart.states[state].id}"
+                        what = "invocation by " + self.chart.states[state].id
                         self.content.block(out, block, (), what)
             for place in range((len(self.names.invoking) + 7) // 8):
                 out.line(f"m->{TO_INVOKE}[{place}] = 0u;")
@@ -345,7 +346,7 @@ class InvocationPrinter:
                 out.line(f"case {names.events[event.index]}:")
                 with out.indented():
                     with out.block(f"if ({ungrouped(names.in_state('m', state))}) {{"):
-                        what = f"finalize {event.name}"
+                        what = "finalize " + event.name
                         self.content.block(out, event.finalize, (event.index,), what)
                     out.line("break;")
             out.lines(["default:", "    break;"])

@@ -97,19 +97,19 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
         ctype = names.number_type(region.index)
         size = WIDTH[ctype]
         top = chart.states[region.top].id if region.index else chart.name
-        note = f"deepest active state of {top}"
+        note = "deepest active state of " + top
         if region.index in names.shared:
             held = chart.states[names.shared[region.index]].id
-            note += f", or recorded by {held}, with {RECORDED} more"
+            note += ", or recorded by " + held + f", with {RECORDED} more"
         found.append(Member(f"{ctype} {names.regions[region.index]}", size, size, note))
     for (history, region_), name in names.histories.items():
         ctype = names.number_type(region_)
         size = WIDTH[ctype]
-        note = f"recorded by {chart.states[history].id}"
+        note = "recorded by " + chart.states[history].id
         found.append(Member(f"{ctype} {name}", size, size, note))
     for invocation, (inner, aligned) in zip(chart.invocations, needs.inside, strict=True):
         slot, inside = names.slots[invocation.index], names.invoked[invocation.index].prefix
-        note = f"slot `{invocation.id}`: invoked by {chart.states[invocation.state].id}"
+        note = "slot `" + invocation.id + "`: invoked by " + chart.states[invocation.state].id
         found.append(Member(f"{inside} {slot}", inner, aligned, note))
     if names.invoking:
         count = (len(names.invoking) + 7) // 8

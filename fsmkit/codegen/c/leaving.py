@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import observes
-from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.emit import Emitter
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Plan, Region
+from fsmkit.texts.c import comment
 
 
 class LeavePrinter:
@@ -32,7 +33,7 @@ class LeavePrinter:
         names = self.names
         for transition in self._timed(state):
             out.line(f"fsm_timers_disarm(m->timers, &m->timer_count, {transition}u);")
-        what = f"exit of {self.chart.states[state].id}"
+        what = "exit of " + self.chart.states[state].id
         for block in self.chart.states[state].on_exit:
             self.content.block(out, block, (), what)
         if self.chart.states[state].invokes:
@@ -126,7 +127,7 @@ class LeavePrinter:
 
     def _keep_record(self, region: Region) -> str:
         """Return the statement by which a region that is left keeps what was active."""
-        note = f"recorded by {self.chart.states[self.names.shared[region.index]].id}"
+        note = "recorded by " + self.chart.states[self.names.shared[region.index]].id
         member = self.names.regions[region.index]
         return f"m->{member} = (uint8_t)(was | {RECORDED}u); /* {comment(note)} */"
 

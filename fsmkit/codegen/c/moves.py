@@ -46,7 +46,7 @@ class MovePrinter(LeavePrinter):
         if self.chart.states[state].invokes:
             member, bit = names.to_invoke(state)
             out.line(f"{member} = (uint8_t)({member} | {bit}u);")
-        what = f"entry of {self.chart.states[state].id}"
+        what = "entry of " + self.chart.states[state].id
         for block in self.chart.states[state].on_entry:
             self.content.block(out, block, (), what)
         if self.chart.states[state].kind is Kind.FINAL:
@@ -64,7 +64,7 @@ class MovePrinter(LeavePrinter):
         self._done(out, parent, state)
         above = chart.states[parent].parent
         if above is not None and chart.states[above].kind is Kind.PARALLEL:
-            event = chart.event_index.get(f"done.state.{chart.states[above].id}")
+            event = chart.event_index.get("done.state." + chart.states[above].id)
             if event is not None:
                 out.open(f"if ({self._in_final(above)}) {{")
                 self._done(out, above, None)
@@ -82,7 +82,7 @@ class MovePrinter(LeavePrinter):
 
     def _done(self, out: Emitter, state: int, final: int | None) -> None:
         chart, names = self.chart, self.names
-        event = chart.event_index.get(f"done.state.{chart.states[state].id}")
+        event = chart.event_index.get("done.state." + chart.states[state].id)
         if event is None:
             return
         self._done_event(out, event, final)

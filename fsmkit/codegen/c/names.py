@@ -20,6 +20,7 @@ from fsmkit.codegen.c.reserved import (
     MEMBERS,
     NUMBERED,
     TO_INVOKE,
+    unreserved,
 )
 from fsmkit.codegen.c.sharing import shared_bytes
 from fsmkit.emit import Namer, legal, snake
@@ -28,6 +29,7 @@ from fsmkit.model.chart import Chart, Operation
 from fsmkit.model.document import Trigger
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
+from fsmkit.texts.c import comment
 
 NARROW = 255
 """The greatest number in a byte."""
@@ -261,14 +263,20 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     """Return the names of a machine, and of those in its slots: they share the strings."""
     chart = plan.chart
     upper = lower.upper()
-    members = Namer(KEYWORDS | MEMBERS)
+    own_types = [snake(t.name) for t in chart.types if isinstance(t, EnumType | RecordType)]
+    types = {f"{lower}_{word}" for word in ("event", "delayed", *own_types)}
+    members = Namer(KEYWORDS | MEMBERS | types)  # in C++ no member may be called as a type
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
-    variables = {v.name: members.name(v.name) for v in (*chart.inputs, *chart.outputs, *chart.data)}
+    variables = {
+        v.name: members.name(unreserved(v.name))
+        for v in (*chart.inputs, *chart.outputs, *chart.data)
+    }
     constants = Namer()
     states = tuple(
-        constants.name(f"{upper}_STATE_{s.id if s.index else 'ROOT'}".upper()) for s in chart.states
+        constants.name((f"{upper}_STATE_" + (s.id if s.index else "ROOT")).upper())
+        for s in chart.states
     )
-    events = tuple(constants.name(f"{upper}_EVENT_{e.name}".upper()) for e in chart.events)
+    events = tuple(constants.name((f"{upper}_EVENT_" + e.name).upper()) for e in chart.events)
     functions = Namer()
     event_names = tuple(functions.name(snake(e.name)) for e in chart.events)
     payloads = tuple(
@@ -302,18 +310,19 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         },
         members={
             t.name: tuple(
-                constants.name(f"{upper}_{snake(t.name)}_{member}".upper()) for member in t.members
+                constants.name((f"{upper}_{snake(t.name)}_" + member).upper())
+                for member in t.members
             )
             for t in chart.types
             if isinstance(t, EnumType)
         },
         enumerations=enumerations,
         regions=tuple(
-            members.name("active" if r.index == 0 else f"active_{chart.states[r.top].id}")
+            members.name("active" if r.index == 0 else "active_" + chart.states[r.top].id)
             for r in plan.regions
         ),
         histories={
-            (s.index, region): members.name(f"was_{s.id}_{region}" if region else f"was_{s.id}")
+            (s.index, region): members.name("was_" + s.id + (f"_{region}" if region else ""))
             for s in chart.states
             for region in plan.recorded_regions[s.index]
         },
@@ -349,9 +358,9 @@ def _fields(chart: Chart, prefix: str) -> dict[str, str]:
     }
     plain = sorted(name for name in found if name not in hidden and legal(name) == name)
     namer = Namer(hidden)
-    given = {name: namer.name(name) for name in plain}
+    given = {name: namer.name(unreserved(name)) for name in plain}
     others = sorted(found - given.keys())
-    return given | {n: namer.name(f"{n}_" if n in hidden else n) for n in others}
+    return given | {n: namer.name(unreserved(n + "_" if n in hidden else n)) for n in others}
 
 
 def _slots(chart: Chart, members: Namer) -> tuple[str, ...]:
@@ -383,12 +392,6 @@ def _free(name: str, suffix: str, *, taken: set[str], is_invoking: bool) -> str:
     if is_invoking:
         is_taken = is_taken or name in INVOKING or NUMBERED.fullmatch(name)
     return f"{name}{suffix}" if is_taken else name
-
-
-def comment(text: str) -> str:
-    """Return a text as it can stand in a comment: no name ends it, or begins a line."""
-    plain = "".join(char if char.isprintable() else " " for char in text)
-    return plain.replace("*/", "* /").replace("/*", "/ *")
 
 
 def file_name(source: str) -> str:

@@ -287,7 +287,7 @@ class ReactionPrinter:
     def _where(self, state: int) -> str:
         place = self.names.place(self.chart.states[state].span)
         above = [self.chart.states[a].id for a in self.chart.ancestors(state)[:-1]]
-        return self.names.remark(" in ".join((f"{place}  {self.chart.states[state].id}", *above)))
+        return self.names.remark(" in ".join((f"{place}  " + self.chart.states[state].id, *above)))
 
     def _over_events(self, out: Emitter, answers: dict[Lines, list[int]]) -> None:
         with out.block("switch (cause->event) {"):

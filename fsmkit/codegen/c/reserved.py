@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from fsmkit.emit import legal
+
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
@@ -23,6 +25,18 @@ LOCALS = KEYWORDS | _words(
     "e i result NULL int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t"
 )
 """And what a parameter cannot be called: what the functions that take it name themselves."""
+
+MACROS = re.compile(
+    r"FSM_.*|U?INT(_LEAST|_FAST)?\d+_(MAX|MIN|C)|(U?INT(MAX|PTR)|PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT)"
+    r"_(MAX|MIN|C)|PRI\w+|SCN\w+|(FLT|DBL|LDBL|CHAR|SCHAR|UCHAR|SHRT|USHRT|INT|UINT|LONG|ULONG)_\w+"
+    r"|NULL|EOF|BUFSIZ|INFINITY|NAN|HUGE_VAL|EXIT_\w+|RAND_MAX|CLOCKS_PER_SEC|SIG[A-Z]+|E[A-Z]{2,}"
+    r"|assert|errno|std(in|out|err)|offsetof|setjmp|signbit|is(nan|inf|finite|normal)|fpclassify"
+    r"|fsm_\w+|u?int\d+_t|size_t|va_(start|arg|end|copy)|static_assert|thread_local|noreturn|i386|mips|sparc|sun|vax"
+)
+"""Macros of the standard headers (C99 7.1.3, annex B), of compilers, and of the library; types."""
+
+UNDERSCORED = re.compile(r"_[A-Z_].*")
+"""What C keeps for itself wherever it stands (C99 7.1.3): ``_Bool``, ``__LINE__``."""
 
 HEADERS = _words(
     "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal "
@@ -85,3 +99,11 @@ INVOKING = _words(
 
 NUMBERED = re.compile(r"(absorb|give|end|holder_of|to_invoked)_\d+")
 """The same by number."""
+
+
+def unreserved(name: str) -> str:
+    """Return a name that stands alone in C: no macro, and nothing that C keeps for itself."""
+    found = legal(name)
+    if UNDERSCORED.fullmatch(found):
+        return f"v{found}"
+    return f"{found}_" if MACROS.fullmatch(found) else found

@@ -9,13 +9,14 @@ from fsmkit.codegen.c.header import NOTICE, event_type
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import Member
 from fsmkit.codegen.c.leaving import ungrouped
-from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.sharing import number_of, record_of, take_record
 from fsmkit.codegen.c.values import Values
 from fsmkit.emit import Emitter
 from fsmkit.model.document import Trigger
 from fsmkit.model.statements import Destination
 from fsmkit.plan.image import Image, head, image_of
+from fsmkit.texts.c import comment
 
 ENDS = """
 bool @_save(const @ *m, uint32_t now, uint8_t *bytes)
@@ -134,7 +135,7 @@ def saving_source(machines: Machines) -> str:
     """Return the text for machines, those in the slots before those that hold them."""
     names = machines[-1][0]
     out = Emitter()
-    what = comment(f"saves and restores the machine {names.chart.name}")
+    what = comment("saves and restores the machine " + names.chart.name)
     out.line(f"/* {names.prefix}_save.c: {what}. {NOTICE} */")
     is_traced = "trace" in names.options.extras
     library = "fsm_trace.h" if is_traced else "fsm_bytes.h"

@@ -13,13 +13,14 @@ from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.effects import can_fail, has_effect
 from fsmkit.codegen.c.expressions import Printer
 from fsmkit.codegen.c.forms import Form
-from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.shapes import Shape, Shapes
 from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
 from fsmkit.model.deferral import shared_deferral
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Plan, Region
+from fsmkit.texts.c import comment
 
 
 class SelectionPrinter:
@@ -245,7 +246,7 @@ class SelectionPrinter:
         if transition.trigger in (Trigger.AFTER, Trigger.EVERY):
             cause = f"{transition.trigger.value} {transition.delay} ticks"
         on = f" on {cause}" if cause else ""
-        text = f"{self.names.place(transition.span)}  {states[transition.source].id}{arrow}{on}"
+        text = f"{self.names.place(transition.span)}  " + states[transition.source].id + arrow + on
         return comment(text)
 
     # --- over regions ---------------------------------------------------------------------

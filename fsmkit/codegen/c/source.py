@@ -13,7 +13,7 @@ from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
 from fsmkit.codegen.c.invocation import InvocationPrinter
 from fsmkit.codegen.c.moves import MovePrinter
-from fsmkit.codegen.c.names import NO_STATE, Names, comment, file_name
+from fsmkit.codegen.c.names import NO_STATE, Names, file_name
 from fsmkit.codegen.c.pruning import pruned
 from fsmkit.codegen.c.reactions import ReactionPrinter
 from fsmkit.codegen.c.selection import SelectionPrinter
@@ -27,6 +27,7 @@ from fsmkit.emit import Emitter
 from fsmkit.expressions import RecordType
 from fsmkit.model.document import Trigger
 from fsmkit.plan.entered import entered
+from fsmkit.texts.c import comment
 
 
 class SourcePrinter:
@@ -70,7 +71,7 @@ class SourcePrinter:
         names = self.names
         out = Emitter()
         sources = " ".join(file_name(source.name) for source in self.chart.sources)
-        what = comment(f"the machine {self.chart.name}, from {sources}")
+        what = comment("the machine " + self.chart.name + f", from {sources}")
         out.line(f"/* {names.prefix}.c: {what}. {NOTICE} */")
         out.line(f'#include "{names.prefix}.h"')
         out.line()
@@ -107,7 +108,7 @@ class SourcePrinter:
         names = self.names
         p = names.prefix
         for operation in self.chart.operations:
-            if f"call {operation.name}" not in names.used:
+            if "call " + operation.name not in names.used:
                 continue
             fields, result = operation.parameters, operation.result
             ctype = "void" if result is None else storage(result, names.records).text

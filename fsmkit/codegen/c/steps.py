@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.codegen.c.content import ContentPrinter, quoted
+from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.deferral import is_kept
 from fsmkit.codegen.c.effects import can_fail, has_effect, reads_input
 from fsmkit.codegen.c.helpers import called, fill
@@ -43,6 +43,7 @@ from fsmkit.codegen.c.timeouts import TimeoutPrinter
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType
 from fsmkit.model.document import Kind, Trigger
+from fsmkit.texts.c import quoted
 
 ANSWERS = "the functions that answer events, which are printed already"
 

@@ -11,13 +11,14 @@ from collections.abc import Sequence
 from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import Member
-from fsmkit.codegen.c.names import Names, comment
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.saving import symbol_table
 from fsmkit.codegen.c.types import storage
 from fsmkit.codegen.c.values import Values
 from fsmkit.emit import Emitter
 from fsmkit.expressions import Field
 from fsmkit.plan.image import Image, codes, head, image_of, size_of
+from fsmkit.texts.c import comment
 
 HOOKS = """
 #undef FSM_HOOK_BEGIN
@@ -114,7 +115,7 @@ def tracing_source(machines: Sequence[tuple[Names, list[Member]]]) -> str:
     """Return the text for machines, those in the slots before those that hold them."""
     outer = machines[-1][0]
     out = Emitter()
-    what = comment(f"the machine {outer.chart.name}, with a trace and a log")
+    what = comment("the machine " + outer.chart.name + ", with a trace and a log")
     out.line(f"/* {outer.prefix}_trace.c: {what}. {NOTICE}")
     out.line(" * Compile it instead of the sources that it includes. */")
     out.lines([f'#include "{outer.prefix}.h"', '#include "fsm_trace.h"', ""])
@@ -164,7 +165,7 @@ class _Tracer:
 
     def _called(self) -> list[str]:
         operations = self._names.chart.operations
-        return [o.name for o in operations if f"call {o.name}" in self._names.used]
+        return [o.name for o in operations if "call " + o.name in self._names.used]
 
     def _operations(self, out: Emitter) -> None:
         """Print functions that call the operations and tell of it, and let them be called so."""

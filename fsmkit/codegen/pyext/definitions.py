@@ -8,6 +8,7 @@ from fsmkit.codegen.python.generate import enumerations, host
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.expressions import Field
+from fsmkit.texts import printing
 
 IMPORTS = "from enum import IntEnum\nfrom typing import Any, Protocol"
 STUB = '''\
@@ -39,6 +40,7 @@ def definitions(module: Module) -> str:
     return "\n\n\n".join((IMPORTS, *_shared(module))) + "\n"
 
 
+@printing
 def stub_text(module: Module) -> str:
     """Return the ``.pyi``: what a type checker and an editor know of the module."""
     chart = module.chart

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.header import declaration, parameters
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.traffic import sent_events
@@ -12,6 +11,7 @@ from fsmkit.codegen.pyext.tracing import show_value
 from fsmkit.codegen.pyext.values import Values
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, RecordType
+from fsmkit.texts.c import quoted
 
 
 def print_host(out: Emitter, module: Module, bound: Bound, values: Values) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.pyext.members import Bound, Module
 from fsmkit.emit import Emitter
@@ -17,6 +16,7 @@ from fsmkit.expressions import (
     SymbolType,
     Type,
 )
+from fsmkit.texts.c import quoted
 
 ALWAYS = """
 #undef FSM_HOOK_TEXT
@@ -287,7 +287,7 @@ def print_hooks(out: Emitter, module: Module, bound: Bound) -> None:
 def print_hook_functions(out: Emitter, module: Module, bound: Bound) -> None:
     """Print these functions."""
     names = bound.names
-    path = quoted("".join(f"{slot}: " for slot in names.path))
+    path = quoted("".join(slot + ": " for slot in names.path))
     if module.traced:
         out.lines(fill(module, bound, TOLD, WHERE=path))
         out.line()
@@ -334,7 +334,7 @@ def _dump(out: Emitter, module: Module, bound: Bound, path: str) -> None:
         out.lines(["(void)o;", "(void)m;"])
         for variable in (*names.chart.data, *names.chart.outputs):
             out.line(f"fsm_py_begun(o, {path});")
-            out.line(f"fsm_py_write(o, {quoted(f'd {variable.name}')});")
+            out.line(f"fsm_py_write(o, {quoted('d ' + variable.name)});")
             show_value(out, names, variable.type, f"m->{names.variables[variable.name]}")
             out.line("fsm_py_line(o);")
         for inside, slot in zip(bound.invoked, names.slots, strict=True):

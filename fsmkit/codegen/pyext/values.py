@@ -18,6 +18,7 @@ from fsmkit.expressions import (
     SymbolType,
     Type,
 )
+from fsmkit.texts.c import comment
 
 UNSIGNED_FROM = 2**63
 
@@ -64,7 +65,7 @@ class Values:
         body = Emitter()
         self._taking(body, type_)
         out = self._out
-        out.line(f"/* {type_} */")
+        out.line(f"/* {comment(str(type_))} */")
         out.line(f"static bool {name}(")
         out.line(
             f"    fsm_object *o, PyObject *value, const char *what, {self._pointer(type_)} *out)"
@@ -125,7 +126,7 @@ class Values:
         body = Emitter()
         self._giving(body, type_)
         out = self._out
-        out.line(f"/* {type_} */")
+        out.line(f"/* {comment(str(type_))} */")
         out.line(f"static PyObject *{name}(fsm_object *o, const {self._pointer(type_)} *value)")
         with out.block("{"):
             if not isinstance(type_, SymbolType):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.header import NOTICE, declaration
-from fsmkit.codegen.c.names import comment
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.hosting import print_host
 from fsmkit.codegen.pyext.members import Bound, Module, fields_of, posted
@@ -15,6 +13,8 @@ from fsmkit.codegen.pyext.values import Values
 from fsmkit.emit import Emitter
 from fsmkit.expressions import ArrayType, BoolType, Type
 from fsmkit.model.chart import Event
+from fsmkit.texts import printing, telling
+from fsmkit.texts.c import comment, quoted
 
 KEYWORDS = "METH_FASTCALL | METH_KEYWORDS"
 CAST = "(PyCFunction)(void (*)(void))"
@@ -41,6 +41,7 @@ Method = tuple[str, str, str, str]
 """Name in Python, function, flags, documentation with its signature."""
 
 
+@printing
 def wrapper_text(module: Module) -> str:
     """Return the text of the one file that is compiled."""
     out = Emitter()
@@ -130,7 +131,7 @@ def _events(out: Emitter, module: Module, values: Values) -> None:
             payload = f"e->of.{names.payloads[event.index]}"
             taken = [
                 values.take(
-                    part.type, f"values[{place}]", quoted(f"{event.name}: {name}"),
+                    part.type, f"values[{place}]", quoted(event.name + ": " + name),
                     f"{payload}.{names.field(part.name)}",
                 )
                 for place, (part, name) in enumerate(zip(event.fields, shown, strict=True))
@@ -188,6 +189,7 @@ def _fixed(module: Module) -> list[Method]:
     return methods
 
 
+@telling
 def documented(name: str, passed: str, doc: str) -> str:
     """Return a documentation in front of which stands the signature, as Python reads it."""
     return f"{name}({', '.join(filter(None, ('$self', passed)))})\n--\n\n{doc}"
@@ -199,9 +201,10 @@ def _of_events(out: Emitter, module: Module) -> list[Method]:
     for event in posted(module.chart):
         name = module.bound.member.names.events[event.index]
         shown = fields_of(event.fields)
-        put = f"Put `{event.name}` into the queue; False if that is full or the machine does not"
-        take = f"Process `{event.name}` at once; whether it enabled a transition."
-        for verb, doc in (("post", f"{put} run."), ("dispatch", take)):
+        told = "`" + event.name + "`"
+        put = "Put " + told + " into the queue; False if that is full or the machine does not run."
+        take = "Process " + told + " at once; whether it enabled a transition."
+        for verb, doc in (("post", put), ("dispatch", take)):
             method, function = f"{verb}_{name}", f"{module.wrapper}_{verb}_{event.index}"
             _event_method(out, module, event, method, function)
             cast, flags = (CAST, KEYWORDS) if shown else ("", "METH_NOARGS")
@@ -308,6 +311,7 @@ def _tables(out: Emitter, module: Module, methods: list[Method]) -> None:
         for each in bound.everyone
         if each.calls
     )
+    told = chart.doc or "The machine " + chart.name + "."
     parts = {"CLASS": class_, "NAME": quoted(chart.name), "MODULE": module.name}
     provides = provides.rstrip("\n") or "    (void)provider;"
     out.lines(fill(module, bound, MAKING, CHECKS=provides, **parts))
@@ -331,7 +335,7 @@ def _tables(out: Emitter, module: Module, methods: list[Method]) -> None:
     parts |= {
         "STATES": str(len(chart.states)), "EVENTS": str(len(chart.events)),
         "SYMBOLS": str(len(bound.names.symbols)), "FIRST": str(bound.first_call),
-        "CALLS": str(len(module.calls)), "DOC": quoted(chart.doc or f"The machine {chart.name}."),
+        "CALLS": str(len(module.calls)), "DOC": quoted(told),
         "FILE": f"<{module.name}>",
     }  # fmt: skip
     out.lines(fill(module, bound, LOADING, **parts))

@@ -47,6 +47,7 @@ from fsmkit.model.statements import (
     Send,
     Statement,
 )
+from fsmkit.texts.python import quoted
 
 ROUTES = {
     Destination.SELF: 0,
@@ -152,7 +153,7 @@ class ContentPrinter:
                 self._send(out, statement, printer)
             case Cancel(name):
                 with out.suite("if self.trace is not None:"):
-                    out.line(f"self._tell({f'cancel {name}'!r})")
+                    out.line(f"self._tell({quoted('cancel ' + name)})")
                 out.line(f"self._cancel({self._mark(name)})")
             case Log(label, values):
                 self._log(out, label, values, printer)

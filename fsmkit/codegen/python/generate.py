@@ -11,7 +11,7 @@ from fsmkit.codegen.python.family import Member, family_of, is_alone
 from fsmkit.codegen.python.features import features_of
 from fsmkit.codegen.python.head import print_head, wrapped
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.names import Names, distinct, identifier
+from fsmkit.codegen.python.names import Names, distinct, identifier, members_of
 from fsmkit.codegen.python.selection import (
     Offers,
     bit,
@@ -27,6 +27,8 @@ from fsmkit.model.chart import Chart
 from fsmkit.model.document import Trigger
 from fsmkit.plan import Plan, lower
 from fsmkit.plan.image import Image
+from fsmkit.texts import printing
+from fsmkit.texts.python import docstring, paragraph
 
 HEADER = '''\
 """{doc}
@@ -46,6 +48,7 @@ NOTHING = -1
 '''
 
 
+@printing
 def module_text(
     chart: Chart, *, traced: bool = False, prefix: str | None = None, saved: bool = False
 ) -> str:
@@ -117,10 +120,10 @@ def _header(chart: Chart, text: str) -> str:
     used = [name for name in ("math", "struct", "zlib") if re.search(rf"\b{name}\.\w+\(", text)]
     iterates = "islice(" in text
     source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
-    doc = chart.doc or f"The machine {chart.name}."
+    doc = chart.doc or "The machine " + chart.name + "."
     return HEADER.format(
-        doc=doc.strip().replace("\\", "\\\\").replace('"""', "'''"),
-        source=source.replace("\\", "/"),
+        doc=paragraph(doc),
+        source=docstring(source),
         tick=chart.capacities.tick,
         imports="".join(f"import {name}\n" for name in used),
         abstract="Callable, Iterator" if iterates else "Callable",
@@ -142,10 +145,8 @@ def enumerations(members: tuple[Member, ...]) -> Iterator[str]:
             with out.suite(f"class {named}(IntEnum):"):
                 out.line('"""An enumeration of the chart."""')
                 out.line()
-                for place, member in enumerate(type_.members):
-                    name = identifier(member)
-                    clash = "_" if name in {"mro", "name", "value"} else ""
-                    out.line(f"{name}{clash} = {place}")
+                for place, member in enumerate(members_of(type_)):
+                    out.line(f"{member} = {place}")
             yield out.finish()
 
 

@@ -16,14 +16,14 @@ def print_invocations(out: Lines, member: Member, content: ContentPrinter) -> No
     chart, names = member.chart, member.names
     for state in chart.states:
         if state.invokes:
-            doc = f"Invoke what stands in {state.id}."
+            doc = "Invoke what stands in " + state.id + "."
             with out.method(f"_invoke_{names.bare[state.index]}", doc):
                 content.blocks(out, state.invokes, None)
     for invocation in chart.invocations:
         _start(out, member, invocation)
     for event in chart.events:
         if event.invocation is not None and event.finalize:
-            doc = f"Before transitions are selected for `{event.name}` (SCXML 6.5)."
+            doc = "Before transitions are selected for `" + event.name + "` (SCXML 6.5)."
             source = names.states[chart.invocations[event.invocation].state]
             payload = {part.name: place for place, part in enumerate(event.fields)}
             with (
@@ -41,7 +41,7 @@ def _start(out: Lines, member: Member, invocation: Invocation) -> None:
     child = member.invoked[slot]
     given = [invocation.chart.data[place] for place in invocation.given]
     arguments = ", ".join(f"v{n}: {annotation(data.type)}" for n, data in enumerate(given))
-    with out.method(f"_start_{slot}", f"Start `{invocation.id}` in its slot.", arguments):
+    with out.method(f"_start_{slot}", "Start `" + invocation.id + "` in its slot.", arguments):
         out.line(f"child: {child.names.machine} = self._children[{slot}]")
         out.line("child._reset_data()")
         for number, data in enumerate(given):

@@ -6,12 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from fsmkit.emit import Emitter
-
-
-def docstring(text: str) -> str:
-    """Return a text as it can stand in a docstring of one line: no name of a state ends it."""
-    plain = "".join(char if char.isprintable() else " " for char in text)
-    return plain.replace("\\", "\\\\").replace('"""', "'''")
+from fsmkit.texts.python import docstring
 
 
 class Lines(Emitter):

@@ -10,7 +10,7 @@ from fsmkit.codegen.python.clashes import print_clashes
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.expressions import can_fail
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.names import Names, quoted
+from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import (
     describe,
     is_dynamic,
@@ -23,6 +23,7 @@ from fsmkit.model.document import Kind, Trigger
 from fsmkit.model.statements import Assign, CallOperation, Cancel, Log, Raise, Send
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
 from fsmkit.plan.entries import entry_by_default
+from fsmkit.texts.python import quoted
 
 SHORT = 3
 """A handler of at most so many simple statements stands where it runs, not in a method."""
@@ -76,7 +77,7 @@ class Mover:
         if self.is_left_silently(state):
             return
         name = f"_exited_{self._names.bare[state.index]}"
-        with self._out.method(name, f"On leaving {state.id}."):
+        with self._out.method(name, "On leaving " + state.id + "."):
             self.leaving(state)
 
     def left(self, state: State) -> None:
@@ -107,7 +108,7 @@ class Mover:
         if self.is_entered_silently(state) and not defaults:
             return
         name = f"_entered_{self._names.bare[state.index]}"
-        with self._out.method(name, f"On entering {state.id}.", "defaults: int"):
+        with self._out.method(name, "On entering " + state.id + ".", "defaults: int"):
             if not defaults:
                 self._out.line("del defaults")
             self.entering(state)
@@ -182,7 +183,7 @@ class Mover:
                     self._done(grandparent, None)
 
     def _event(self, state: int) -> int | None:
-        return self._chart.event_index.get(f"done.state.{self._chart.states[state].id}")
+        return self._chart.event_index.get("done.state." + self._chart.states[state].id)
 
     def _done(self, state: int, final: State | None) -> None:
         """Raise ``done.state``, with the data of a final state (SCXML 5.5)."""

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from fsmkit.codegen.python.template import machine as template
 from fsmkit.emit import snake
 from fsmkit.emit.identifiers import legal
+from fsmkit.expressions import EnumType
 from fsmkit.model.chart import Chart
 
 OFFERED = frozenset({"save", "restore"})
 """Methods of machines that are made so."""
-ESCAPES = {'"': '\\"', "\\": "\\\\"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +75,11 @@ def _public(name: str) -> str:
     return f"v{text}" if text.startswith("_") else text
 
 
+def members_of(type_: EnumType) -> tuple[str, ...]:
+    """Return the names of the members, of which `IntEnum` takes none for its own."""
+    return distinct(map(_public, type_.members), {"mro", "name", "value"})
+
+
 def distinct(names: Iterable[str], taken: Collection[str] = ()) -> tuple[str, ...]:
     """Return names that differ from each other and from those taken, with underscores added."""
     found: dict[str, None] = {}
@@ -91,13 +96,3 @@ def file_name(chart: Chart, prefix: str | None = None) -> str:
     name = snake(prefix or chart.name)
     is_taken = keyword.iskeyword(name) or name in sys.stdlib_module_names
     return f"{name}_machine.py" if is_taken else f"{name}.py"
-
-
-def quoted(text: str) -> str:
-    """Return a literal of a string, on one line whatever is in it."""
-    return f'"{inside(text)}"'
-
-
-def inside(text: str) -> str:
-    """Return what stands between the double quotes of a literal of a string."""
-    return "".join(ESCAPES.get(c, c if c.isprintable() else repr(c)[1:-1]) for c in text)

@@ -9,6 +9,7 @@ from fsmkit.expressions import Storage, Variable
 from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Trigger
 from fsmkit.plan import Plan
+from fsmkit.texts.lines import one_line
 
 LONG = 16
 """Of more states than these, what a transition leaves or enters is found when it is taken."""
@@ -49,8 +50,8 @@ def describe(chart: Chart, transition: Transition) -> str:
     targets = ", ".join(chart.states[target].id for target in transition.targets)
     arrow = f"-> {targets} " if targets else ""
     source = chart.states[transition.source].id
-    text = f"{_line(transition)}{source} {arrow}{cause}"
-    return text.replace("\\", "/").replace('"', "'")
+    text = _line(transition) + source + f" {arrow}{cause}"
+    return one_line(text).replace("\\", "/").replace('"', "'")
 
 
 def _line(transition: Transition) -> str:

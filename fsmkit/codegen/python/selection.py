@@ -175,8 +175,8 @@ def print_selection(
         return False
     what = "which eventless transitions to take"
     if event is not None:
-        what = f"which transitions `{chart.events[event].name}` enables"
-    with out.method(name, f"Return {what}.", result="int"):
+        what = "which transitions `" + chart.events[event].name + "` enables"
+    with out.method(name, "Return " + what + ".", result="int"):
         out.line("active = self._active")
         if has_regions(chart):
             out.line("self._seen = self._chosen = 0")

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from fsmkit.codegen.python.content import Needs, shown
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.names import Names, inside
+from fsmkit.codegen.python.names import Names
 from fsmkit.expressions import (
     ArrayType,
     BoolType,
@@ -21,6 +21,8 @@ from fsmkit.expressions import (
 )
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Direction
+from fsmkit.texts import Identifier
+from fsmkit.texts.python import inside
 
 Method = tuple[str, tuple[str, ...], str, str]
 """Name, arguments with types, result, description."""
@@ -33,13 +35,18 @@ def host_methods(chart: Chart, names: Names, needs: Needs) -> tuple[Method, ...]
         passed = tuple(f"{p.name}: {annotation(p.type)}" for p in _named(operation.parameters))
         result = "None" if operation.result is None else annotation(operation.result)
         found.append(
-            (names.operations[operation.name], passed, result, f"Operation `{operation.name}`.")
+            (
+                names.operations[operation.name],
+                passed,
+                result,
+                "Operation `" + operation.name + "`.",
+            )
         )
     for event in sorted(needs.emitted):
         fields = _named(chart.events[event].fields)
         passed = tuple(f"{f.name}: {annotation(f.type)}" for f in fields)
         peer = ("peer: str | None",) if has_peer(chart, event) else ()
-        doc = f"Event `{chart.events[event].name}` leaves the machine."
+        doc = "Event `" + chart.events[event].name + "` leaves the machine."
         found.append((f"send_{names.events[event]}", passed + peer, "None", doc))
     return tuple(found)
 
@@ -86,11 +93,11 @@ def print_senders(
         if event.index in needs.emitted:
             _emit(out, chart, names, event.index)
         if event.index in needs.passed:
-            doc = f"Send `{event.name}` to the first machine that runs in one of some slots."
+            doc = "Send `" + event.name + "` to the first machine that runs in one of some slots."
             rest = "slots: tuple[int, ...], peer: str | None"
             _hand(out, chart, names, event.index, "pass", doc, rest)
         if event.index in needs.answered:
-            doc = f"Send `{event.name}` to the invoker."
+            doc = "Send `" + event.name + "` to the invoker."
             _hand(out, chart, names, event.index, "answer", doc)
         if event.index in needs.delayed:
             _delay(out, chart, names, event.index)
@@ -108,7 +115,7 @@ def _named(fields: tuple[Field, ...]) -> tuple[Field, ...]:
     from fsmkit.codegen.python.names import distinct, identifier
 
     chosen = distinct([identifier(f.name) for f in fields], {"self", "peer"})
-    return tuple(Field(name, f.type) for name, f in zip(chosen, fields, strict=True))
+    return tuple(Field(Identifier(name), f.type) for name, f in zip(chosen, fields, strict=True))
 
 
 def _arguments(fields: tuple[Field, ...]) -> str:
@@ -118,7 +125,11 @@ def _arguments(fields: tuple[Field, ...]) -> str:
 def _post(out: Lines, chart: Chart, names: Names, index: int) -> None:
     event, name = chart.events[index], names.events[index]
     fields = _named(event.fields)
-    doc = f"Put `{event.name}` into the queue; False if that is full or the machine does not run."
+    doc = (
+        "Put `"
+        + event.name
+        + "` into the queue; False if that is full or the machine does not run."
+    )
     with out.method(f"post_{name}", doc, _arguments(fields), "bool"):
         if not fields:
             out.line(f"return self._enqueue({index}) >= 0")
@@ -133,7 +144,7 @@ def _post(out: Lines, chart: Chart, names: Names, index: int) -> None:
 def _dispatch(out: Lines, chart: Chart, names: Names, index: int) -> None:
     event, name = chart.events[index], names.events[index]
     fields = _named(event.fields)
-    doc = f"Process `{event.name}` at once; whether it enabled a transition."
+    doc = "Process `" + event.name + "` at once; whether it enabled a transition."
     with out.method(f"dispatch_{name}", doc, _arguments(fields), "bool"):
         out.line("self._claim()")
         for place, part in enumerate(fields):
@@ -149,7 +160,7 @@ def _take(out: Lines, chart: Chart, names: Names, index: int, *, is_answered: bo
         out.line()
         out.line(f"dispatch_{name} = _on_{name}")
         return
-    doc = f"Process `{event.name}` at once; whether it enabled a transition."
+    doc = "Process `" + event.name + "` at once; whether it enabled a transition."
     with out.method(f"dispatch_{name}", doc, _arguments(fields), "bool"):
         for place, part in enumerate(fields if is_answered else ()):
             out.line(f"self._fields[{place}] = {part.name}")
@@ -178,7 +189,7 @@ def _queue(out: Lines, chart: Chart, names: Names, index: int, verb: str, queue:
     event = chart.events[index]
     fields = _named(event.fields)
     what = "internal" if queue == "internal" else "own external"
-    doc = f"Put `{event.name}` into the {what} queue."
+    doc = "Put `" + event.name + f"` into the {what} queue."
     with out.method(f"_{verb}_{names.events[index]}", doc, _arguments(fields)):
         _tell(out, f"{verb} {_told(event.name, fields)}")
         call = f"self._enqueue_{queue}({index})"
@@ -194,7 +205,7 @@ def _emit(out: Lines, chart: Chart, names: Names, index: int) -> None:
     event, name = chart.events[index], names.events[index]
     fields = _named(event.fields)
     arguments = ", ".join(filter(None, (_arguments(fields), "peer: str | None")))
-    with out.method(f"_emit_{name}", f"Send `{event.name}` out of the machine.", arguments):
+    with out.method(f"_emit_{name}", "Send `" + event.name + "` out of the machine.", arguments):
         with out.suite("if self.trace is not None:"):
             out.line('to = "" if peer is None else f" to {peer}"')
             out.line(f'self._tell(f"out {_told(event.name, fields)}{{to}}")')
@@ -224,7 +235,7 @@ def _delay(out: Lines, chart: Chart, names: Names, index: int) -> None:
     fields = _named(event.fields)
     rest = "delay: int, mark: int, route: int, to: str | None"
     arguments = ", ".join(filter(None, (_arguments(fields), rest)))
-    with out.method(f"_delay_{names.events[index]}", f"Send `{event.name}` later.", arguments):
+    with out.method(f"_delay_{names.events[index]}", "Send `" + event.name + "` later.", arguments):
         _tell(out, f"delay {_told(event.name, fields)} in {{delay:d}}")
         call = f"self._later({index}, delay, mark, route, to)"
         if not fields:
@@ -242,7 +253,9 @@ def _call(
     method = names.operations[name]
     returned = "None" if result is None else annotation(result)
     passed = ", ".join(f.name for f in fields)
-    with out.method(f"_call_{method}", f"Call `{name}` of the host.", _arguments(fields), returned):
+    with out.method(
+        f"_call_{method}", "Call `" + name + "` of the host.", _arguments(fields), returned
+    ):
         told = f"op {_told(name, fields)}"
         if result is None:
             out.line(f"self._host.{method}({passed})")

@@ -12,9 +12,9 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 from fsmkit.codegen.python.content import ContentPrinter
-from fsmkit.codegen.python.lines import Lines, docstring
+from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.movement import Mover
-from fsmkit.codegen.python.names import Names, quoted
+from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.places import UNKNOWN, Place
 from fsmkit.codegen.python.regions import independent
 from fsmkit.codegen.python.relations import LONG, configuration, describe
@@ -32,6 +32,7 @@ from fsmkit.codegen.python.trees import Trees, observes
 from fsmkit.model.chart import Chart, Transition
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Content, Enter, Plan
+from fsmkit.texts.python import docstring, quoted
 
 FEW = 8
 """Atomic states are asked one after the other if they are no more, else found in a table."""
@@ -91,7 +92,7 @@ class Straight:
         if not groups:
             return
         name, told = self.names.events[event], self.chart.events[event].name
-        doc = f"Take what `{told}` enables; whether that is anything."
+        doc = "Take what `" + told + "` enables; whether that is anything."
         kept = self.offers.deferring(event)
         if kept or not self._is_one_answer([states[0] for states, _ in groups]):
             may_be_kept = self.offers.is_deferred(event)
@@ -149,7 +150,7 @@ class Straight:
         entries = []
         for (state,), steps in leaves:
             method = f"_in_{state}_{self.names.bare[state]}_on_{name}"
-            doc = f"Take what `{told}` enables in {self.chart.states[state].id}."
+            doc = "Take what `" + told + "` enables in " + self.chart.states[state].id + "."
             with self.out.method(method, doc, result="bool"):
                 if not self._steps(steps):
                     self.out.line("return False")
@@ -314,7 +315,7 @@ class Straight:
         for state in path[:-1]:
             self._record(state, source)
         for state in path[:-1]:
-            self._tell(f"- {chart.states[state].id}")
+            self._tell("- " + chart.states[state].id)
             if observes(chart.states[state].on_exit) and known != place:
                 known = self._store(place)
             self.mover.left(chart.states[state])
@@ -362,7 +363,7 @@ class Straight:
         """Print the entry of a state; return the configuration then, and the stored one."""
         state = self.chart.states[op.state]
         place = place.with_(state.index)
-        self._tell(f"+ {state.id}")
+        self._tell("+ " + state.id)
         contents = [self.chart.transitions[d].content for d in op.defaults]
         is_final = state.kind is Kind.FINAL
         if (is_final or observes(state.on_entry) or any(map(observes, contents))) and (

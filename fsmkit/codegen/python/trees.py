@@ -13,6 +13,7 @@ from fsmkit.expressions import Call, InState
 from fsmkit.model.chart import Chart, State
 from fsmkit.model.document import Kind
 from fsmkit.model.statements import CallOperation, Destination, Log, Send
+from fsmkit.texts.python import quoted
 
 MOST = 8
 """Children that are asked one after the other; of more, the active ones are found by their bits."""
@@ -70,7 +71,7 @@ class Trees:
 
     def _enter(self, index: int) -> None:
         state = self.chart.states[index]
-        doc = f"Enter what is to come inside of {state.id}, outermost first."
+        doc = "Enter what is to come inside of " + state.id + ", outermost first."
         with self.out.method(f"_restore_{self.names.bare[index]}", doc, "coming: int"):
             word = "if"
             for child in real_children(self.chart, index):
@@ -85,7 +86,7 @@ class Trees:
         state = self.chart.states[child]
         if self.is_seen:
             with self.out.suite("if self.trace is not None:"):
-                self.out.line(f'self._tell("+ {state.id}")')
+                self.out.line(f"self._tell({quoted('+ ' + state.id)})")
         self.mover.come(state, ())
         if real_children(self.chart, child):
             self.entered.add(child)
@@ -93,7 +94,7 @@ class Trees:
 
     def _leave_all(self, index: int) -> None:
         state = self.chart.states[index]
-        doc = f"Leave all that is active of {state.id}, innermost first."
+        doc = "Leave all that is active of " + state.id + ", innermost first."
         with self.out.method(f"_exit_{self.names.bare[index]}", doc, "gone: int"):
             word = "if"
             for child in reversed(real_children(self.chart, index)):
@@ -109,7 +110,7 @@ class Trees:
     def _itself(self, state: State) -> None:
         if self.is_seen:
             with self.out.suite("if self.trace is not None:"):
-                self.out.line(f'self._tell("- {state.id}")')
+                self.out.line(f"self._tell({quoted('- ' + state.id)})")
         self.mover.left(state)
 
     def _child(self, child: int) -> None:

@@ -66,7 +66,7 @@ def done_event(chart: Chart, state: State) -> int | None:
     """Return the event that entering a final state raises (SCXML 3.7), if the chart knows it."""
     if state.kind is not Kind.FINAL or not state.parent:
         return None
-    return chart.event_index.get(f"done.state.{chart.states[state.parent].id}")
+    return chart.event_index.get("done.state." + chart.states[state.parent].id)
 
 
 def _of_block(block: Block) -> Iterator[tuple[frozenset[str], frozenset[str], bool]]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from fsmkit.codegen.python import template
 from fsmkit.codegen.python.expressions import spell
-from fsmkit.codegen.python.lines import Lines, docstring
-from fsmkit.codegen.python.names import distinct, identifier
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.names import distinct, identifier, members_of
 from fsmkit.codegen.python.relations import describe
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.codegen.transitions.content import ContentPrinter, has_peer
@@ -23,6 +23,8 @@ from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.content import all_statements, conditions, subexpressions
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.model.statements import Destination, Log, Send
+from fsmkit.texts import printing
+from fsmkit.texts.python import docstring, paragraph
 
 WIDTH = 90
 """Columns of a transition on one line."""
@@ -54,6 +56,7 @@ class Entry:
     place: str = "before"
 
 
+@printing
 def module_text(chart: Chart) -> str:
     """Return the text of the module: the same for the same chart."""
     names = model_names(chart)
@@ -124,9 +127,9 @@ def _header(chart: Chart, body: str) -> str:
         imports.append("from enum import IntEnum")
     imports.append("from typing import Any")
     source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
-    doc = chart.doc or f"The machine {chart.name}."
+    doc = chart.doc or "The machine " + chart.name + "."
     return HEADER.format(
-        doc=doc.strip().replace("\\", "\\\\").replace('"""', "'''"),
+        doc=paragraph(doc),
         source=docstring(source),
         imports="\n".join(imports),
     )
@@ -142,10 +145,8 @@ def _enumerations(chart: Chart, names: ModelNames) -> Iterator[str]:
             with out.suite(f"class {named}(IntEnum):"):
                 out.line('"""An enumeration of the chart."""')
                 out.line()
-                for number, member in enumerate(type_.members):
-                    name = identifier(member)
-                    clash = "_" if name in {"mro", "name", "value"} else ""
-                    out.line(f"{name}{clash} = {number}")
+                for number, member in enumerate(members_of(type_)):
+                    out.line(f"{member} = {number}")
             yield out.finish()
 
 
@@ -191,7 +192,7 @@ def _host(out: Lines, chart: Chart, names: ModelNames) -> None:
         passed = _parameters(operation.parameters)
         result = "None" if operation.result is None else annotation(operation.result)
         name = names.names.operations[operation.name]
-        with out.method(name, f"Operation `{operation.name}` of the host.", passed, result):
+        with out.method(name, "Operation `" + operation.name + "` of the host.", passed, result):
             out.line("raise NotImplementedError")
     sent = {
         statement.event
@@ -203,7 +204,7 @@ def _host(out: Lines, chart: Chart, names: ModelNames) -> None:
         passed = _parameters(declared.fields)
         if has_peer(chart, event):
             passed = f"{passed}, peer: str | None" if passed else "peer: str | None"
-        doc = f"Event `{declared.name}` leaves the machine."
+        doc = "Event `" + declared.name + "` leaves the machine."
         with out.method(f"send_{names.names.events[event]}", doc, passed):
             out.line("raise NotImplementedError")
 
@@ -242,13 +243,13 @@ def _content(out: Lines, chart: Chart, names: ModelNames, printer: ContentPrinte
     for state in chart.states:
         name, done = names.names.bare[state.index], done_event(chart, state)
         if any(state.on_entry) or done is not None:
-            with out.method(f"enter_{name}", f"The entry of `{state.id}`.", "event: Any"):
+            with out.method(f"enter_{name}", "The entry of `" + state.id + "`.", "event: Any"):
                 for block in state.on_entry:
                     printer.block(out, block, plain)
                 if done is not None:
                     out.line(f"self.trigger({text(chart.events[done].name)})")
         if any(state.on_exit):
-            with out.method(f"exit_{name}", f"The exit of `{state.id}`.", "event: Any"):
+            with out.method(f"exit_{name}", "The exit of `" + state.id + "`.", "event: Any"):
                 for block in state.on_exit:
                     printer.block(out, block, plain)
 

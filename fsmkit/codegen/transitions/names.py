@@ -43,7 +43,7 @@ def model_names(chart: Chart) -> ModelNames:
     paths = [""]
     for state in chart.states[1:]:
         above = paths[state.parent or 0]
-        paths.append(f"{above}{separator}{state.id}" if above else state.id)
+        paths.append(above + separator + state.id if above else state.id)
     (initial,) = distinct(["initial"], ids)
     triggers = [event.name for event in chart.events]
     (start,) = distinct(["start"], triggers)

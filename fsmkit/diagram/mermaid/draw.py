@@ -6,14 +6,14 @@ texts, so they are written as entities.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from fsmkit.diagram.labels import box_lines, is_inside, label
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Origin, Trigger
+from fsmkit.texts import printing
+from fsmkit.texts.mermaid import in_states, title
 
-SPECIAL = re.compile(r'[#:;<>{}"%\\`&]|--')
 SYMBOLS = {Kind.SHALLOW_HISTORY: "H", Kind.DEEP_HISTORY: "H*"}
 CLASSES = (
     "classDef active fill:#ffd66b,stroke:#b7791f,stroke-width:2px,color:#1f2933",
@@ -22,6 +22,7 @@ CLASSES = (
 )
 
 
+@printing
 def draw(chart: Chart, active: frozenset[int]) -> str:
     """Return the text of a diagram; ``active`` states are filled."""
     return "\n".join((*_lines(chart, active), ""))
@@ -29,7 +30,7 @@ def draw(chart: Chart, active: frozenset[int]) -> str:
 
 def _lines(chart: Chart, active: frozenset[int]) -> Iterator[str]:
     yield "---"
-    yield f"title: {_quoted(chart.name)}"
+    yield f"title: {title(chart.name)}"
     yield "---"
     yield "stateDiagram-v2"
     yield "  direction TB"
@@ -71,17 +72,17 @@ def _state(chart: Chart, state: State, margin: str) -> Iterator[str]:
             yield f"{margin}state {name} <<choice>>"
             return
         case Kind.COMPOUND | Kind.PARALLEL:
-            yield f'{margin}state "{_text(state.id)}" as {name} {{'
+            yield f'{margin}state "{in_states(state.id)}" as {name} {{'
             yield from _children(chart, state, margin + "  ")
             yield f"{margin}}}"
             if texts:
                 yield f"{margin}note right of {name}"
-                yield from (f"{margin}  {_text(line)}" for line in texts)
+                yield from (f"{margin}  {in_states(line)}" for line in texts)
                 yield f"{margin}end note"
         case _:
-            yield f'{margin}state "{_text(SYMBOLS.get(state.kind, state.id))}" as {name}'
+            yield f'{margin}state "{in_states(SYMBOLS.get(state.kind, state.id))}" as {name}'
             if texts:
-                yield f"{margin}{name} : {'<br/>'.join(_text(line) for line in texts)}"
+                yield f"{margin}{name} : {'<br/>'.join(in_states(line) for line in texts)}"
             if state.kind is Kind.FINAL:
                 yield f"{margin}{name} --> [*]"
 
@@ -103,20 +104,8 @@ def _arrows(chart: Chart, transition: Transition) -> Iterator[str]:
 
 def _label(chart: Chart, transition: Transition) -> str:
     lines = label(chart, transition).lines
-    return f" : {'<br/>'.join(_text(line) for line in lines)}" if lines else ""
+    return f" : {'<br/>'.join(in_states(line) for line in lines)}" if lines else ""
 
 
 def _name(state: State) -> str:
     return f"s{state.index}"
-
-
-def _text(text: str) -> str:
-    """Return a text with what Mermaid takes for its own written as entities."""
-    clean = "".join(char if char.isprintable() else " " for char in text)
-    spaces = len(clean) - len(clean.lstrip(" "))
-    escaped = SPECIAL.sub(lambda m: "".join(f"#{ord(char)};" for char in m[0]), clean[spaces:])
-    return "#160;" * spaces + escaped
-
-
-def _quoted(text: str) -> str:
-    return '"' + "".join(c for c in text if c.isprintable() and c not in '"\\') + '"'

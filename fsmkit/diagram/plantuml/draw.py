@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from fsmkit.diagram.labels import box_lines, is_inside, label
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Origin, Trigger
+from fsmkit.texts import printing
+from fsmkit.texts.plantuml import escaped
 
-CREOLE = re.compile(r'["\\<>{}~%|`]|([*/_#=.!\-\[\]])\1+|^[*#=]')
-"""What PlantUML's markup, macros or quotes would take for their own."""
 NEW_LINE = r"\n"
 STEREOTYPES = {
     Kind.SHALLOW_HISTORY: " <<history>>",
@@ -29,6 +28,7 @@ STYLE = (
 )
 
 
+@printing
 def draw(chart: Chart, active: frozenset[int]) -> str:
     """Return the text of a diagram; ``active`` states are filled."""
     return "\n".join((*_lines(chart, active), ""))
@@ -36,7 +36,7 @@ def draw(chart: Chart, active: frozenset[int]) -> str:
 
 def _lines(chart: Chart, active: frozenset[int]) -> Iterator[str]:
     yield "@startuml"
-    yield f"title {_text(chart.name)}"
+    yield f"title {escaped(chart.name)}"
     yield from STYLE
     yield from _children(chart, chart.root, active, "")
     for transition in chart.transitions:
@@ -70,7 +70,7 @@ def _state(chart: Chart, state: State, active: frozenset[int], margin: str) -> I
         color = " #ffd66b;line:b7791f;line.bold"
     elif state.origin is Origin.INHERITED:
         color = " #white;line:9aa5b1;text:8490a0"
-    opening = f'{margin}state "{_text(state.id)}" as {name}{kind}{color}'
+    opening = f'{margin}state "{escaped(state.id)}" as {name}{kind}{color}'
     if state.kind in (Kind.COMPOUND, Kind.PARALLEL):
         yield f"{opening} {{"
         yield from _children(chart, state, active, margin + "  ")
@@ -78,7 +78,7 @@ def _state(chart: Chart, state: State, active: frozenset[int], margin: str) -> I
     else:
         yield opening
     if not kind:
-        yield from (f"{margin}{name} : {_text(line)}" for line in texts)
+        yield from (f"{margin}{name} : {escaped(line)}" for line in texts)
 
 
 def _arrows(chart: Chart, transition: Transition) -> Iterator[str]:
@@ -146,16 +146,8 @@ def _label(chart: Chart, transition: Transition, more: tuple[str, ...] = ()) -> 
 
 
 def _after_colon(lines: tuple[str, ...]) -> str:
-    return " : " + NEW_LINE.join(_text(line) for line in lines) if lines else ""
+    return " : " + NEW_LINE.join(escaped(line) for line in lines) if lines else ""
 
 
 def _name(state: State) -> str:
     return f"s{state.index}"
-
-
-def _text(text: str) -> str:
-    """Return a text with what PlantUML takes for its own written as code points."""
-    clean = "".join(char if char.isprintable() else " " for char in text)
-    spaces = len(clean) - len(clean.lstrip(" "))
-    escaped = CREOLE.sub(lambda m: "".join(f"<U+{ord(char):04X}>" for char in m[0]), clean[spaces:])
-    return "<U+00A0>" * spaces + escaped

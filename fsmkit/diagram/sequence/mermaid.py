@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from fsmkit.diagram.sequence.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+from fsmkit.texts import printing
+from fsmkit.texts.mermaid import in_sequence
 
-SPECIAL = re.compile(r"[#;<>&\"\\%{}\[\]`]")
 ARROWS = {
     Way.DIRECT: "->>",
     Way.VALUE: "-->>",
@@ -17,6 +17,7 @@ ARROWS = {
 }
 
 
+@printing
 def draw(sequence: Sequence) -> str:
     """Return the text of a diagram."""
     return "\n".join((*_Writer(sequence).lines(), ""))
@@ -30,11 +31,11 @@ class _Writer:
     def lines(self) -> Iterator[str]:
         sequence = self._sequence
         yield "sequenceDiagram"
-        yield f"  title {_text(sequence.title)}"
+        yield f"  title {in_sequence(sequence.title)}"
         if sequence.has_outside:
             yield "  actor outside"
         for number, line in enumerate(sequence.lifelines):
-            yield f"  participant m{number} as {_text(line.name)}"
+            yield f"  participant m{number} as {in_sequence(line.name)}"
         for part in sequence.parts:
             if not isinstance(part, Repeated):
                 yield from self._block(part)
@@ -43,7 +44,7 @@ class _Writer:
             for block in part.blocks:
                 yield from self._block(block)
             yield "  end"
-        yield f"  Note over {self._all}: {'<br/>'.join(map(_text, sequence.end))}"
+        yield f"  Note over {self._all}: {'<br/>'.join(map(in_sequence, sequence.end))}"
 
     @property
     def _all(self) -> str:
@@ -56,9 +57,10 @@ class _Writer:
             self._time = block.at
         if block.lifeline is not None:
             if block.cause is Cause.OUTSIDE:
-                yield f"  outside->>m{block.lifeline}: {_text(block.text)}"
+                yield f"  outside->>m{block.lifeline}: {in_sequence(block.text)}"
             if block.remarks:
-                yield f"  Note over m{block.lifeline}: {'<br/>'.join(map(_text, block.remarks))}"
+                remarks = "<br/>".join(map(in_sequence, block.remarks))
+                yield f"  Note over m{block.lifeline}: {remarks}"
         for arrow in block.arrows:
             yield f"  {_arrow(arrow)}"
 
@@ -66,11 +68,4 @@ class _Writer:
 def _arrow(arrow: Arrow) -> str:
     shape = {Part.LOST: "--x", Part.SENT: "--)"}.get(arrow.part, ARROWS[arrow.way])
     source, target = ("outside" if n is None else f"m{n}" for n in (arrow.source, arrow.target))
-    return f"{source}{shape}{target}: {_text(arrow.label)}"
-
-
-def _text(text: str) -> str:
-    """Return a text with what Mermaid takes for its own written as entities."""
-    clean = "".join(char if char.isprintable() else " " for char in text)
-    words = SPECIAL.sub(lambda m: f"#{ord(m[0])};", clean)
-    return re.sub(r"\bend\b", "#101;nd", words)  # the word ends a block
+    return f"{source}{shape}{target}: {in_sequence(arrow.label)}"

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.diagram.dot.draw import INK, WATCHDOG
-from fsmkit.diagram.plantuml.draw import CREOLE
 from fsmkit.diagram.sequence.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+from fsmkit.texts import printing
+from fsmkit.texts.plantuml import escaped
 
 ARROWS = {
     Way.DIRECT: "->",
@@ -23,6 +24,7 @@ STYLE = (
 )
 
 
+@printing
 def draw(sequence: Sequence) -> str:
     """Return the text of a diagram."""
     return "\n".join((*_Writer(sequence).lines(), ""))
@@ -36,11 +38,11 @@ class _Writer:
     def lines(self) -> Iterator[str]:
         sequence = self._sequence
         yield "@startuml"
-        yield f"title {_text(sequence.title)}"
+        yield f"title {escaped(sequence.title)}"
         yield from STYLE
         for number, line in enumerate(sequence.lifelines):
             kind = "entity" if line.is_environment else "participant"
-            yield f'{kind} "{_text(line.name)}" as m{number}'
+            yield f'{kind} "{escaped(line.name)}" as m{number}'
         for part in sequence.parts:
             if not isinstance(part, Repeated):
                 yield from self._block(part)
@@ -51,7 +53,7 @@ class _Writer:
             yield "end"
         color = "#fef2f2" if sequence.violated else "#f0fdf4"
         yield f"note over {self._all} {color}"
-        yield from map(_text, sequence.end)
+        yield from map(escaped, sequence.end)
         yield "end note"
         yield "@enduml"
 
@@ -66,24 +68,18 @@ class _Writer:
             self._time = block.at
         if block.lifeline is not None:
             if block.cause is Cause.OUTSIDE:
-                yield f"[-[{WATCHDOG}]> m{block.lifeline} : {_text(block.text)}"
+                yield f"[-[{WATCHDOG}]> m{block.lifeline} : {escaped(block.text)}"
             if block.remarks:
                 yield f"rnote over m{block.lifeline} #fff8e1"
-                yield from map(_text, block.remarks)
+                yield from map(escaped, block.remarks)
                 yield "end rnote"
         for arrow in block.arrows:
             yield _arrow(arrow)
 
 
 def _arrow(arrow: Arrow) -> str:
-    text = _text(arrow.label)
+    text = escaped(arrow.label)
     shape = {Part.LOST: "->x", Part.SENT: "->o"}.get(arrow.part, ARROWS[arrow.way])
     if arrow.target is None:
         return f"m{arrow.source} ->] : {text}"
     return f"m{arrow.source} {shape} m{arrow.target} : {text}"
-
-
-def _text(text: str) -> str:
-    """Return a text with what PlantUML takes for its own written as characters by number."""
-    clean = "".join(char if char.isprintable() else " " for char in text)
-    return CREOLE.sub(lambda m: "".join(f"<U+{ord(char):04X}>" for char in m[0]), clean)

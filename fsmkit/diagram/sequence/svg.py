@@ -6,8 +6,6 @@ states they are in.
 
 from __future__ import annotations
 
-from html import escape
-
 from fsmkit.diagram.dot.draw import (
     ACTIVE_AREA,
     ACTIVE_BORDER,
@@ -30,6 +28,8 @@ from fsmkit.diagram.sequence.layout import (
     wrapped,
 )
 from fsmkit.diagram.sequence.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+from fsmkit.texts import printing
+from fsmkit.texts.xml import escaped
 
 BAND = 1150.0
 """Height of a band, about that of a page or a screen on its side."""
@@ -53,6 +53,7 @@ TOLD = {
 }
 
 
+@printing
 def draw(sequence: Sequence) -> str:
     """Return the text of an SVG file."""
     return _Drawer(sequence).text()
@@ -95,7 +96,7 @@ class _Drawer:
             [
                 f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {width} {height}">',
                 f'<g font-family="{FONT}" font-size="11">',
-                f"<title>{_clean(sequence.title)}</title>",
+                f"<title>{escaped(sequence.title)}</title>",
                 f'<rect width="{width}" height="{height}" fill="white"/>',
                 *self._under,
                 *self._over,
@@ -355,7 +356,7 @@ class _Drawer:
         weight: str = "normal",
     ) -> None:
         look = f'text-anchor="{anchor}" fill="{fill}" font-size="{size}" font-weight="{weight}"'
-        self._over.append(f'<text x="{x:.1f}" y="{y:.1f}" {look}>{_clean(text)}</text>')
+        self._over.append(f'<text x="{x:.1f}" y="{y:.1f}" {look}>{escaped(text)}</text>')
 
     def _rect(
         self, x: float, y: float, width: float, height: float, fill: str, stroke: str, more: str
@@ -384,7 +385,3 @@ class _Drawer:
         self._over.append(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="white" stroke="{color}"/>'
         )
-
-
-def _clean(text: str) -> str:
-    return escape("".join(c if c.isprintable() else " " for c in text), quote=True)

@@ -22,6 +22,7 @@ from fsmkit.expressions import (
     Value,
 )
 from fsmkit.runtime.values import from_python, to_python
+from fsmkit.texts import guard, telling
 
 LEVELS = 0
 """The number of the message with all levels of its sender; events are numbered from 1."""
@@ -34,6 +35,10 @@ class End:
     machine: str
     name: str
 
+    def __post_init__(self) -> None:
+        guard(self, "machine", "name")
+
+    @telling
     def __str__(self) -> str:
         return f"{self.machine}.{self.name}"
 
@@ -54,6 +59,7 @@ class MessageType:
     fields: tuple[Field, ...]
 
     @property
+    @telling
     def name(self) -> str:
         """The connection as the system file has it."""
         return f"{self.source} -> {self.target}"
@@ -70,6 +76,7 @@ class LevelType:
     type: Type
 
     @property
+    @telling
     def name(self) -> str:
         """The connection as the system file has it."""
         return f"{self.source} -> {self.target}"
@@ -87,6 +94,9 @@ class EventMap:
     """Where each node publishes, if the deployment says so; no part of the hash."""
     is_insecure: bool = field(default=False, compare=False)
     """Whether endpoints beyond this computer may go without keys; no part of the hash."""
+
+    def __post_init__(self) -> None:
+        guard(self, "system", "nodes", "endpoints")
 
     @cached_property
     def hash(self) -> int:
@@ -219,6 +229,7 @@ class Message:
     values: tuple[Value, ...] = ()
 
     @property
+    @telling
     def name(self) -> str:
         """The connection as the system file has it."""
         return self.type.name

@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from fsmkit.codegen.c.content import quoted
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.harness import made
 from fsmkit.codegen.c.header import parameters
@@ -28,6 +27,8 @@ from fsmkit.model.chart import Chart, State
 from fsmkit.model.content import all_statements
 from fsmkit.model.document import Trigger
 from fsmkit.model.statements import Send
+from fsmkit.texts import printing
+from fsmkit.texts.c import quoted
 
 HERE = Path(__file__).parent
 PREFIX = "x"
@@ -65,6 +66,7 @@ def is_plain(type_: Type) -> bool:
     return isinstance(type_, BoolType | DurationType | EnumType | FloatType | IntType)
 
 
+@printing
 def program(chart: Chart) -> dict[str, str]:
     """Return the files of the program, ``main.c`` among them; mind `report_limits`."""
     machine = generate_machine(chart, PREFIX)

@@ -119,7 +119,7 @@ def _facts(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple
         yield (variable.name, variable), Fact((isinstance(rank, str), rank), text)
     for state, past in snapshot.history:
         ids = "_".join(chart.states[s].id for s in sorted(past) if chart.states[s].is_leaf)
-        yield (f"past of {chart.states[state].id}", None), Fact((0, repr(sorted(past))), ids)
+        yield ("past of " + chart.states[state].id, None), Fact((0, repr(sorted(past))), ids)
     yield from _timers(chart, snapshot, untimed=untimed)
     if snapshot.queue or snapshot.deferred:
         waiting = (snapshot.deferred, snapshot.queue)
@@ -127,9 +127,9 @@ def _facts(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple
         yield ("waiting", None), Fact((0, repr(waiting)), text)
     for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
         if child is not None:
-            yield (f"{invocation.id} runs", None), Fact((0, 0), "here")
+            yield (invocation.id + " runs", None), Fact((0, 0), "here")
             for (name, what), fact in _facts(invocation.chart, child, untimed=untimed):
-                yield (f"{invocation.id} {name}", (invocation.id, what)), fact
+                yield (invocation.id + " " + name, (invocation.id, what)), fact
 
 
 def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Key, Fact]]:

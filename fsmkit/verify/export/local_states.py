@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from fsmkit.model.chart import OPEN_ENDED, Chart
 from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout, Timer
 from fsmkit.runtime.values import show
+from fsmkit.texts import telling
 from fsmkit.verify.counterexample import occurrence_text
 
 
@@ -51,6 +52,7 @@ def names_and_texts(chart: Chart, snapshots: Sequence[Snapshot]) -> list[tuple[s
     return [found[snapshot] for snapshot in snapshots]
 
 
+@telling
 def shown_leaves(chart: Chart, snapshot: Snapshot) -> str:
     """Return the active leaves, or that the machine has stopped."""
     if snapshot.fault is not None:
@@ -92,6 +94,7 @@ def _due(ticks: int) -> str:
     return f" in {ticks}" if ticks < OPEN_ENDED else f" in {ticks - OPEN_ENDED} or later"
 
 
+@telling
 def timer_text(chart: Chart, timer: Timer) -> str:
     """Return what is armed."""
     match timer.what:

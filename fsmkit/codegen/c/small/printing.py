@@ -36,6 +36,7 @@ from fsmkit.emit import Emitter
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Content, Enter, Op
+from fsmkit.texts.c import comment
 
 
 class SmallPrinter(MovePrinter):
@@ -363,7 +364,7 @@ class SmallPrinter(MovePrinter):
                 events = transition.events if is_event else (len(chart.events),)
                 found += [(event + 1, transition.index + 1, note) for event in events]
         closed = {e for e, t, _ in found if chart.transitions[t - 1].guard is None}
-        defers = f"{chart.states[state].id} defers"
+        defers = comment(chart.states[state].id + " defers")
         kept = (event + 1 for event in self.selection.deferred(state))
         return found + [(event, -1, defers) for event in kept if event not in closed]
 

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator
 
 from fsmkit.diagnostics import fail
+from fsmkit.texts.lines import one_line
 from fsmkit.verify.export.transition_system import Arrow, TransitionSystem
 
 HEADER = re.compile(r"des \((\d+), (\d+), (\d+)\)")
@@ -20,7 +21,7 @@ def written(system: TransitionSystem) -> Iterator[str]:
     """Yield the lines, each with its end."""
     yield f"des (0, {len(system.arrows)}, {system.states})\n"
     for arrow in system.arrows:
-        label = arrow.label.replace('"', "'")
+        label = one_line(arrow.label).replace('"', "'")
         yield f'({arrow.source}, "{label}", {arrow.target})\n'
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from fsmkit.texts import telling
 from fsmkit.verify.export.cspm.events import (
     NOBODY,
     Demand,
@@ -108,6 +109,7 @@ class Alphabet:
         """Return the steps of a machine."""
         return [name for event, name in self.events.items() if event.machine == machine]
 
+    @telling
     def about(self, event: Event) -> str:
         """Return what an event is, in words."""
         return f"{event.label}: {', '.join(self._about(event)) or 'tells nobody'}"

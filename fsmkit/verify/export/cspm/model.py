@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fsmkit.emit import Emitter
+from fsmkit.texts import printing, telling
 from fsmkit.verify.export.cspm.alphabet import Alphabet
 from fsmkit.verify.export.cspm.assertions import Asserted, asserted
 from fsmkit.verify.export.cspm.events import Demand, OnMachine, OnQueue, after_told, told_values
@@ -40,6 +41,7 @@ section `Timed`: it would give each event a duration, and here steps take no tim
 """
 
 
+@printing
 def written(network: Network) -> str:
     """Return the model."""
     return _Writer(network).text()
@@ -311,6 +313,7 @@ class _Writer:
         }
         return f"({tests[what.demand]} & {term})" if what.demand in tests else term
 
+    @telling
     def _about(self, automaton: Automaton, what: OnQueue) -> str:
         texts = [f"must hold {what.demand.value}"] if what.demand is not Demand.ANY else []
         if what.taken is not None:

@@ -7,6 +7,7 @@ silence, so they count as taken like reserved words.
 from __future__ import annotations
 
 from fsmkit.emit import Emitter
+from fsmkit.texts.lines import one_line
 from fsmkit.verify.export.local_states import word
 
 RESERVED = """
@@ -44,7 +45,7 @@ class Names:
 
 def comment(text: str) -> str:
     """Return a text for a comment, which ends with its line."""
-    return " ".join(text.split())
+    return " ".join(one_line(text).split())
 
 
 def listed(names: list[str], indent: str, opening: str = "{", closing: str = "}") -> str:
@@ -79,4 +80,4 @@ def equation(out: Emitter, name: str, terms: list[str]) -> None:
 def remark(out: Emitter, text: str) -> None:
     """Write a comment, line by line."""
     for line in text.splitlines():
-        out.line(f"-- {line}".rstrip())
+        out.line(f"-- {one_line(line)}".rstrip())

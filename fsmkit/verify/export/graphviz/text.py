@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.diagram.dot.markup import quoted, statement
+from fsmkit.texts.dot import quoted, statement
 from fsmkit.verify.export.transition_system import TransitionSystem
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from fsmkit.texts import printing, telling
 from fsmkit.verify.closed import PATIENCE
 from fsmkit.verify.export.changes import Joint, by_themselves, changes
 from fsmkit.verify.export.jani.edges import edges_of
@@ -40,6 +41,7 @@ PLACE = "here"
 """The only location of each automaton."""
 
 
+@printing
 def model_of(network: Network) -> Json:
     """Return the model."""
     return _Writer(network).model()
@@ -187,6 +189,7 @@ class _Writer:
 
     # --- steps -----------------------------------------------------------------------------------
 
+    @telling
     def _action(self, machine: int, move: Move) -> str:
         return f"{self._automata[machine].name}: {move.label}"
 

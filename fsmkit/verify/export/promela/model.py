@@ -11,6 +11,8 @@ from collections.abc import Collection, Iterator, Mapping
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.emit import Emitter
+from fsmkit.texts import printing
+from fsmkit.texts.c import comment
 from fsmkit.verify.closed import PATIENCE
 from fsmkit.verify.export.changes import Change, Joint, by_themselves, changes
 from fsmkit.verify.export.formula import condition_of, deadlock, goal_of
@@ -41,6 +43,7 @@ NAMED = 3
 """So many causes are named in a comment."""
 
 
+@printing
 def written(network: Network) -> str:
     """Return the model."""
     return _Writer(network).text()
@@ -63,14 +66,14 @@ class _Writer:
         elif network.closed.untimed:
             timed = " (untimed: an armed timer fires at any time)"
         shown = HEADER.format(
-            name=_comment(network.name),
+            name=comment(network.name),
             states=f"{network.states:,}",
             transitions=f"{network.transitions:,}",
             time=timed,
         )
         out.lines(shown.splitlines())
         for sample in network.closed.samples:
-            out.line(f"/* Only some values are tried of {_comment(sample)}. */")
+            out.line(f"/* Only some values are tried of {comment(sample)}. */")
         out.line()
         for machine, automaton in enumerate(self._automata):
             self._declarations(machine, automaton)
@@ -91,11 +94,11 @@ class _Writer:
 
     def _declarations(self, machine: int, automaton: Automaton) -> None:
         out, spelling = self._out, self._spelling
-        out.line(f"/* {_comment(automaton.name)} */")
+        out.line(f"/* {comment(automaton.name)} */")
         components = spelling.parts.components[machine]
         for part, component in enumerate(components):
             for number in () if component.plain else component.texts:
-                note = _comment(component.note(number))
+                note = comment(component.note(number))
                 name = spelling.value(machine, part, number)
                 out.line(f"#define {name} {number}" + (f"  /* {note} */" if note else ""))
         if components:
@@ -107,7 +110,7 @@ class _Writer:
         events = [n for n, arrival in enumerate(automaton.arrivals) if arrival.is_event]
         if automaton.queue and events:
             for number in events:
-                note = _comment(automaton.arrivals[number].text)
+                note = comment(automaton.arrivals[number].text)
                 out.line(f"#define {spelling.message(machine, number)} {number}  /* {note} */")
             type_ = _type(len(automaton.arrivals))
             out.line(f"chan {spelling.queue(machine)} = [{automaton.queue}] of {{ {type_} }};")
@@ -213,7 +216,7 @@ class _Writer:
         with out.block(f"active proctype {spelling.machines[machine]}_machine() {{", "}"):
             out.lines(["end:", "do"])
             for option in options(spelling, machine):
-                out.line(f"/* {_comment(_told(option))} */")
+                out.line(f"/* {comment(_told(option))} */")
                 out.line(self._option(machine, automaton, option))
             out.line("od")
         out.line()
@@ -311,18 +314,18 @@ class _Writer:
         for name, property_ in zip(
             identifiers(p.name for p in properties), properties, strict=True
         ):
-            out.line(f"/* {_comment(property_.name)}: {_comment(property_.text)} */")
+            out.line(f"/* {comment(property_.name)}: {comment(property_.text)} */")
             try:
                 out.lines(self._property(name, property_))
             except FsmkitError as error:
-                out.line(f"/* not carried over: {_comment(error.diagnostics[0].message)} */")
+                out.line(f"/* not carried over: {comment(error.diagnostics[0].message)} */")
             out.line()
 
     def _property(self, name: str, property_: Property) -> Iterator[str]:
         network, spelling = self._network, self._spelling
         kind = property_.kind
         if property_.unexplored:
-            yield f"/* not carried over: {_comment(property_.unexplored)} */"
+            yield f"/* not carried over: {comment(property_.unexplored)} */"
         elif kind is PropertyKind.DEADLOCK_FREE:
             yield from _never(name, spelling.formula(deadlock(network)))
         elif kind in JUDGED_AT_STATES:
@@ -373,7 +376,3 @@ def _is_idle(maps: Mapping[int, tuple[int, bool]]) -> bool:
 
 def _type(count: int) -> str:
     return "byte" if count <= 256 else "short" if count < 1 << 15 else "int"
-
-
-def _comment(text: str) -> str:
-    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ")

@@ -6,6 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from lxml import etree
 
+from fsmkit.texts import printing
+from fsmkit.texts.lines import one_line
+from fsmkit.texts.xml import characters
 from fsmkit.verify.export.uppaal.labels import Label, labels
 from fsmkit.verify.export.uppaal.network import (
     Declarations,
@@ -28,10 +31,14 @@ DOCTYPE = (
 WRITTEN = (Label.SELECT, Label.GUARD, Label.SYNC, Label.UPDATE, Label.COMMENT)
 
 
+@printing
 def write(network: Network) -> str:
     """Return the text of a file."""
     root = etree.Element("nta")
-    lines = [*(f"// {line}".rstrip() for line in network.remark), *_declared(network.declarations)]
+    lines = [
+        *(f"// {one_line(line)}".rstrip() for line in network.remark),
+        *_declared(network.declarations),
+    ]
     etree.SubElement(root, "declaration").text = "\n".join(lines)
     for template in network.templates:
         _template(root, template)
@@ -51,7 +58,7 @@ def _queries(root: etree._Element, queries: Sequence[Query]) -> None:
     for query in queries:
         one = etree.SubElement(found, "query")
         etree.SubElement(one, "formula").text = query.formula or None
-        etree.SubElement(one, "comment").text = query.comment or None
+        etree.SubElement(one, "comment").text = characters(query.comment) or None
 
 
 def _template(root: etree._Element, template: Template) -> None:
@@ -104,7 +111,7 @@ def _color(element: etree._Element, color: str) -> None:
 
 def _label(parent: etree._Element, kind: str, text: str, at: Point | None) -> None:
     if text:
-        _put(parent, "label", at, kind=kind).text = text
+        _put(parent, "label", at, kind=kind).text = characters(text)
 
 
 def _put(parent: etree._Element, tag: str, at: Point | None, **attributes: str) -> etree._Element:
@@ -130,7 +137,7 @@ def declaration(one: Declared) -> str:
     if one.init:
         values = [_value(one, value) for value in one.init]
         text += f" = {{{', '.join(values)}}}" if one.length else f" = {values[0]}"
-    return f"{text};" + (f"  // {one.comment}" if one.comment else "")
+    return f"{text};" + (f"  // {one_line(one.comment)}" if one.comment else "")
 
 
 def _value(one: Declared, value: int) -> str:
