@@ -36,6 +36,10 @@ MEANINGS = {
     "P9": "no block is lost or doubled; no handshake overruns; nothing fails by itself",
     "P10": "an emergency stop takes the power from every motor; nothing moves without",
     "Q1": "a block that was judged bad never reaches the end of the extraction belt",
+    "Q2": "no verdict comes later than the sorter waits for it",
+    "H1": "no slot is lent in vain: grant and `placed` are heard, whatever is paused, stopped",
+    "H2": "door and belts home only when nobody stands in their way, whatever was stopped where",
+    "R1": "a stage of homing begins when the one before is ready, production when all are",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
     "L1": "no deadlock",
     "L2": "in time: no time limit of a handshake or of a motion is ever reached",
@@ -93,6 +97,11 @@ PAIRS = (
     "pairs/rotator-feeder_belt.yaml",
     "pairs/feeder_belt-feeder.yaml",
 )
+HOMING = (
+    "homing/molder.yaml",
+    "homing/feeder_belt.yaml",
+    "homing/extraction_belt.yaml",
+)
 MOST = 8
 """Blocks: all slots of the ring."""
 MOST_TEMPORAL = 3
@@ -104,8 +113,15 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
     rings = range(1, 3 if quick else MOST + 1)
     untimed = tuple(Run("ring.yaml", "untimed", blocks) for blocks in rings)
     timed = tuple(Run("ring.yaml", "zones", blocks) for blocks in ((2,) if quick else (1, 2, 3, 8)))
+    homing = tuple(Run(one, "zones") for one in HOMING)
     pairs = tuple(Run(pair, "zones") for pair in PAIRS)
-    return (*untimed, *timed, Run("cell.yaml", "discrete"), *(pairs[:1] if quick else pairs))
+    return (
+        *untimed,
+        *timed,
+        Run("cell.yaml", "discrete"),
+        *homing,
+        *(pairs[:1] if quick else pairs),
+    )
 
 
 def in_ring(blocks: int, *replace: tuple[str, str], time: str = "untimed") -> Run:
@@ -170,6 +186,19 @@ MUTANTS = (
     Mutant(
         "M20", "one module overrides the emergency stop",
         in_pair("extractor-extraction_belt", ("extractor", "mutants/m20_extractor.yaml")), "P10",
+    ),
+    Mutant(
+        "M21", "a grant that comes during a pause is not heard",
+        in_pair("rotator-feeder_belt", ("rotator", "mutants/m21_rotator.yaml")), "H1",
+    ),
+    Mutant(
+        "M22", "a verdict that comes later than the sorter waits",
+        in_ring(1, ("camera", "mutants/m22_camera.yaml"), time="zones"), "Q2",
+    ),
+    Mutant(
+        "M23", "the molder homes before the feeder is ready",
+        Run("homing/molder.yaml", "zones", 0, (("supervisor", "mutants/m23_supervisor.yaml"),)),
+        "H2",
     ),
     Mutant(
         "M12", "the same, six blocks: some gap always moves",

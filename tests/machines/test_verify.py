@@ -29,7 +29,8 @@ def the_script() -> ModuleType:
 
 
 def systems() -> list[Path]:
-    return [CELL / "ring.yaml", *sorted((CELL / "pairs").glob("*-*.yaml"))]
+    pairs, homing = (CELL / "pairs").glob("*-*.yaml"), (CELL / "homing").glob("*.yaml")
+    return [CELL / "ring.yaml", *sorted(pairs), *sorted(homing)]
 
 
 @pytest.mark.parametrize("path", systems(), ids=lambda path: path.stem)
@@ -75,8 +76,50 @@ def test_all_properties_of_the_ring_hold(verify: ModuleType, blocks: int, time: 
     assert report.exploration.states > 10_000
 
 
+def links(path: Path) -> set[str]:
+    """Return the lines of `connect` that speak of no stand-in."""
+    connected = path.read_text(encoding="utf-8").partition("\nconnect:\n")[2]
+    lines = connected.partition("\nenvironment:\n")[0].splitlines()
+    return {line for line in lines if line.startswith("  - ") and "others." not in line}
+
+
+@pytest.mark.parametrize("path", sorted((CELL / "homing").glob("*.yaml")), ids=lambda p: p.stem)
+def test_who_is_brought_up_is_connected_as_in_the_ring(path: Path) -> None:
+    assert len(links(path)) > 40
+    assert links(path) <= links(CELL / "ring.yaml")
+
+
 @needs_compiler
-@pytest.mark.parametrize("name", ["M5", "M17"])
+@pytest.mark.parametrize("path", sorted((CELL / "homing").glob("*.yaml")), ids=lambda p: p.stem)
+def test_the_cell_is_brought_up(verify: ModuleType, path: Path) -> None:
+    report = verify.check(verify.Run(f"homing/{path.name}", "zones"))
+    assert [r.name for r in report.results if r.verdict is not fsmkit.Verdict.HOLDS] == []
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("stage", "count", "broken"),
+    [
+        ("READY_1", 1, "R1_homing_2"),
+        ("READY_2", 4, "R1_homing_3"),
+        ("READY_3", 5, "R1_homing_4"),
+        ("READY_4", 7, "R1_all"),
+    ],
+)
+def test_a_supervisor_that_waits_for_too_few_is_found(
+    tmp_path: Path, stage: str, count: int, broken: str
+) -> None:
+    hasty = tmp_path / "hasty.yaml"
+    hasty.write_text(
+        f"chart: Hasty\nextends: {CELL}/supervisor.yaml\nconstants: {{{stage}: {count}}}\n"
+    )
+    system = fsmkit.load_system(CELL / "homing" / "molder.yaml", replace={"supervisor": hasty})
+    (found,) = fsmkit.check(system, properties=(broken,), zones=True).results[-1:]
+    assert (found.name, found.verdict) == (broken, fsmkit.Verdict.VIOLATED)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["M5", "M17", "M22", "M23"])
 def test_a_mutant_is_found(verify: ModuleType, name: str) -> None:
     (mutant,) = (m for m in verify.MUTANTS if m.name == name)
     report = verify.check(mutant.run, (mutant.breaks,))
