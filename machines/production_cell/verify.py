@@ -227,7 +227,7 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
             untimed=run.time == "untimed",
             assume_watchdogs_silent=run.time == "untimed",
             zones=run.time == "zones",
-            seconds=SECONDS,
+            timeout=SECONDS,
         )
 
 
