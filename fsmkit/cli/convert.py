@@ -49,6 +49,7 @@ def command(file: Path, notation: str, out: Path | None, as_json: bool, reading:
     document = read_document(file, findings)
     if out is not None:
         document = moved(document, file.parent, out.parent, findings)
+        findings.stop_on_errors()
     text = front_end.write(document)
     report(findings)
     if out is not None:
@@ -63,7 +64,8 @@ def command(file: Path, notation: str, out: Path | None, as_json: bool, reading:
 def moved(document: Document, before: Path, after: Path, findings: Findings) -> Document:
     """Return a document whose names of files, relative to one folder, are relative to another.
 
-    A name that is computed cannot be changed: it gets a warning.
+    A name that is computed cannot be changed: it gets a warning. An invoked chart that would not
+    lie in the new folder could not be read from there: it is an error.
     """
     if before.resolve() == after.resolve():
         return document
@@ -90,7 +92,15 @@ def moved(document: Document, before: Path, after: Path, findings: Findings) -> 
                 help="write the new file into the folder of the old one",
                 severity=Severity.WARNING,
             )
-        is_file = one.src is not None and (before / one.src.value).is_file()
+        src = document.source.beside(one.src.value) if one.src is not None else None
+        is_file = src is not None and src.is_file()
+        if is_file and src is not None and not src.resolve().is_relative_to(after.resolve()):
+            findings.add(
+                "not-expressible",
+                "the invoked chart does not lie in the new folder, or below it",
+                one.src,
+                help="write the new file into the folder of the old one",
+            )
         inner = None if one.content is None else moved(one.content, before, after, findings)
         return replace(one, src=name(one.src) if is_file else one.src, content=inner)
 

@@ -35,13 +35,27 @@ def test_there_and_back(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("notation", ["yaml", "scxml"])
 def test_writes_a_file_that_finds_what_it_invokes(notation: str, tmp_path: Path) -> None:
-    (tmp_path / "inner.yaml").write_text("chart: Inner\nstates: {end: {final: true}}\n")
-    shop = tmp_path / "shop.yaml"
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "inner.yaml").write_text("chart: Inner\nstates: {end: {final: true}}\n")
+    shop = tmp_path / "old" / "shop.yaml"
     shop.write_text("chart: Shop\nstates: {open: {invoke: {id: i, src: inner.yaml}}}\n")
-    out = tmp_path / "new" / f"shop.{notation}"
+    out = tmp_path / f"shop.{notation}"
     assert run(["convert", str(shop), "--to", notation, "--out", str(out)]) == 0
     assert load(out) == load(shop)
     assert len(load(out).invocations) == 1
+    assert "old/inner.yaml" in out.read_text()
+
+
+def test_writes_no_file_that_may_not_read_what_it_invokes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "inner.yaml").write_text("chart: Inner\nstates: {end: {final: true}}\n")
+    shop = tmp_path / "shop.yaml"
+    shop.write_text("chart: Shop\nstates: {open: {invoke: {id: i, src: inner.yaml}}}\n")
+    out = tmp_path / "new" / "shop.scxml"
+    assert run(["convert", str(shop), "--to", "scxml", "--out", str(out)]) == 1
+    assert "shop.yaml:2:38" in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_says_that_a_computed_name_is_not_moved(
