@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fsmkit.codegen.c.expressions import Printer
+from fsmkit.codegen.c.generate import Machine
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.names import Names, name_everything
-from fsmkit.codegen.c.options import COMPILING, read_options
+from fsmkit.codegen.c.options import COMPILING, Options, read_options
 from fsmkit.codegen.c.types import storage
 from fsmkit.emit import Emitter, snake
 from fsmkit.expressions import (
@@ -55,21 +56,26 @@ def prefix_of(number: int, name: str) -> str:
     return f"m{number}_{snake(name)}"
 
 
-def options_for(chart: Chart) -> dict[str, str]:
+def options_for(chart: Chart) -> Options:
     """Return the options with which a chart is generated for exploration.
 
     Straight code of thousands of states takes a compiler minutes; tables take it seconds.
     """
     states = sum(len(one.states) for one in charts_within(chart))
-    return {"optimize": COMPILING} if states > MOST_STRAIGHT else {}
+    return read_options({"optimize": COMPILING} if states > MOST_STRAIGHT else {})
 
 
-def describe(closed: Closed, number: int, header: str) -> Built:
-    """Return what the adapter needs to know of a generated machine."""
+def describe(closed: Closed, number: int, generated: Machine) -> Built:
+    """Return what the adapter needs to know of a generated machine.
+
+    Its strings have the numbers that they have there, in the order in which they were printed.
+    """
     chart = closed.charts[number]
     prefix = prefix_of(number, closed.system.machines[number].name)
-    members = members_of(prefix, header)
-    names = name_everything(lower(chart), prefix, read_options(options_for(chart)))
+    members = members_of(prefix, generated.files[f"{prefix}.h"])
+    names = name_everything(lower(chart), prefix, options_for(chart))
+    names.symbols[:] = generated.names.symbols  # in place: machines in its slots share them
+    names.numbers.update(generated.names.numbers)
     return Built(number, chart, names, members)
 
 

@@ -18,8 +18,9 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.plugins import Target, plugin
 from fsmkit.verify.adapter import MachineAdapter
 from fsmkit.verify.adapter_sessions import session_files
 from fsmkit.verify.adapter_values import Built, describe, options_for, prefix_of
@@ -64,19 +65,18 @@ def compiler() -> str | None:
 
 def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
     """Return the C of a closed system: machines, adapters, wires."""
-    target = plugin(Target, "c")
     files: dict[str, str] = {}
     built: list[Built] = []
     for number, chart in enumerate(closed.charts):
         prefix = prefix_of(number, closed.system.machines[number].name)
+        long_waiting = with_greatest_delays(chart)
         own = Findings()
-        options = {"prefix": prefix, **options_for(chart)}
-        generated = target.generate(with_greatest_delays(chart), own, options)
-        findings.extend(d for d in own if generated is None)
-        findings.stop_on_errors()
-        if generated is None:
-            raise fail("explorer-build", f"no C can be generated for `{chart.name}`")
-        machine = describe(closed, number, generated.files[f"{prefix}.h"])
+        report_limits(long_waiting, own)
+        if own.has_errors:
+            findings.extend(own)
+            findings.stop_on_errors()
+        generated = generate_machine(long_waiting, prefix, options_for(chart))
+        machine = describe(closed, number, generated)
         files.update(session_files(closed, machine, generated.files))
         built.append(machine)
         files[f"explore_{number}.c"] = MachineAdapter(closed, machine).text()
