@@ -392,3 +392,5 @@ class Document:
     capacities: tuple[DocCapacity, ...] = ()
     script: Block = ()
     refine: tuple[DocState, ...] = ()
+    posted: tuple[Text, ...] = field(default=(), compare=False, repr=False)
+    """Names below those that transitions match: of events that only the host posts."""

@@ -362,6 +362,8 @@ def _implied(document: Document, tree: Tree) -> dict[str, _Use]:
                     use(event, Direction.IN)
                 case _:
                     pass
+    for name in document.posted:
+        use(name, Direction.IN, is_exact=False)
     return found
 
 

@@ -3,7 +3,8 @@
 * The ``content`` of an event is its field ``data``, or its members where it is an object.
 * An attribute of ``send`` or ``cancel`` that is the value of a variable becomes a choice among
   the strings that the variable is ever given: so they are all known when compiling. The same is
-  done where an assignment joins strings of variables.
+  done where an assignment joins strings of variables, and where a name of an event is joined of
+  that of the event at hand.
 * The id of what is sent is known, also where it is made; where ``_event.sendid`` is read, it goes
   with the event.
 * A variable that is asked whether it is defined has a flag, set wherever it is assigned.
@@ -38,6 +39,7 @@ from fsmkit.model.document import (
 )
 from fsmkit.model.given import Given
 from fsmkit.model.literal_content import content_value, members, string
+from fsmkit.model.passes.joined_names import AT_HAND, MOST_NAMES, JoinedNames, find_joined_names
 from fsmkit.model.passes.known_strings import KnownStrings, assigned, find_strings
 from fsmkit.model.passes.repeated_params import apart, with_fields_of_their_own
 from fsmkit.model.passes.walk_document import parts
@@ -71,6 +73,7 @@ class _Lowering:
     document: Document
     given: Given | None = None
     strings: KnownStrings = field(default_factory=lambda: KnownStrings("", {}))
+    joined: JoinedNames = field(default_factory=lambda: JoinedNames(KnownStrings("", {})))
     flagged: tuple[str, ...] = ()
     asks_for_ids: bool = False
     spelt: frozenset[str] = frozenset()
@@ -80,6 +83,7 @@ class _Lowering:
         document = self.document
         whole = tuple(parts(document))
         self.strings = find_strings(document, whole, self.given, self._placeholders(whole))
+        self.joined = find_joined_names(document, whole, self.given, self.strings)
         hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
         declared = {
             part.name.value: part
@@ -115,6 +119,10 @@ class _Lowering:
             data=tuple(data),
             root=self._state(document.root),
             script=self._block(document.script),
+            posted=tuple(
+                replace(at, value=name, offsets=())
+                for name, at in sorted(self.joined.derived.items())
+            ),
         )
 
     def _spelt(self, data: DocData) -> DocData:
@@ -244,6 +252,9 @@ class _Lowering:
                 send.span,
                 lambda value: self._named(replace(send, event=value, event_expr=None)),
             )
+            joined = None if chosen else self._joined(send, send.event_expr)
+            if joined is not None:
+                return joined
         elif send.target is None and send.target_expr is not None:
             chosen = self._choose(
                 send.target_expr,
@@ -265,6 +276,30 @@ class _Lowering:
         else:
             chosen = ()
         return chosen or (self._with_id(self._apart(send)),)
+
+    def _joined(self, send: DocSend, expression: Text) -> Block | None:
+        """Return a choice among the events whose names are joined; None if they are not known."""
+        choices = self.joined.choices(send, expression)
+        if choices is None:
+            if id(expression) not in self.joined.endless:
+                return None
+            reason = f"`{expression}` joins more than {MOST_NAMES} names of events"
+            return (DocUnreadable(reason, expression.span),)
+
+        def text(value: str) -> Text:
+            return replace(expression, value=value, offsets=())
+
+        branches: list[DocBranch] = []
+        if self.joined.may_lack_event(expression):
+            failure = DocUnreadable(f"no event is at hand for `{expression}`", expression.span)
+            branches.append(DocBranch(text(f"{AT_HAND} == ''"), (failure,)))
+        for choice in choices:
+            body = self._named(replace(send, event=text(choice.value), event_expr=None))
+            if choice.condition is None and not branches:
+                return body
+            condition = None if choice.condition is None else text(choice.condition)
+            branches.append(DocBranch(condition, body))
+        return (DocIf(tuple(branches), send.span),) if branches else ()
 
     def _apart(self, send: DocSend) -> DocSend:
         """Return a send without two fields of one name; what is declared has none."""
