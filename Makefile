@@ -10,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: foreign attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz injection fuzz-names clean
+.PHONY: foreign misuse attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -77,6 +77,10 @@ endurance: $(VENV)/ready
 attacks: $(VENV)/ready
 	FSMKIT_ATTACKS=1 $(BIN)/pytest -q -s -n 0 tests/runtime/channels/test_attacks.py \
 	  tests/runtime/channels/test_restarts.py
+
+# A million events for each runtime under all that a host must not do, with an account of each misuse.
+misuse: $(VENV)/ready
+	FSMKIT_MISUSE=1 $(BIN)/pytest -q -s -n 0 tests/misuse
 
 # Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready

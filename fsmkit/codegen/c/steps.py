@@ -307,6 +307,10 @@ class StepPrinter:
         out.line(f"void {p}_{start}({p} *m, uint32_t now)")
         with out.block("{"):
             if not names.is_invoked:
+                if names.does["guarded"]:
+                    out.line("if (m->busy)")
+                    with out.indented():
+                        out.line("return;")
                 self._begin_anew(out)
             out.line("m->now = now;" if names.does["now"] else "(void)now;")
             if names.does["running"]:

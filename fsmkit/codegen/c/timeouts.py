@@ -67,6 +67,10 @@ class TimeoutPrinter:
                 out.line("(void)m;")
                 out.line("return false;")
             else:
+                if names.does["guarded"]:
+                    out.line("if (m->busy)")
+                    with out.indented():
+                        out.line("return false;")
                 self._first_deadline(out)
             if names.has_timers or names.delays:
                 out.line("fsm_timer timer = m->timers[0];")
