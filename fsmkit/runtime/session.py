@@ -74,6 +74,8 @@ class Session:
         self._on_event = on_event
         self._is_stepping = False
         self._late: list[Occurrence] = []
+        self.lost = 0
+        """Events that an operation posted and that found, after the step, no room or no machine."""
         self.inputs.update(inputs or {})
         if start:
             self.start()
@@ -90,7 +92,8 @@ class Session:
         """Put an event in the queue, its payload by position or by name.
 
         False: the queue is full, or the machine is not running. An event posted by an operation
-        during a step is queued when the step has ended, and always accepted here.
+        during a step is accepted here and queued when the step has ended; `lost` counts those
+        that find the queue full then, or the machine stopped. If the step raises they are gone.
         """
         occurrence = self._occurrence(event, values, fields)
         if self._is_stepping:
@@ -244,6 +247,9 @@ class Session:
         self._is_stepping = True
         try:
             yield
+        except BaseException:
+            self._late.clear()  # the step has not happened, nor has its posting
+            raise
         finally:
             self._is_stepping = False
 
@@ -254,7 +260,10 @@ class Session:
         self.trace.extend(done)
         for occurrence in self._late:
             posted = interpreter.post(self.chart, self.snapshot, occurrence)
-            self.snapshot = posted or self.snapshot
+            if posted is None:
+                self.lost += 1
+            else:
+                self.snapshot = posted
         self._late.clear()
         for macrostep in done:
             self._deliver_all(self.chart, macrostep)

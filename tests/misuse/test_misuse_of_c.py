@@ -33,8 +33,8 @@ def run_program(
     machine = generate_machine(load(ABUSED), "abused", options)
     for name, text in machine.files.items():
         (folder / name).write_text(text, encoding="utf-8")
-    sources = [*sorted(folder.glob("*.c")), *arguments]
-    command = [compiler, *STRICT, "-O1", "-g", f"-I{folder}", *sources, "-o", folder / "program"]
+    sources = [*map(str, sorted(folder.glob("*.c"))), *arguments]
+    command = [compiler, *STRICT, "-O1", "-g", f"-I{folder}", *sources, "-o", f"{folder}/program"]
     subprocess.run(command, check=True)
     done = subprocess.run([folder / "program", *words], capture_output=True, text=True, check=False)
     sys.stdout.write(done.stdout)
