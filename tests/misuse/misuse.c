@@ -267,6 +267,8 @@ static void no_event(void) /* numbers that are none, and events that nobody want
     const uint32_t before = m.unhandled, handled = m.handled;
     e.event = draw(2) == 0u ? 0u : ABUSED_EVENTS + draw(UINT32_MAX / 2u);
     if (draw(3) == 0u)
+        e.event = UINT32_C(0x10000) * (1u + draw(99)) + draw(ABUSED_EVENTS); /* cut short, an event */
+    if (draw(3) == 0u)
         e.event = ABUSED_EVENT_OTHER;
     sum.posted++;
 #ifdef FSM_CHECKED

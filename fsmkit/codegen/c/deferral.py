@@ -62,7 +62,7 @@ def print_is_kept(out: Emitter, names: Names) -> None:
 
 def is_kept(names: Names) -> str:
     """Return the test whether an event is deferred, when all regions have been asked."""
-    also = f" || {names.prefix}_is_kept(m, (uint16_t)e->event, &found)"
+    also = f" || {names.prefix}_is_kept(m, fsm_event_number(e->event), &found)"
     return "found.defers" + (also if has_shared(names) else "")
 
 

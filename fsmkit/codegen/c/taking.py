@@ -120,7 +120,7 @@ static void @_take_one(@ *m, $TAKEN taken)
 RESPOND_SINGLE = """
 static fsm_result @_respond_any(@ *m, const @_event *e)
 {
-    $TAKEN taken = @_select_event(m, (uint16_t)e->event);
+    $TAKEN taken = @_select_event(m, fsm_event_number(e->event));
     if (taken == 0u)
         return @_unhandled(m, e);
     @_take(m, taken);
@@ -133,7 +133,7 @@ RESPOND_ANY = """
 static fsm_result @_respond_any(@ *m, const @_event *e)
 {
     @_selection found = {{0}, 0, false};
-    @_select_event_0(m, (uint16_t)e->event, &found);
+    @_select_event_0(m, fsm_event_number(e->event), &found);
     $FORGET
     $PREEMPT
     if (found.count == 0u)
@@ -155,7 +155,7 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 {
 [event]    m->event = *e;
 $STRAIGHT
-    $TAKEN taken = @_select_event(m, (uint16_t)e->event);
+    $TAKEN taken = @_select_event(m, fsm_event_number(e->event));
     bool is_deferred = taken == %_DEFER;
     if (is_deferred)
         taken = 0u;
@@ -177,7 +177,7 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
     @_selection found = {{0}, 0, false};
 [event]    m->event = *e;
 $STRAIGHT
-    @_select_event_0(m, (uint16_t)e->event, &found);
+    @_select_event_0(m, fsm_event_number(e->event), &found);
     $FORGET
     const bool is_deferred = $KEPT;
     if (is_deferred && may_defer && m->deferred_count < %_QUEUE) {

@@ -113,6 +113,13 @@ typedef enum {
 /* Why a block of content ended early. */
 enum { FSM_FINE, FSM_CONTENT_ERROR, FSM_RANGE_FAULT, FSM_TOLD };
 
+/* The number of an event for functions that select by 16 bits, however wide it is in the event: a
+ * number beyond them is none, not the event that its lower bits are. */
+static inline uint16_t fsm_event_number(uint64_t event)
+{
+    return event > 0xFFFFu ? (uint16_t)0u : (uint16_t)event;
+}
+
 /* ---- timers -----------------------------------------------------------------------------------
  * A list sorted by deadline, equal deadlines in the order in which they were armed. Times are ticks
  * modulo 2^32; no two deadlines are 2^31 or more apart. Unused entries are zero. */
