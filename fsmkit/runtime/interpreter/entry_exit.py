@@ -153,8 +153,8 @@ def _compute_entry_set(g: Globals, enabled: Iterable[Transition]) -> EntrySet:
         domains |= {domain} if domain is not None else set()
     # A history taken from within its parent adds all that lies between that and its states, with
     # all regions: also what lies above the domain, where nothing was left. That stays as it is.
-    below = g.chart.is_descendant
-    found.to_enter = {s for s in found.to_enter if any(below(s, domain) for domain in domains)}
+    above = g.index.chain
+    found.to_enter = {s for s in found.to_enter if not domains.isdisjoint(above[s][1:])}
     return found
 
 

@@ -29,6 +29,8 @@ class EntrySet:
     def reaches_below(self, chart: Chart, state: int) -> bool:
         """Whether a state strictly below is to be entered."""
         last = chart.states[state].last_descendant
+        if last - state < len(self.to_enter):
+            return any(other in self.to_enter for other in range(state + 1, last + 1))
         return any(state < other <= last for other in self.to_enter)
 
 

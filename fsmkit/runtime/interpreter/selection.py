@@ -8,7 +8,7 @@ from fsmkit.expressions import ContentError, RangeFault, evaluate
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import Trigger
 from fsmkit.runtime.interpreter.globals import Globals
-from fsmkit.runtime.interpreter.structure import compute_exit_set
+from fsmkit.runtime.interpreter.structure import active_below, get_transition_domain
 
 Enabled = tuple[Transition, ...]
 """An optimal enabled set, in the order of the states that selected its members."""
@@ -17,16 +17,15 @@ Enabled = tuple[Transition, ...]
 def select_eventless_transitions(g: Globals) -> Enabled:
     """Return the optimal set of eventless transitions (Appendix D, selectEventlessTransitions)."""
     table = g.index.eventless
-    enabled: list[Transition] = []
+    enabled: dict[int, Transition] = {}
     g.guards = {}
     for leaf in atomic_states(g):
         for state in g.index.chain[leaf]:
             found = first_enabled(g, table[state])
             if found is not None:
-                if found not in enabled:
-                    enabled.append(found)
+                enabled.setdefault(found.index, found)
                 break
-    return remove_conflicting_transitions(g, enabled)
+    return remove_conflicting_transitions(g, tuple(enabled.values()))
 
 
 def select_transitions(g: Globals, event: int) -> tuple[Enabled, bool]:
@@ -36,24 +35,24 @@ def select_transitions(g: Globals, event: int) -> tuple[Enabled, bool]:
     a state that is sure to defer the event.
     """
     table, defers, shared = g.index.by_event, g.index.defers, g.index.shared_deferral
-    enabled: list[Transition] = []
+    enabled: dict[int, Transition] = {}
     is_deferred = False
     g.guards = {}
     for leaf in atomic_states(g):
         for state in g.index.chain[leaf]:
             found = first_enabled(g, table[state].get(event, ()))
             if found is not None:
-                if found not in enabled:
-                    enabled.append(found)
+                enabled.setdefault(found.index, found)
                 break
             if event in defers[state] and event not in shared[state]:
                 is_deferred = True
                 break
+    selected = tuple(enabled.values())
     if is_deferred or any(
-        event in shared[state] and not _is_answered(g, state, enabled) for state in g.configuration
+        event in shared[state] and not _is_answered(g, state, selected) for state in g.configuration
     ):
         return (), True
-    return remove_conflicting_transitions(g, enabled), False
+    return remove_conflicting_transitions(g, selected), False
 
 
 def _is_answered(g: Globals, state: int, enabled: Sequence[Transition]) -> bool:
@@ -117,19 +116,19 @@ def remove_conflicting_transitions(g: Globals, enabled: Sequence[Transition]) ->
     """
     if len(enabled) < 2:
         return tuple(enabled)
-    filtered: list[Transition] = []
+    filtered: dict[int, Transition] = {}
+    exits_of: dict[int, Sequence[int]] = {}
+    # The exit sets of those that are left have no state in common: one exits each state.
+    exited_by: dict[int, Transition] = {}
+    active = sorted(g.configuration)
     for t1 in enabled:
-        exits = compute_exit_set(g, (t1,))
-        preempted = False
-        preempts: list[Transition] = []
-        for t2 in filtered:
-            if exits & compute_exit_set(g, (t2,)):
-                if g.chart.is_descendant(t1.source, t2.source):
-                    preempts.append(t2)
-                else:
-                    preempted = True
-                    break
-        if not preempted:
-            filtered = [t for t in filtered if t not in preempts]
-            filtered.append(t1)
-    return tuple(filtered)
+        exits = exits_of[t1.index] = active_below(g, get_transition_domain(g, t1), active)
+        others = {t2.index: t2 for state in exits if (t2 := exited_by.get(state))}.values()
+        if all(g.chart.is_descendant(t1.source, t2.source) for t2 in others):
+            for t2 in others:
+                del filtered[t2.index]
+                for state in exits_of[t2.index]:
+                    del exited_by[state]
+            filtered[t1.index] = t1
+            exited_by |= dict.fromkeys(exits, t1)
+    return tuple(filtered.values())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 
 from fsmkit.model.chart import Chart, Transition
@@ -58,13 +59,19 @@ def default_transition(g: Globals, state: int) -> Transition:
 
 def compute_exit_set(g: Globals, transitions: Iterable[Transition]) -> set[int]:
     """Return the active states below the domains of the transitions (computeExitSet)."""
+    active = sorted(g.configuration)
     exits: set[int] = set()
     for transition in transitions:
-        domain = get_transition_domain(g, transition)
-        if domain is not None:
-            last = g.chart.states[domain].last_descendant
-            exits.update(state for state in g.configuration if domain < state <= last)
+        exits.update(active_below(g, get_transition_domain(g, transition), active))
     return exits
+
+
+def active_below(g: Globals, domain: int | None, active: Sequence[int]) -> Sequence[int]:
+    """Return those of the active states, in document order, that lie below a domain."""
+    if domain is None:
+        return ()
+    last = g.chart.states[domain].last_descendant
+    return active[bisect_right(active, domain) : bisect_right(active, last)]
 
 
 def get_proper_ancestors(g: Globals, state: int, limit: int | None) -> tuple[int, ...]:

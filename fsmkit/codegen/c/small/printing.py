@@ -6,8 +6,10 @@ time than straight code, the more states lie above each other.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from itertools import accumulate
+from operator import attrgetter
 
 from fsmkit.codegen.c.content import ContentPrinter
 from fsmkit.codegen.c.forms import Form
@@ -86,8 +88,7 @@ class SmallPrinter(MovePrinter):
         last = ""
         if not self.plan.is_single:
             end = self.chart.states[domain].last_descendant if domain else len(self.chart.states)
-            within = [r.index for r in self.plan.regions if r.top <= end]
-            last = f"{within[-1]}u, "
+            last = f"{bisect_right(self.plan.regions, end, key=attrgetter('top')) - 1}u, "
         return f"{self.prefix}_leave_until(m, {self.places.place(domain)}u, {last}{keep});"
 
     # --- states ---------------------------------------------------------------------------
