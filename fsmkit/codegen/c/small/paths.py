@@ -108,7 +108,8 @@ class Paths:
         """Return the first path if a test holds, else the second."""
         if second:
             first = [*first, self._special((), f"{len(second)}u")]
-        return [self._special((), f"{test} ? 0u : {len(first)}u"), *first, *second]
+        skip = (f"if ({test}) {{", "    return 0u;", "}")
+        return [self._special(skip, f"{len(first)}u"), *first, *second]
 
     def _restored(self, history: int, below: int) -> list[int]:
         chart, plan, names = self._chart, self._plan, self._moves.names
