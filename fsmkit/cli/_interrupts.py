@@ -19,14 +19,13 @@ def _age() -> float:
         return 0.0
 
 
-_BEGAN = time.monotonic() - _age()
 _listening = False
 _received: list[int] = []
 
 
 def began() -> float:
     """Return when the command line began, by `time.monotonic`: with the process, if it is all."""
-    return _BEGAN if _listening else time.monotonic()
+    return time.monotonic() - (_age() if _listening else 0)
 
 
 def listen() -> None:
