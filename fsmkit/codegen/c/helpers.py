@@ -213,7 +213,7 @@ static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint1
     const fsm_timer timer = {m->now + delay, FSM_TIMER_SEND, mark};
     uint8_t place = fsm_timers_insert(m->timers, &m->timer_count, timer);
     uint8_t rank = 0u;
-    for (uint8_t i = 0u; i < place && rank < %_DELAYED - 1u; i++)
+    for (uint8_t i = 0u; i < place && rank + 1u < %_DELAYED; i++)
         rank = (uint8_t)(rank + (m->timers[i].what == FSM_TIMER_SEND ? 1u : 0u));
     for (uint8_t i = %_DELAYED - 1u; i > rank; i--)
         m->delayed[i] = m->delayed[i - 1u];
@@ -228,7 +228,7 @@ static @_delayed @_undelay(@ *m, uint8_t rank)
     static const @_delayed none = {%_NO_EVENT, 0u, 0u};
     @_delayed found = m->delayed[rank];
     m->delayed_count--;
-    for (; rank < %_DELAYED - 1u && rank < m->delayed_count; rank++)
+    for (; rank + 1u < %_DELAYED && rank < m->delayed_count; rank++)
         m->delayed[rank] = m->delayed[rank + 1u];
     m->delayed[rank] = none;
     return found;

@@ -53,6 +53,28 @@ def test_no_warning(
     compile_with(tmp_path, compiler, "-c", *sources, "fsm.c")
 
 
+ONE_DELAYED = """
+chart: One
+capacity: {delayed: 1}
+events: {in: [go]}
+initial: a
+states:
+  a: {on: {go: {target: b, do: send go after 1s as beat}}}
+  b: {on: {go: a}, exit: cancel beat}
+"""
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_room_for_one_delayed_event(
+    compiler: str, tmp_path: Path, compile_with: Compile, write: Write
+) -> None:
+    chart = tmp_path / "one.yaml"
+    chart.write_text(ONE_DELAYED)
+    write(tmp_path, generate_machine(load(chart)).files)
+    assert "#define ONE_DELAYED 1u" in (tmp_path / "one.h").read_text()
+    compile_with(tmp_path, compiler, "-Wtype-limits", "-c", "one.c", "fsm.c")
+
+
 HOSTILE_NAMES = """<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml"
     version="1.0" datamodel="fsmkit" name="Hostile*/int">
   <datamodel><data id="x*/" fk:type="uint8" expr="0"/></datamodel>
