@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import ast
+import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from fsmkit.cli import run as command_line
+from fsmkit.codegen.pyext.generate import generate
+from fsmkit.loading import load
 from fsmkit.texts import Identifier, RawText, Written, c, printing, telling, written
 from tests.codegen.c.conftest import WARNINGS
 from tests.injection.grid import texts_of_round, tried
@@ -54,6 +59,26 @@ def test_words_of_c_are_names(form: str, compiler: tuple[str, ...], tmp_path: Pa
     files = map(str, sorted(tmp_path.glob(kind)))
     more = ["-x", "c++"] if kind == "*.h" else WARNINGS
     subprocess.run([*compiler, "-fsyntax-only", *more, *files], check=True)
+
+
+FILE_NAMES = {
+    "not of UTF-8": b"\xff\xfe.yaml",
+    "shell": b"$(touch owned).yaml",
+    "lines": b"a\nint creat;\n.yaml",
+    "docstring": b'a"""+x.yaml',
+    "quote at the end": b'a.yaml"',
+}
+
+
+@pytest.mark.parametrize("name", FILE_NAMES.values(), ids=FILE_NAMES)
+def test_the_name_of_the_file_is_no_code_of_an_extension_module(name: bytes) -> None:
+    chart = load(FINDINGS / "type_name.yaml")
+    source = replace(chart.sources[0], name=os.fsdecode(name))
+    _, files = generate(replace(chart, sources=(source, *chart.sources[1:])))
+    for file, text in files.items():
+        text.encode()
+        if file.endswith(".pyi"):
+            assert isinstance(ast.parse(text).body[1], ast.ImportFrom)
 
 
 # --- the guard ------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from fsmkit.codegen.python.generate import enumerations, host
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.expressions import Field
-from fsmkit.texts import printing
+from fsmkit.texts import printing, python
 
 IMPORTS = "from enum import IntEnum\nfrom typing import Any, Protocol"
 STUB = '''\
@@ -45,7 +45,7 @@ def stub_text(module: Module) -> str:
     """Return the ``.pyi``: what a type checker and an editor know of the module."""
     chart = module.chart
     source = chart.sources[0].name if chart.sources else "a chart"
-    source = source.replace("\\", "/").rpartition("/")[2].replace('"""', "'''")
+    source = python.docstring(source.replace("\\", "/").rpartition("/")[2])
     head = STUB.format(module=module.name, source=source).rstrip("\n")
     return "\n\n".join((head, *_shared(module), _class(module))) + "\n"
 
