@@ -81,6 +81,13 @@ def test_the_name_of_the_file_is_no_code_of_an_extension_module(name: bytes) -> 
             assert isinstance(ast.parse(text).body[1], ast.ImportFrom)
 
 
+def test_a_machine_of_two_underscores_is_found_in_the_body_of_its_class(tmp_path: Path) -> None:
+    texts = {"chart": "\"' x"}
+    count = tried("plain", texts, tmp_path, is_quick=True)
+    assert not count.wrong, "\n".join(count.wrong)
+    assert count.right
+
+
 # --- the guard ------------------------------------------------------------------------------------
 
 

@@ -42,7 +42,7 @@ def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = No
     ``hidden``: what operations cannot be called, because a machine around it is called so.
     ``prefix`` names the machine instead of the chart.
     """
-    machine = identifier(prefix or chart.name)
+    machine = name_of_class(prefix or chart.name)
     events = distinct([identifier(event.name) for event in chart.events])
     methods = [f"{verb}_{event}" for event in events for verb in ("post", "dispatch", "send")]
     taken = template().names | OFFERED | set(methods)
@@ -53,7 +53,7 @@ def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = No
     # methods of a subclass: they must not hide what the machine has
     own = distinct(map(_public, operations), taken | {*attributes, *hidden})
     return Names(
-        machine=machine[:1].upper() + machine[1:],
+        machine=machine,
         states=tuple(f"S_{name}" if place else "ROOT" for place, name in enumerate(states)),
         bare=states,
         events=events,
@@ -68,6 +68,13 @@ def identifier(name: str) -> str:
     """Return a name with everything replaced that Python does not allow in one."""
     text = legal(name)
     return f"{text}_" if keyword.iskeyword(text) else text
+
+
+def name_of_class(name: str) -> str:
+    """Return a name of a class: no two underscores begin it, which its body would mangle."""
+    text = identifier(name)
+    text = f"v{text}" if text.startswith("__") else text
+    return text[:1].upper() + text[1:]
 
 
 def _public(name: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from fsmkit.codegen.python.names import Names, distinct, identifier
+from fsmkit.codegen.python.names import Names, distinct, identifier, name_of_class
 from fsmkit.emit import snake
 from fsmkit.model.chart import Chart
 
@@ -51,7 +51,7 @@ def model_names(chart: Chart) -> ModelNames:
 
 
 def _names(chart: Chart, triggers: set[str]) -> Names:
-    machine = identifier(chart.name)
+    machine = name_of_class(chart.name)
     states = distinct([identifier(state.id) for state in chart.states])
     taken = MODEL | triggers
     variables = [v.name for group in (chart.data, chart.inputs, chart.outputs) for v in group]
@@ -59,7 +59,7 @@ def _names(chart: Chart, triggers: set[str]) -> Names:
     operations = [operation.name for operation in chart.operations]
     methods = distinct([_public(name) for name in operations], taken | set(attributes))
     return Names(
-        machine=machine[:1].upper() + machine[1:],
+        machine=machine,
         states=states,
         bare=states,
         events=distinct([identifier(event.name) for event in chart.events]),
