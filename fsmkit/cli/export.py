@@ -140,7 +140,7 @@ def command(
 
         left = deadline.left if timeout else 0
         wanted = Wanted(time_mode == "untimed", silent, most, left, progress)
-        found = _in_time(deadline, Stage.EXPLORING, lambda: write(wanted))
+        found = write(wanted)
     report(findings)
     if path is not None:
         write_files({path: found.text})

@@ -22,11 +22,12 @@ from rich.text import Text
 
 import fsmkit
 from fsmkit.cli.draw import picture
+from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.plugins import Drawing, Target, plugin
 from fsmkit.runtime.clock import duration_text
 from fsmkit.verify.engine import compiler
-from fsmkit.verify.save import save
+from fsmkit.verify.save import saved
 
 CELL = Path(__file__).resolve().parent
 ROOT = CELL.parents[1]
@@ -193,7 +194,7 @@ def check_charts(summary: Summary) -> None:
     holds, states = True, []
     for name in CHARTS:
         with working(f"exploring {name}"):
-            report = fsmkit.check(CELL / f"{name}.yaml")
+            report = fsmkit.check(CELL / f"{name}.yaml", zones=False)
         table.add_row(name, *verdicts(report, "trap", "livelock"), *figures(report))
         holds &= report.verdict is fsmkit.Verdict.HOLDS
         states.append(f"{report.exploration.states:,}")
@@ -210,7 +211,7 @@ def check_cell(summary: Summary) -> None:
             summary.miss("the cell explored in generated C", "no C compiler")
             continue
         with working(f"exploring the cell in {name}"):
-            report = fsmkit.check(CELL / "cell.yaml", engine=engine)
+            report = fsmkit.check(CELL / "cell.yaml", engine=engine, zones=False)
         table.add_row(name, *verdicts(report, "P2", "D", "produces"), *figures(report))
         found = report.exploration
         counts.append((found.states, found.transitions, found.depth))
@@ -242,9 +243,13 @@ def check_defects(summary: Summary) -> None:
         system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": chart})
         with working(f"looking for what {name.upper()} breaks"):
             report = fsmkit.check(
-                system, properties=(key,), untimed=untimed, assume_watchdogs_silent=untimed
+                system,
+                properties=(key,),
+                untimed=untimed,
+                assume_watchdogs_silent=untimed,
+                zones=False,
             )
-        save(report, CELL / "cell.yaml", OUT / "traces" / name)
+        write_files(saved(report, CELL / "cell.yaml", OUT / "traces" / name))
         result = next(one for one in report.results if one.name == key)
         found = result.verdict is fsmkit.Verdict.VIOLATED and result.trace is not None
         console.print(f"{meaning}:", end=" ")

@@ -143,7 +143,7 @@ def verdicts(report: fsmkit.Report) -> dict[str, str]:
 
 def test_its_properties_hold(require_tool: RequireTool) -> None:
     require_tool("cc")
-    report = fsmkit.check(CELL / "cell.yaml", engine="c")
+    report = fsmkit.check(CELL / "cell.yaml", engine="c", zones=False)
     assert verdicts(report) == dict.fromkeys(["livelock", "P2", "D", "produces"], "holds")
     assert report.verdict is fsmkit.Verdict.HOLDS
     states = report.exploration.states
@@ -175,6 +175,7 @@ def test_a_defect_is_found_by_both_explorers(
             properties=(property_,),
             untimed=untimed,
             assume_watchdogs_silent=untimed,
+            zones=False,
             engine=engine,
         )
         result = next(r for r in report.results if r.name == property_)

@@ -203,7 +203,7 @@ def test_a_block_that_is_taken_away_is_accounted_for(ran: Ran) -> None:
 def test_the_properties_hold_of_it(ran: Ran) -> None:
     record, outcome, _ = ran
     judged = monitor.judge(record, outcome.reports["plant"]["events"])
-    assert len(judged) == 17
+    assert len(judged) == 18
     assert [j.name for j in judged if j.holds is False] == ["produces"]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fsmkit.diagnostics import fail
+from fsmkit.verify.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.export.exporter import Exported, Wanted
 from fsmkit.verify.system import System
 
@@ -14,7 +16,18 @@ class Uppaal:
     flat = False
 
     def export(self, system: System, wanted: Wanted) -> Exported:
-        """Follow all macrosteps with open data, then write."""
+        """Follow all macrosteps with open data, then write, in the time that is given."""
+        deadline = Deadline(wanted.seconds)
+        try:
+            return deadline.cut_off(Stage.EXPLORING, lambda: self._write(system, wanted))
+        except TimeUp:
+            raise fail(
+                "export-too-large",
+                f"nothing is written: {deadline.why()}",
+                help="give more with --timeout",
+            ) from None
+
+    def _write(self, system: System, wanted: Wanted) -> Exported:
         from fsmkit.verify.closed import close
         from fsmkit.verify.export.uppaal.translate import translated
         from fsmkit.verify.export.uppaal.writing import write
