@@ -11,6 +11,8 @@ from hypothesis import settings
 
 from fsmkit.texts import written
 
+written.guards_notations = True
+os.environ["FSMKIT_GUARD_NOTATIONS"] = "1"
 written.is_strict = "FSMKIT_STRICT_TEXTS" in os.environ  # no raw text, however harmless
 settings.register_profile("fsmkit", deadline=None)  # what runs the tests may be slow
 settings.load_profile("fsmkit")

@@ -4,6 +4,24 @@ A module for each language; `written` is the guard that keeps the door. Identifi
 `fsmkit.emit` and by the tables of names of each language, of which every character is chosen.
 """
 
-from fsmkit.texts.written import Identifier, RawText, Written, guard, printing, telling
+from fsmkit.texts.written import (
+    Identifier,
+    RawText,
+    Written,
+    guard,
+    notating,
+    plain,
+    printing,
+    telling,
+)
 
-__all__ = ["Identifier", "RawText", "Written", "guard", "printing", "telling"]
+__all__ = [
+    "Identifier",
+    "RawText",
+    "Written",
+    "guard",
+    "notating",
+    "plain",
+    "printing",
+    "telling",
+]

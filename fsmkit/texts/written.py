@@ -11,6 +11,7 @@ takes a text apart, which gives plain ``str``.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from contextvars import ContextVar
@@ -25,6 +26,9 @@ HARMLESS = re.compile(r"[A-Za-z0-9_.-]*")
 """Text that ends no comment, string or line in any language."""
 is_strict = False
 """Whether harmless text is refused, too, as it is in tests: each forgotten place is found there."""
+
+guards_notations = bool(os.environ.get("FSMKIT_GUARD_NOTATIONS"))
+"""Whether raw text is refused in drawings and models, too (`notating`)."""
 
 
 class RawText(TypeError):  # noqa: N818 - a mistake of a printer, not of who uses it
@@ -97,6 +101,15 @@ def printing(function: Callable[Given, Made]) -> Callable[Given, Made]:
     return _within(function, is_printing=True)
 
 
+def notating(function: Callable[Given, Made]) -> Callable[Given, Made]:
+    """Mark a function that prints a notation which nothing executes: a drawing, a model.
+
+    Raw text is refused only where `guards_notations`, as in tests: in use, a forgotten place
+    spoils one picture, and must not end the command.
+    """
+    return _within(function, is_printing=None)
+
+
 def telling(function: Callable[Given, Made]) -> Callable[Given, Made]:
     """Mark a function that makes text for people of names: its result is guarded in their place.
 
@@ -111,10 +124,10 @@ def telling(function: Callable[Given, Made]) -> Callable[Given, Made]:
     return guarding
 
 
-def _within(function: Callable[Given, Made], *, is_printing: bool) -> Callable[Given, Made]:
+def _within(function: Callable[Given, Made], *, is_printing: bool | None) -> Callable[Given, Made]:
     @wraps(function)
     def inside(*args: Given.args, **kwargs: Given.kwargs) -> Made:
-        token = _IS_PRINTING.set(is_printing)
+        token = _IS_PRINTING.set(guards_notations if is_printing is None else is_printing)
         try:
             return function(*args, **kwargs)
         finally:

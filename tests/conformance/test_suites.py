@@ -50,7 +50,7 @@ def test_c_passes_what_the_interpreter_passes(
         reference, compiled = judge(case, runtimes, 60)
         assert compiled.result is reference.result, compiled
         passed += compiled.result is Result.PASSED
-    assert passed >= 0.85 * AT_LEAST[suite, "interpreter"] / EACH[target]
+    assert passed >= 0.8 * AT_LEAST[suite, "interpreter"] / EACH[target]
 
 
 def test_charts_as_they_are_found(shared: Shared, require_tool: Callable[[str], str]) -> None:

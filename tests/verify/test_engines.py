@@ -172,7 +172,7 @@ def test_engines_agree_on_random_charts(seed: int) -> None:
         return  # too many inputs to try all of in Python
     system = system_of(chart)
     for untimed in (False, True):
-        limits = Limits(1 << 30, 1)
+        limits = Limits(1 << 30, 20)
         try:
             in_c = explored(system, Findings(), Manner("c", untimed=untimed, limits=limits))
         except FsmkitError:
@@ -265,4 +265,4 @@ def test_what_was_seen_is_told_though_memory_for_the_way_there_ran_out(load: Loa
     assert violated
     for result in violated:
         assert result.trace is None
-        assert "memory for the way there ran out" in result.reason
+        assert "memory or time for the way there ran out" in result.reason

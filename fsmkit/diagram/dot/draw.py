@@ -13,7 +13,7 @@ from functools import cached_property
 from fsmkit.diagram.labels import box_lines, is_inside, label
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Origin, Trigger
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.texts.dot import escaped, font, left, quoted, statement, titled
 
 FONT = "Helvetica,Arial,sans-serif"
@@ -29,7 +29,7 @@ INVISIBLE = {"shape": "point", "style": "invis", "width": "0.01"}
 SYMBOLS = {Kind.SHALLOW_HISTORY: "H", Kind.DEEP_HISTORY: "H*"}
 
 
-@printing
+@notating
 def draw(chart: Chart, active: frozenset[int]) -> str:
     """Return the text of a diagram; ``active`` states are filled."""
     return "\n".join((*Drawer(chart, active).lines(), ""))

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from fsmkit.diagram.labels import box_lines, is_inside, label
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Origin, Trigger
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.texts.mermaid import in_states, title
 
 SYMBOLS = {Kind.SHALLOW_HISTORY: "H", Kind.DEEP_HISTORY: "H*"}
@@ -22,7 +22,7 @@ CLASSES = (
 )
 
 
-@printing
+@notating
 def draw(chart: Chart, active: frozenset[int]) -> str:
     """Return the text of a diagram; ``active`` states are filled."""
     return "\n".join((*_lines(chart, active), ""))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fsmkit.diagram.labels import box_lines, is_inside, label
 from fsmkit.model.chart import Chart, State, Transition
 from fsmkit.model.document import Kind, Origin, Trigger
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.texts.plantuml import escaped
 
 NEW_LINE = r"\n"
@@ -28,7 +28,7 @@ STYLE = (
 )
 
 
-@printing
+@notating
 def draw(chart: Chart, active: frozenset[int]) -> str:
     """Return the text of a diagram; ``active`` states are filled."""
     return "\n".join((*_lines(chart, active), ""))

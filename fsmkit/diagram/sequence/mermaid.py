@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.diagram.sequence.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.texts.mermaid import in_sequence
 
 ARROWS = {
@@ -17,7 +17,7 @@ ARROWS = {
 }
 
 
-@printing
+@notating
 def draw(sequence: Sequence) -> str:
     """Return the text of a diagram."""
     return "\n".join((*_Writer(sequence).lines(), ""))

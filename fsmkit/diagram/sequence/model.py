@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
+from fsmkit.texts import telling
+
 
 class Way(Enum):
     """How a message travels."""
@@ -58,6 +60,7 @@ class Arrow:
     part: Part = Part.WHOLE
 
     @property
+    @telling
     def label(self) -> str:
         """The text, with how the message travels where it is not at once."""
         told = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from fsmkit.diagram.dot.draw import INK, WATCHDOG
 from fsmkit.diagram.sequence.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.texts.plantuml import escaped
 
 ARROWS = {
@@ -24,7 +24,7 @@ STYLE = (
 )
 
 
-@printing
+@notating
 def draw(sequence: Sequence) -> str:
     """Return the text of a diagram."""
     return "\n".join((*_Writer(sequence).lines(), ""))

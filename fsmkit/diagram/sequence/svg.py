@@ -28,7 +28,7 @@ from fsmkit.diagram.sequence.layout import (
     wrapped,
 )
 from fsmkit.diagram.sequence.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.texts.xml import escaped
 
 BAND = 1150.0
@@ -53,7 +53,7 @@ TOLD = {
 }
 
 
-@printing
+@notating
 def draw(sequence: Sequence) -> str:
     """Return the text of an SVG file."""
     return _Drawer(sequence).text()

@@ -11,6 +11,7 @@ from typing import assert_never
 from fsmkit.diagnostics import fail
 from fsmkit.expressions import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Variable
 from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.texts import plain
 from fsmkit.verify.export.network import Network
 from fsmkit.verify.judge import judge
 from fsmkit.verify.system import Atom, Property, PropertyKind
@@ -75,7 +76,7 @@ def condition_of(network: Network, property_: Property) -> Formula:
     if property_.condition is None or property_.is_of_steps:
         raise fail(
             "not-exported",
-            f"`{property_.text}` asks what occurs in a step",
+            f"`{plain(property_.text)}` asks what occurs in a step",
             property_.span,
             help="watch the event by a monitor, and export that",
         )

@@ -71,7 +71,11 @@ def logged(folder: Path, jobs: Sequence[Job]) -> list[tuple[bytes, bytes]]:
         text = driver.read_text()
         for names, _ in machine.family[:-1]:
             text = text.replace(f'#include "{names.prefix}.c"\n', "")
-        text = text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_trace.c"\n')
+        inner = [f"{names.prefix}_texts" for names, _ in machine.family[:-1]]
+        before = "".join(f"#define {table} {table}_traced\n" for table in inner)
+        after = "".join(f"#undef {table}\n" for table in inner)  # of files that are one here
+        traced = f'{before}#include "{prefix}_trace.c"\n{after}'
+        text = text.replace(f'#include "{prefix}.c"\n', traced)
         driver.write_text(text)
         play = f"{prefix}_play();"
         main = main.replace(play, f'open_log("{prefix}.log"); {play} close_log("{prefix}.ring");')

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fsmkit.emit import Emitter
-from fsmkit.texts import printing, telling
+from fsmkit.texts import notating, telling
 from fsmkit.verify.export.cspm.alphabet import Alphabet
 from fsmkit.verify.export.cspm.assertions import Asserted, asserted
 from fsmkit.verify.export.cspm.events import Demand, OnMachine, OnQueue, after_told, told_values
@@ -41,7 +41,7 @@ section `Timed`: it would give each event a duration, and here steps take no tim
 """
 
 
-@printing
+@notating
 def written(network: Network) -> str:
     """Return the model."""
     return _Writer(network).text()

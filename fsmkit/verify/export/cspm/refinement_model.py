@@ -8,7 +8,7 @@ from fsmkit.emit import Emitter
 from fsmkit.model.chart import Chart
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
 from fsmkit.runtime.values import show
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.verify.counterexample import leaves, occurrence_text
 from fsmkit.verify.export.cspm.comparison import Comparison, Sight, Steps
 from fsmkit.verify.export.cspm.spelling import Names, comment, equation, offer, remark
@@ -29,7 +29,7 @@ LONGEST = 60
 """Letters of a name that is made of all that is seen of a step."""
 
 
-@printing
+@notating
 def written(found: Comparison) -> str:
     """Return both processes, and the assertion."""
     names, out = Names(), Emitter("  ")

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from fsmkit.texts import printing, telling
+from fsmkit.texts import notating, telling
 from fsmkit.verify.closed import PATIENCE
 from fsmkit.verify.export.changes import Joint, by_themselves, changes
 from fsmkit.verify.export.jani.edges import edges_of
@@ -41,7 +41,7 @@ PLACE = "here"
 """The only location of each automaton."""
 
 
-@printing
+@notating
 def model_of(network: Network) -> Json:
     """Return the model."""
     return _Writer(network).model()

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.emit import Emitter
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.texts.c import comment
 from fsmkit.verify.closed import PATIENCE
 from fsmkit.verify.export.changes import Change, Joint, by_themselves, changes
@@ -43,7 +43,7 @@ NAMED = 3
 """So many causes are named in a comment."""
 
 
-@printing
+@notating
 def written(network: Network) -> str:
     """Return the model."""
     return _Writer(network).text()

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from lxml import etree
 
-from fsmkit.texts import printing
+from fsmkit.texts import notating
 from fsmkit.texts.lines import one_line
 from fsmkit.texts.xml import characters
 from fsmkit.verify.export.uppaal.labels import Label, labels
@@ -31,7 +31,7 @@ DOCTYPE = (
 WRITTEN = (Label.SELECT, Label.GUARD, Label.SYNC, Label.UPDATE, Label.COMMENT)
 
 
-@printing
+@notating
 def write(network: Network) -> str:
     """Return the text of a file."""
     root = etree.Element("nta")
