@@ -118,7 +118,7 @@ class _Reader:
         if count > MOST_CASES:
             raise fail(
                 "not-exported",
-                f"`{self._property.text}` compares what has {count:,} combinations of values",
+                f"`{plain(self._property.text)}` compares {count:,} combinations of values",
                 self._property.span,
                 help="declare narrower ranges, or let a chart compare",
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.texts import plain
 from fsmkit.verify.export.formula import condition_of, deadlock, goal_of
 from fsmkit.verify.export.jani.spelling import UNFORESEEN, Spelling
 from fsmkit.verify.export.jani.terms import Json, binary, conjunction, negated
@@ -39,7 +40,9 @@ def properties_of(network: Network, spelling: Spelling) -> tuple[list[Json], lis
 
 
 def _left_out(property_: Property, why: str) -> str:
-    return f"Property `{property_.name}` ({property_.text}) is not carried over: {why}."
+    return (
+        f"Property `{plain(property_.name)}` ({plain(property_.text)}) is not carried over: {why}."
+    )
 
 
 def _values(network: Network, spelling: Spelling, property_: Property) -> dict[str, Json] | str:
