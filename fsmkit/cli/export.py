@@ -17,13 +17,14 @@ from fsmkit.cli._refines import chart_alone
 from fsmkit.cli.check import read_replacements
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
-from fsmkit.diagnostics import fail
 from fsmkit.plugins import plugin, plugins
-from fsmkit.verify.deadline import Deadline, Made, Stage, TimeUp
+from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.explore import asking_only
 from fsmkit.verify.export.exporter import Exported, Exporter, RefinementExporter, Wanted
 from fsmkit.verify.replay import load_any
 
+LEAST = 0.001
+"""Seconds that are left where reading took them all; 0 would be no limit."""
 EPILOG = """\b
 Examples:
   fsmkit export fischer.yaml --to aut --time discrete --out fischer.aut
@@ -108,18 +109,12 @@ def command(
     if base is not None and (names or replacing):
         raise click.UsageError("--refines goes with neither --property nor --replace")
     if base is None:
-        whole = _in_time(
-            deadline,
-            Stage.READING,
-            lambda: load_any(file, findings, replacing, strict=reading.strict),
-        )
+        whole = load_any(file, findings, replacing, strict=reading.strict)
         loaded = asking_only(whole, frozenset(names))
         name, write = loaded.name, partial(exporter.export, loaded)
     elif isinstance(exporter, RefinementExporter):
-        derived, extended = _in_time(
-            deadline,
-            Stage.READING,
-            lambda: [chart_alone(p, findings, strict=reading.strict) for p in (file, base)],
+        derived, extended = (
+            chart_alone(path, findings, strict=reading.strict) for path in (file, base)
         )
         name, write = derived.name, partial(exporter.export_refinement, derived, extended)
     else:
@@ -138,7 +133,7 @@ def command(
             told = f"{states:,} states, {transitions:,} transitions"
             bar.update(task, description=f"exploring {name}: {told}")
 
-        left = deadline.left if timeout else 0
+        left = max(deadline.left, LEAST) if timeout else 0
         wanted = Wanted(time_mode == "untimed", silent, most, left, progress)
         found = write(wanted)
     report(findings)
@@ -152,15 +147,3 @@ def command(
         figures = ", ".join(f"{number:,} {what}" for what, number in found.figures.items())
         out.print(f"wrote {path}: {figures}")
     return 0
-
-
-def _in_time(deadline: Deadline, stage: Stage, work: Callable[[], Made]) -> Made:
-    """Return what the work makes; an error where the time ends before."""
-    try:
-        return deadline.cut_off(stage, work)
-    except TimeUp:
-        raise fail(
-            "export-too-large",
-            f"nothing is written: {deadline.why()}",
-            help="give more with --timeout",
-        ) from None
