@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -107,23 +108,47 @@ class Deadline:
         with self.stage(stage):
             if not self.seconds:
                 return work()
-            watch = _Watch(self.left)
+            with _unreported():
+                return self._watched(work)
+
+    def _watched(self, work: Callable[[], Made]) -> Made:
+        watch = _Watch(self.left)
+        try:
             try:
                 try:
                     try:
-                        try:
-                            watch.start()
-                            return work()
-                        finally:
-                            watch.over = True
+                        watch.start()
+                        return work()
                     finally:
-                        watch.settle()
-                except TimeUp:
+                        watch.over = True
+                finally:
                     watch.settle()
-                    raise
             except TimeUp:
                 watch.settle()
                 raise
+        except TimeUp:
+            watch.settle()
+            raise
+
+
+@contextmanager
+def _unreported() -> Iterator[None]:
+    """Report no `TimeUp` that came up where Python ignores exceptions, as in a finalizer.
+
+    It is raised again, so nothing is lost; the report would be a traceback that a user sees.
+    """
+    before = sys.unraisablehook
+
+    def hook(unraisable: sys.UnraisableHookArgs, /) -> None:
+        if unraisable.exc_type is not TimeUp:
+            before(unraisable)
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        if sys.unraisablehook is hook:
+            sys.unraisablehook = before
 
 
 class _Watch:

@@ -107,7 +107,7 @@ def test_what_swallows_exceptions_does_not_swallow_it() -> None:
         Deadline(0.1).cut_off(Stage.READING, stubborn)
 
 
-def test_a_finalizer_that_swallows_it_once_does_not_keep_it_away() -> None:
+def test_a_finalizer_that_swallows_it_once_does_not_keep_it_away_and_reports_nothing() -> None:
     class Swallows:
         def __del__(self) -> None:
             end = time.monotonic() + 0.3
@@ -119,12 +119,16 @@ def test_a_finalizer_that_swallows_it_once_does_not_keep_it_away() -> None:
         del made
         endless()
 
-    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    reported: list[object] = []
+    hook, sys.unraisablehook = sys.unraisablehook, reported.append
     try:
         with pytest.raises(TimeUp):
             Deadline(0.1).cut_off(Stage.READING, work)
+        ours = sys.unraisablehook
     finally:
         sys.unraisablehook = hook
+    assert reported == []
+    assert ours == reported.append
 
 
 def test_without_an_end_nothing_is_watched() -> None:
