@@ -137,7 +137,7 @@ def main() -> None:
     """Run the command line and exit; no traceback reaches a user."""
     gc.set_threshold(COLLECT_AFTER)
     listen()
-    code = run(sys.argv[1:])
+    code = execute(sys.argv[1:])
     code = _guarded(_flush) or code
     sys.exit(received() or code)
 
@@ -152,7 +152,7 @@ def _flush() -> int:
     return OK
 
 
-def run(arguments: list[str]) -> int:
+def execute(arguments: list[str]) -> int:
     """Run one command line and return its exit code."""
     options = Options()
     reported.clear()

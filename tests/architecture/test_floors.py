@@ -63,3 +63,15 @@ def test_imports_only_what_it_stands_on(path: Path) -> None:
 def test_modules_stay_small(path: Path) -> None:
     lines = len(path.read_text().splitlines())
     assert lines <= LONGEST_MODULE, f"{path} has {lines} lines: split it"
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in MODULES if p.name == "__init__.py"], ids=lambda p: str(p.parent.name)
+)
+def test_no_module_hides_what_its_package_defines(path: Path) -> None:
+    """A module, once imported, is an attribute of its package in place of what has its name."""
+    modules = {file.stem for file in path.parent.iterdir()}
+    body = ast.parse(path.read_text()).body
+    assert not modules & {
+        node.name for node in body if isinstance(node, ast.FunctionDef | ast.ClassDef)
+    }

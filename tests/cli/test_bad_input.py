@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 HEAD = """\
 chart: A
@@ -205,7 +205,7 @@ def test_compile_says_what_is_wrong_and_writes_nothing(
     file, text, rule, place = CASES[name]
     Path(file).write_bytes(text if isinstance(text, bytes) else text.encode())
     before = content(folder)
-    assert run(["compile", file, "--out", "made"]) == 1
+    assert execute(["compile", file, "--out", "made"]) == 1
     demand(capsys, rule, f"{file}:{place}")
     assert content(folder) == before
     assert not Path("made").exists()
@@ -216,10 +216,10 @@ def test_every_verb_says_it_alike(
     verb: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     more = ["--to", "scxml"] if verb == "convert" else []
-    assert run([verb, "nowhere.yaml", *more]) == 1
+    assert execute([verb, "nowhere.yaml", *more]) == 1
     demand(capsys, "unreadable-file")
     (folder / "empty.yaml").touch()
-    assert run([verb, "empty.yaml", *more]) == 1
+    assert execute([verb, "empty.yaml", *more]) == 1
     demand(capsys, "empty-file", "empty.yaml:1:1")
 
 
@@ -237,7 +237,7 @@ def test_no_such_file(
     path: str, rule: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "folder.yaml").mkdir()
-    assert run(["compile", path, "--out", "made"]) == 1
+    assert execute(["compile", path, "--out", "made"]) == 1
     demand(capsys, rule)
     assert not (folder / "made").exists()
 
@@ -245,7 +245,7 @@ def test_no_such_file(
 @pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may read everything")
 def test_a_file_that_may_not_be_read(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "base.yaml").chmod(0)
-    assert run(["compile", "base.yaml"]) == 1
+    assert execute(["compile", "base.yaml"]) == 1
     demand(capsys, "unreadable-file")
 
 
@@ -257,7 +257,7 @@ def test_a_cycle_of_two_files_is_told_where_it_closes(
         SCXML.replace("<scxml", '<scxml xmlns:fk="urn:fsmkit:scxml" fk:extends="a.yaml"')
         + "</scxml>\n"
     )
-    assert run(["compile", "a.yaml"]) == 1
+    assert execute(["compile", "a.yaml"]) == 1
     demand(capsys, "inheritance-cycle", "b.scxml:1:48")
 
 
@@ -278,7 +278,7 @@ def test_a_wrong_system(
 ) -> None:
     (folder / "broken.yaml").write_text("- 1\n")
     (folder / "s.yaml").write_text(f"system: S\n{text}\n")
-    assert run(["check", "s.yaml", "--engine", "python"]) == 1
+    assert execute(["check", "s.yaml", "--engine", "python"]) == 1
     demand(capsys, rule, f"s.yaml:{place}" if place else "")
 
 
@@ -290,13 +290,13 @@ def test_a_wrong_replacement(
     replace: str, rule: str, code: int, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "s.yaml").write_text(SYSTEM)
-    assert run(["check", "s.yaml", "--replace", replace]) == code
+    assert execute(["check", "s.yaml", "--replace", replace]) == code
     demand(capsys, rule)
 
 
 def test_a_replacement_needs_a_system(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert folder.is_dir()
-    assert run(["check", "base.yaml", "--replace", "a=base.yaml"]) == 2
+    assert execute(["check", "base.yaml", "--replace", "a=base.yaml"]) == 2
     demand(capsys, "not-a-system")
 
 
@@ -317,7 +317,7 @@ def test_no_c_compiler(
         monkeypatch.setenv(variable, value)
         if variable == "CC" and not value:
             continue  # without CC the usual names are looked for, on the PATH that follows
-        assert run(arguments) == 1
+        assert execute(arguments) == 1
         demand(capsys, "no-c(-c)?ompiler")
 
 
@@ -326,7 +326,7 @@ def test_without_a_c_compiler_python_explores(
 ) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     assert folder.is_dir()
-    assert run(["check", "base.yaml"]) == 0
+    assert execute(["check", "base.yaml"]) == 0
     told = capsys.readouterr()
     assert "no-compiler" in told.err
     assert "interpreter" in told.out
@@ -347,7 +347,7 @@ def test_an_output_that_cannot_be_written(
     before = content(folder)
     place = f"{out}/x.mmd" if verb == "draw" else out
     file = "s.yaml" if verb == "check" else "base.yaml"
-    assert run([verb, file, *more, option, place]) == 1
+    assert execute([verb, file, *more, option, place]) == 1
     demand(capsys, "unwritable-output")
     assert content(folder) == before
 
@@ -357,18 +357,18 @@ def test_one_bad_chart_of_a_system_and_nothing_is_written(
 ) -> None:
     (folder / "bad.yaml").write_text(HEAD.replace("A", "B", 1) + "  one: {sometimes: [one]}\n")
     (folder / "s.yaml").write_text("system: S\nmachines: {a: base.yaml, b: bad.yaml}\n")
-    assert run(["compile", "s.yaml", "--out", "made"]) == 1
+    assert execute(["compile", "s.yaml", "--out", "made"]) == 1
     demand(capsys, "c-limit", "bad.yaml:8:21")
     assert not (folder / "made").exists()
 
 
 def test_old_output_stays_as_it_was(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["compile", "base.yaml", "--out", "made"]) == 0
+    assert execute(["compile", "base.yaml", "--out", "made"]) == 0
     (folder / "made" / "fsm.c").unlink()
     (folder / "made" / "fsm.c").mkdir()  # the last file cannot be written
     before = content(folder)
     (folder / "base.yaml").write_text(BASE.replace("n = 1", "n = 2"))
-    assert run(["compile", "base.yaml", "--out", "made"]) == 1
+    assert execute(["compile", "base.yaml", "--out", "made"]) == 1
     demand(capsys, "unwritable-output")
     after = content(folder)
     del before["base.yaml"], after["base.yaml"]
@@ -391,7 +391,7 @@ def test_wrong_usage(
     arguments: list[str], folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert folder.is_dir()
-    assert run(arguments) == 2
+    assert execute(arguments) == 2
     told = capsys.readouterr()
     assert "Traceback" not in told.err
     assert "Error: " in told.err

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.verify.explore import check_file
 
 GOOD = "chart: Good\nevents: {in: [go]}\ninitial: a\n"
@@ -48,7 +48,7 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[tuple[str, ...]]:
 
 @pytest.mark.usefixtures("folder")
 def test_a_folder_is_all_charts_and_systems_below_it(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["check", "."]) == 0
+    assert execute(["check", "."]) == 0
     assert lines(capsys) == [
         ("HOLDS", "good.yaml"),
         ("HOLDS", "below/deep.scxml"),
@@ -62,7 +62,7 @@ def test_the_worst_exit_code_counts_and_all_are_checked(
 ) -> None:
     (folder / "broken.yaml").write_text(BROKEN, encoding="utf-8")
     (folder / "trap.yaml").write_text(TRAP, encoding="utf-8")
-    assert run(["check", "broken.yaml", "trap.yaml", "base.yaml", "below"]) == 1
+    assert execute(["check", "broken.yaml", "trap.yaml", "base.yaml", "below"]) == 1
     told = capsys.readouterr()
     assert [line.split()[0] for line in told.out.splitlines()] == [
         "ERROR",
@@ -78,7 +78,7 @@ def test_the_worst_exit_code_counts_and_all_are_checked(
 
 def test_json_of_several_is_one_document(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "broken.yaml").write_text(BROKEN, encoding="utf-8")
-    assert run(["check", "good.yaml", "broken.yaml", "--json"]) == 1
+    assert execute(["check", "good.yaml", "broken.yaml", "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert document["code"] == 1
     assert [(one["file"], one["verdict"]) for one in document["files"]] == [
@@ -91,7 +91,7 @@ def test_json_of_several_is_one_document(folder: Path, capsys: pytest.CaptureFix
 
 @pytest.mark.usefixtures("folder")
 def test_a_single_file_is_answered_as_ever(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["check", "good.yaml", "--json"]) == 0
+    assert execute(["check", "good.yaml", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["states"] == 2
 
 
@@ -112,15 +112,15 @@ def test_a_folder_without_charts_is_told(
     for name, text in make.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert run(["check", "."]) == 1
+    assert execute(["check", "."]) == 1
     assert message in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("folder")
 def test_what_is_about_one_file_goes_with_one(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["check", ".", "--property", "P"]) == 2
+    assert execute(["check", ".", "--property", "P"]) == 2
     assert "go with one file" in capsys.readouterr().err
-    assert run(["check", "good.yaml", "base.yaml", "--refines", "base.yaml"]) == 2
+    assert execute(["check", "good.yaml", "base.yaml", "--refines", "base.yaml"]) == 2
 
 
 @pytest.mark.usefixtures("folder")
@@ -128,7 +128,7 @@ def test_an_interrupt_ends_all(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("fsmkit.cli._several.received", lambda: 130)
-    run(["check", "."])
+    execute(["check", "."])
     assert lines(capsys)[:2] == [("HOLDS", "good.yaml"), ("1", "files:")]
 
 
@@ -142,7 +142,7 @@ def test_a_bug_in_one_does_not_hide_the_others(
         return check_file(path, *arguments, **more)  # type: ignore[arg-type]
 
     monkeypatch.setattr("fsmkit.cli.check.check_file", failing)
-    assert run(["check", "."]) == 3
+    assert execute(["check", "."]) == 3
     told = capsys.readouterr()
     assert "fsmkit has a bug" in told.err
     assert told.out.splitlines()[1].startswith("HOLDS")

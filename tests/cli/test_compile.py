@@ -8,7 +8,7 @@ from textwrap import dedent
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 CHART = """
     chart: Lamp
@@ -37,7 +37,7 @@ def test_writes_files_and_names_them(
     lamp: Path, target: str, expected: set[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = lamp.parent / "made" / "here"
-    assert run(["compile", str(lamp), "--target", target, "--out", str(folder)]) == 0
+    assert execute(["compile", str(lamp), "--target", target, "--out", str(folder)]) == 0
     assert {path.name for path in folder.iterdir()} == expected
     told = capsys.readouterr().out
     assert all(str(folder / name) in told for name in expected)
@@ -46,7 +46,7 @@ def test_writes_files_and_names_them(
 
 def test_json(lamp: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = lamp.parent / "made"
-    assert run(["compile", str(lamp), "--out", str(folder), "--json"]) == 0
+    assert execute(["compile", str(lamp), "--out", str(folder), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert {Path(name).name for name in said["files"]} == {"lamp.h", "lamp.c", "fsm.h", "fsm.c"}
     assert said["capacities"]["queue"] == 3
@@ -57,34 +57,34 @@ def test_json(lamp: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_same_chart_gives_same_bytes(lamp: Path) -> None:
     for name in ("one", "two"):
-        assert run(["compile", str(lamp), "--out", str(lamp.parent / name)]) == 0
+        assert execute(["compile", str(lamp), "--out", str(lamp.parent / name)]) == 0
     for path in (lamp.parent / "one").iterdir():
         assert path.read_bytes() == (lamp.parent / "two" / path.name).read_bytes()
 
 
 def test_prefix(lamp: Path) -> None:
     folder = lamp.parent / "made"
-    assert run(["compile", str(lamp), "--out", str(folder), "--prefix", "left_lamp"]) == 0
+    assert execute(["compile", str(lamp), "--out", str(folder), "--prefix", "left_lamp"]) == 0
     assert "left_lamp_post_toggle" in (folder / "left_lamp.h").read_text(encoding="utf-8")
 
 
 def test_prefix_that_is_no_identifier_is_a_matter_of_usage(lamp: Path) -> None:
-    assert run(["compile", str(lamp), "--prefix", "../x"]) == 2
-    assert run(["compile", str(lamp), "--prefix", ""]) == 2
+    assert execute(["compile", str(lamp), "--prefix", "../x"]) == 2
+    assert execute(["compile", str(lamp), "--prefix", ""]) == 2
 
 
 def test_parts_are_left_out_of_c_alone(lamp: Path) -> None:
     folder = lamp.parent / "made"
-    assert run(["compile", str(lamp), "--out", str(folder), "--without", "queue,counters"]) == 0
+    assert execute(["compile", str(lamp), "--out", str(folder), "--without", "queue,counters"]) == 0
     assert "lamp_post" not in (folder / "lamp.h").read_text(encoding="utf-8")
-    assert run(["compile", str(lamp), "--target", "python", "--without", "queue"]) == 2
-    assert run(["compile", str(lamp), "--trace"]) == 2
+    assert execute(["compile", str(lamp), "--target", "python", "--without", "queue"]) == 2
+    assert execute(["compile", str(lamp), "--trace"]) == 2
 
 
 def test_unknown_target_names_those_there_are(
     lamp: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["compile", str(lamp), "--target", "fortran"]) == 2
+    assert execute(["compile", str(lamp), "--target", "fortran"]) == 2
     assert "there is no target `fortran`: c, pyext, python" in capsys.readouterr().err
 
 
@@ -93,13 +93,13 @@ def test_abstract_chart_is_refused_and_nothing_is_written(
 ) -> None:
     path = tmp_path / "base.yaml"
     path.write_text("chart: Base\nabstract: true\ninitial: a\nstates: {a: {}}\n", encoding="utf-8")
-    assert run(["compile", str(path), "--out", str(tmp_path / "made")]) == 1
+    assert execute(["compile", str(path), "--out", str(tmp_path / "made")]) == 1
     assert "abstract" in capsys.readouterr().err
     assert not (tmp_path / "made").exists()
 
 
 def test_unwritable_folder_is_a_finding(lamp: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["compile", str(lamp), "--out", str(lamp)]) == 1
+    assert execute(["compile", str(lamp), "--out", str(lamp)]) == 1
     assert "cannot write" in capsys.readouterr().err
 
 
@@ -114,7 +114,7 @@ def test_system_gives_every_machine_once(
         encoding="utf-8",
     )
     folder = tmp_path / "made"
-    assert run(["compile", str(path), "--out", str(folder), "--json"]) == 0
+    assert execute(["compile", str(path), "--out", str(folder), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert [machine["name"] for machine in said["machines"]] == ["Lamp"]
     machines = {"lamp.h", "lamp.c", "fsm.h", "fsm.c"}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load, read_document
 
@@ -14,22 +14,22 @@ CELL = ROOT / "machines/production_cell"
 
 
 def test_prints(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["convert", str(CELL / "feeder.yaml"), "--to", "yaml"]) == 0
+    assert execute(["convert", str(CELL / "feeder.yaml"), "--to", "yaml"]) == 0
     assert capsys.readouterr().out.startswith("chart: Feeder\nextends: module.scxml\n")
 
 
 @pytest.mark.parametrize("notation", ["yaml", "scxml"])
 def test_writes_a_file_that_finds_its_base(notation: str, tmp_path: Path) -> None:
     out = tmp_path / f"new/feeder.{notation}"
-    assert run(["convert", str(CELL / "feeder.yaml"), "--to", notation, "--out", str(out)]) == 0
+    assert execute(["convert", str(CELL / "feeder.yaml"), "--to", notation, "--out", str(out)]) == 0
     assert load(out) == load(CELL / "feeder.yaml")
 
 
 @pytest.mark.parametrize("name", ["module.scxml", "molder.yaml", "plant.yaml"])
 def test_there_and_back(name: str, tmp_path: Path) -> None:
     first, second = tmp_path / "a.scxml", tmp_path / "b.yaml"
-    assert run(["convert", str(CELL / name), "--to", "scxml", "--out", str(first)]) == 0
-    assert run(["convert", str(first), "--to", "yaml", "--out", str(second)]) == 0
+    assert execute(["convert", str(CELL / name), "--to", "scxml", "--out", str(first)]) == 0
+    assert execute(["convert", str(first), "--to", "yaml", "--out", str(second)]) == 0
     assert load(second) == load(CELL / name)
 
 
@@ -40,7 +40,7 @@ def test_writes_a_file_that_finds_what_it_invokes(notation: str, tmp_path: Path)
     shop = tmp_path / "old" / "shop.yaml"
     shop.write_text("chart: Shop\nstates: {open: {invoke: {id: i, src: inner.yaml}}}\n")
     out = tmp_path / f"shop.{notation}"
-    assert run(["convert", str(shop), "--to", notation, "--out", str(out)]) == 0
+    assert execute(["convert", str(shop), "--to", notation, "--out", str(out)]) == 0
     assert load(out) == load(shop)
     assert len(load(out).invocations) == 1
     assert "old/inner.yaml" in out.read_text()
@@ -53,7 +53,7 @@ def test_writes_no_file_that_may_not_read_what_it_invokes(
     shop = tmp_path / "shop.yaml"
     shop.write_text("chart: Shop\nstates: {open: {invoke: {id: i, src: inner.yaml}}}\n")
     out = tmp_path / "new" / "shop.scxml"
-    assert run(["convert", str(shop), "--to", "scxml", "--out", str(out)]) == 1
+    assert execute(["convert", str(shop), "--to", "scxml", "--out", str(out)]) == 1
     assert "shop.yaml:2:38" in capsys.readouterr().err
     assert not out.exists()
 
@@ -67,14 +67,14 @@ def test_says_that_a_computed_name_is_not_moved(
         "<state id='open'><invoke srcexpr=\"'inner.' + 'scxml'\"/></state></scxml>"
     )
     out = tmp_path / "new" / "shop.yaml"
-    assert run(["convert", str(shop), "--to", "yaml", "--out", str(out)]) == 0
+    assert execute(["convert", str(shop), "--to", "yaml", "--out", str(out)]) == 0
     assert "not-expressible" in capsys.readouterr().err
     assert "src_expr: \"'inner.' + 'scxml'\"" in out.read_text()
 
 
 def test_json(capsys: pytest.CaptureFixture[str]) -> None:
     path = CELL / "module.scxml"
-    assert run(["convert", str(path), "--to", "yaml", "--json"]) == 0
+    assert execute(["convert", str(path), "--to", "yaml", "--json"]) == 0
     text = json.loads(capsys.readouterr().out)["text"]
     assert text.startswith("chart: Module\n")
     assert read_document(path, Findings()).name.value == "Module"
@@ -97,5 +97,5 @@ def test_what_goes_wrong(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(CELL)
-    assert run(["convert", *arguments]) == code
+    assert execute(["convert", *arguments]) == code
     assert rule in capsys.readouterr().err

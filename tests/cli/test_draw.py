@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 CELL = Path(__file__).parents[2] / "machines/production_cell"
 FEEDER = str(CELL / "feeder.yaml")
 
 
 def test_prints_dot(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["draw", FEEDER, "--active", "pushing, error"]) == 0
+    assert execute(["draw", FEEDER, "--active", "pushing, error"]) == 0
     text = capsys.readouterr().out
     assert text.startswith('digraph "Feeder" {')
     assert text.count("#ffd66b") == 2
@@ -20,7 +20,7 @@ def test_prints_dot(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_writes_texts(tmp_path: Path) -> None:
     outs = [tmp_path / f"new/feeder.{suffix}" for suffix in ("dot", "mmd", "puml")]
-    assert run(["draw", FEEDER, *(word for out in outs for word in ("--out", str(out)))]) == 0
+    assert execute(["draw", FEEDER, *(word for out in outs for word in ("--out", str(out)))]) == 0
     first = [out.read_text().splitlines()[0] for out in outs]
     assert first == ['digraph "Feeder" {', "---", "@startuml"]
 
@@ -31,13 +31,13 @@ def test_writes_texts(tmp_path: Path) -> None:
 )
 def test_writes_pictures(suffix: str, head: bytes, tmp_path: Path) -> None:
     out = tmp_path / f"feeder.{suffix}"
-    assert run(["draw", FEEDER, "--out", str(out)]) == 0
+    assert execute(["draw", FEEDER, "--out", str(out)]) == 0
     assert out.read_bytes().startswith(head)
 
 
 def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "feeder.mmd"
-    assert run(["draw", FEEDER, "--json", "--out", str(out)]) == 0
+    assert execute(["draw", FEEDER, "--json", "--out", str(out)]) == 0
     assert json.loads(capsys.readouterr().out) == {"chart": "Feeder", "files": [str(out)]}
 
 
@@ -46,7 +46,7 @@ def test_without_graphviz(
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     outs = [tmp_path / "a.mmd", tmp_path / "a.svg"]
-    assert run(["draw", FEEDER, "--out", str(outs[0]), "--out", str(outs[1])]) == 1
+    assert execute(["draw", FEEDER, "--out", str(outs[0]), "--out", str(outs[1])]) == 1
     assert "missing-graphviz" in capsys.readouterr().err
     assert not any(out.exists() for out in outs)
 
@@ -62,7 +62,7 @@ def test_without_graphviz(
 def test_what_goes_wrong(
     arguments: list[str], code: int, rule: str, advice: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["draw", FEEDER, *arguments]) == code
+    assert execute(["draw", FEEDER, *arguments]) == code
     told = capsys.readouterr().err
     assert rule in told
     assert advice in told

@@ -8,13 +8,13 @@ import sys
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import rules
 
 
 @pytest.mark.parametrize("name", ["FK0350", "fk0350", "unreachable-state", "Unreachable-State"])
 def test_explains_by_code_and_name(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["explain", name]) == 0
+    assert execute(["explain", name]) == 0
     told = capsys.readouterr().out
     assert told.startswith("FK0350  warning unreachable-state\n")
     for heading in ("What it does", "Why it matters", "Example", "Instead"):
@@ -22,14 +22,14 @@ def test_explains_by_code_and_name(name: str, capsys: pytest.CaptureFixture[str]
 
 
 def test_lists_all(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["explain"]) == 0
+    assert execute(["explain"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == len(rules())
-    assert run(["explain", "--json"]) == 0
+    assert execute(["explain", "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)) == len(rules())
 
 
 def test_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["explain", "FK0350", "--json"]) == 0
+    assert execute(["explain", "FK0350", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["name"] == "unreachable-state"
     assert document["explanation"].startswith("## What it does")
@@ -46,16 +46,16 @@ def test_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_unknown_name_is_a_usage_error(
     name: str, advice: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["explain", name]) == 2
+    assert execute(["explain", name]) == 2
     assert advice in capsys.readouterr().err
 
 
 def test_targets(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["targets"]) == 0
+    assert execute(["targets"]) == 0
     told = capsys.readouterr().out
     assert "compile --target  python" in told
     assert "convert --to      scxml        charts in .scxml or .xml" in told
-    assert run(["targets", "--json"]) == 0
+    assert execute(["targets", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert {"name": "scxml", "suffixes": [".scxml", ".xml"]} in document["notations"]
     assert all(target["summary"] for target in document["targets"])

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.plugins import plugins
 from fsmkit.verify.explore import Manner, check
@@ -30,7 +30,7 @@ README = ROOT / "README.md"
 def said(*arguments: object) -> tuple[int, str, str]:
     """Return the exit code, and what was printed."""
     with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
-        code = run([str(a) for a in arguments])
+        code = execute([str(a) for a in arguments])
     return code, out.getvalue(), err.getvalue()
 
 
@@ -141,6 +141,6 @@ def test_the_time_is_for_all_of_an_export(
         "-o",
         str(out),
     ]
-    assert run([*argv, "--timeout", "1s"]) == 1
+    assert execute([*argv, "--timeout", "1s"]) == 1
     assert "FK0545" in capsys.readouterr().err
     assert not out.exists()

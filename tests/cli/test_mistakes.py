@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.runtime.cycles import round_of
 
 HEAD = """\
@@ -179,7 +179,7 @@ def test_a_mistake_is_told(
     monkeypatch.chdir(tmp_path)
     Path("good.yaml").write_text(GOOD, encoding="utf-8")
     Path(file).write_text(text, encoding="utf-8")
-    assert run(["show", file, "--strict"]) == 1
+    assert execute(["show", file, "--strict"]) == 1
     told = capsys.readouterr().err
     for part in (*messages, *places):
         assert part in told
@@ -201,7 +201,7 @@ def test_an_event_of_any_name_can_be_posted(
     chart = tmp_path / "set.yaml"
     chart.write_text(SET, encoding="utf-8")
     events = "post set v=3; post post; post wait 2; go; set lamp true; post set 4"
-    assert run(["run", str(chart), "--events", events, "--trace", "-t", target]) == 0
+    assert execute(["run", str(chart), "--events", events, "--trace", "-t", target]) == 0
     steps = [line for line in capsys.readouterr().out.splitlines() if "> event" in line]
     assert steps == [
         "@0 > event set 3",
@@ -218,7 +218,7 @@ def test_the_way_to_post_is_told(
 ) -> None:
     chart = tmp_path / "set.yaml"
     chart.write_text(SET, encoding="utf-8")
-    assert run(["run", str(chart), "--events", line]) == 1
+    assert execute(["run", str(chart), "--events", line]) == 1
     assert f"to post the event: `post {line}`" in capsys.readouterr().err
 
 
@@ -226,7 +226,7 @@ def test_post_in_a_system(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     (tmp_path / "set.yaml").write_text(SET, encoding="utf-8")
     system = tmp_path / "s.yaml"
     system.write_text("system: S\nmachines: {m: set.yaml}\n", encoding="utf-8")
-    assert run(["run", str(system), "--events", "post m.set v=3; m.post; m.set 4"]) == 0
+    assert execute(["run", str(system), "--events", "post m.set v=3; m.post; m.set 4"]) == 0
     told = capsys.readouterr().out
     assert [line for line in told.splitlines() if "0ms" in line] == [
         "m      0ms  start",
@@ -239,9 +239,9 @@ def test_post_in_a_system(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_time_to_wait_has_a_unit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     chart = tmp_path / "set.yaml"
     chart.write_text(SET, encoding="utf-8")
-    assert run(["run", str(chart), "--events", "wait 5sec"]) == 1
+    assert execute(["run", str(chart), "--events", "wait 5sec"]) == 1
     assert "`sec` is no unit; units are us, ms, s, m, h, d" in capsys.readouterr().err
-    assert run(["run", str(chart), "--events", "wait 1d"]) == 0
+    assert execute(["run", str(chart), "--events", "wait 1d"]) == 0
 
 
 def test_each_transition_that_is_never_taken_is_told_with_its_line(
@@ -256,7 +256,7 @@ def test_each_transition_that_is_never_taken_is_told_with_its_line(
     system.write_text(
         "system: S\nmachines: {m: gate.yaml}\nenvironment: {may: [m.go]}\n", encoding="utf-8"
     )
-    run(["check", str(system)])
+    execute(["check", str(system)])
     told = capsys.readouterr().err
     gate = tmp_path / "gate.yaml"
     assert f"never takes 2 of its transitions: of `a` at {gate}:8, of `b` at {gate}:12" in told
@@ -287,7 +287,7 @@ def test_a_fault_of_microsteps_names_the_cycle(
     head = "chart: Loop\nevents: {in: [go]}\ndata: {n: 0..99 = 0}\nstates:\n  a: {on: {go: b}}\n"
     Path("loop.yaml").write_text(head + states, encoding="utf-8")
     for arguments in (["run", "loop.yaml", "--events", "go"], ["check", "loop.yaml"]):
-        assert run(arguments) == 1
+        assert execute(arguments) == 1
         told = capsys.readouterr()
         assert f"round and round: {', '.join(cycle)}" in told.out
 

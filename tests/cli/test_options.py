@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import cli, run
+from fsmkit.cli import cli, execute
 
 GATE = """\
 chart: Gate
@@ -43,7 +43,7 @@ def verbs() -> list[str]:
 
 @pytest.mark.parametrize("verb", verbs())
 def test_every_verb_has_the_short_options(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run([verb, "--help"]) == 0
+    assert execute([verb, "--help"]) == 0
     told = capsys.readouterr().out
     assert "-q, --quiet" in told
     assert "-v, --verbose" in told
@@ -59,7 +59,7 @@ def test_every_verb_has_the_short_options(verb: str, capsys: pytest.CaptureFixtu
 def test_a_wrong_verb_is_told_with_what_is_meant(
     wrong: str, meant: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run([wrong]) == 2
+    assert execute([wrong]) == 2
     told = capsys.readouterr().err
     assert f"there is no verb `{wrong}`" in told
     assert f"did you mean `{meant}`?" in told
@@ -101,7 +101,7 @@ UNKNOWN = [
 def test_an_unknown_value_is_wrong_usage(
     line: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(line.split()) == 2
+    assert execute(line.split()) == 2
     assert message in capsys.readouterr().err
 
 
@@ -122,9 +122,9 @@ def test_strict_is_for_every_verb_that_reads_charts(
     line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = line.format("lenient.scxml").split()
-    run(arguments)
+    execute(arguments)
     assert "error[FK0226]" not in capsys.readouterr().err
-    assert run([*arguments, "--strict"]) == 1
+    assert execute([*arguments, "--strict"]) == 1
     assert "error[FK" in capsys.readouterr().err
 
 
@@ -134,22 +134,22 @@ def test_strict_reaches_the_charts_of_a_system(
     verb: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     events = ["--events", ""] if verb == "run" else []
-    run([verb, "system.yaml", *events])
+    execute([verb, "system.yaml", *events])
     told = capsys.readouterr().err
     assert "warning[FK02" in told
     assert "error[FK02" not in told
-    assert run([verb, "system.yaml", *events, "--strict"]) == 1
+    assert execute([verb, "system.yaml", *events, "--strict"]) == 1
     assert "error[FK" in capsys.readouterr().err
 
 
 def test_rules_count_as_the_options_say(gate: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["show", gate]) == 0
+    assert execute(["show", gate]) == 0
     assert "note[FK0354] unread-data" in capsys.readouterr().err
     code = "FK0354"
     for name in (code, "unread-data"):
-        assert run(["show", gate, "--error", name]) == 1
+        assert execute(["show", gate, "--error", name]) == 1
         assert f"error[{code}]" in capsys.readouterr().err
-        assert run(["show", gate, "--allow", name]) == 0
+        assert execute(["show", gate, "--allow", name]) == 0
         assert code not in capsys.readouterr().err
 
 
@@ -158,10 +158,10 @@ def test_errors_of_exploring_count_too(gate: str, capsys: pytest.CaptureFixture[
         GATE.replace("b: {on: {go: a}}", "b: {on: {go: {if: unread > 5, target: a}}}"),
         encoding="utf-8",
     )
-    run(["check", gate, "--json"])
+    execute(["check", gate, "--json"])
     names = {f["name"] for f in json.loads(capsys.readouterr().out)["findings"]}
     assert "never-taken" in names
-    run(["check", gate, "--json", "--error", "never-taken"])
+    execute(["check", gate, "--json", "--error", "never-taken"])
     found = json.loads(capsys.readouterr().out)
     assert [f["severity"] for f in found["findings"] if f["name"] == "never-taken"] == ["error"]
     assert found["verdict"] == "violated"
@@ -170,26 +170,26 @@ def test_errors_of_exploring_count_too(gate: str, capsys: pytest.CaptureFixture[
 def test_quiet_leaves_out_remarks_and_warnings(
     gate: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["compile", gate, "-o", "made", "-q"]) == 0
+    assert execute(["compile", gate, "-o", "made", "-q"]) == 0
     told = capsys.readouterr()
     assert told.out == told.err == ""
     assert Path("made/gate.c").is_file()
-    assert run(["show", gate, "-q"]) == 0
+    assert execute(["show", gate, "-q"]) == 0
     told = capsys.readouterr()
     assert told.out.startswith("Gate")
     assert told.err == ""
-    assert run(["compile", gate, "-o", "made"]) == 0
+    assert execute(["compile", gate, "-o", "made"]) == 0
     assert "made/gate.c" in capsys.readouterr().out
 
 
 def test_verbose_explains_and_colours_can_be_forced(
     gate: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["show", gate, "-v", "--color", "always"]) == 0
+    assert execute(["show", gate, "-v", "--color", "always"]) == 0
     told = capsys.readouterr()
     assert "\x1b[" in told.out
     assert "## Instead" in told.err
-    assert run(["show", gate, "--color", "never"]) == 0
+    assert execute(["show", gate, "--color", "never"]) == 0
     assert "\x1b[" not in capsys.readouterr().out
 
 
@@ -212,5 +212,5 @@ def test_shells_complete(
     monkeypatch.setenv("COMP_WORDS", words)
     monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
     with pytest.raises(SystemExit):
-        run([])
+        execute([])
     assert {line.split(",")[1] for line in capsys.readouterr().out.split()} == offered

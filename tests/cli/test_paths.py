@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 
 def test_each_is_a_folder_with_what_is_looked_for(capsys: pytest.CaptureFixture[str]) -> None:
@@ -19,17 +19,17 @@ def test_each_is_a_folder_with_what_is_looked_for(capsys: pytest.CaptureFixture[
         "pkgconfig": "fsmkit.pc",
     }
     for what, name in files.items():
-        assert run(["paths", what]) == 0
+        assert execute(["paths", what]) == 0
         printed = capsys.readouterr().out
         assert printed.endswith("\n")
         assert (Path(printed.removesuffix("\n")) / name).is_file()
-    assert run(["paths", "--json"]) == 0
+    assert execute(["paths", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert set(document) == set(files)
-    assert run(["paths"]) == 0
+    assert execute(["paths"]) == 0
     assert capsys.readouterr().out.split() == [word for pair in document.items() for word in pair]
 
 
 def test_what_there_is_not_is_usage(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["paths", "elsewhere"]) == 2
+    assert execute(["paths", "elsewhere"]) == 2
     assert "cmake" in capsys.readouterr().err

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.verify.reader import load_system
@@ -50,7 +50,7 @@ def pair(tmp_path: Path) -> str:
 
 def test_the_cell_runs_as_its_session_does(capsys: pytest.CaptureFixture[str]) -> None:
     events = "wait 8s; plant.press_start; wait 12s; feeder.pause; wait 1500ms; feeder.resume"
-    assert run(["run", CELL, "--events", events, "--trace"]) == 0
+    assert execute(["run", CELL, "--events", events, "--trace"]) == 0
     system = load_system(Path(CELL), Findings())
     session = SystemSession(system)
     done = [*session.start(), *session.run(8000)]
@@ -72,7 +72,7 @@ def test_the_cell_runs_as_its_session_does(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_machines_answer_each_other(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["run", pair, "--events", "left.serve speed=3; wait 2500ms"]) == 0
+    assert execute(["run", pair, "--events", "left.serve speed=3; wait 2500ms"]) == 0
     told = capsys.readouterr().out
     for line in (
         "left       0ms  serve speed=3",
@@ -85,7 +85,7 @@ def test_machines_answer_each_other(pair: str, capsys: pytest.CaptureFixture[str
 def test_scripts_and_json(pair: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script = tmp_path / "script.txt"
     script.write_text("start\npost left.serve 3\nrun 2500\n", encoding="utf-8")
-    assert run(["run", pair, "--script", str(script), "--json"]) == 0
+    assert execute(["run", pair, "--script", str(script), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["active"] == {"left": ["hitting"], "right": ["waiting"]}
     assert document["data"]["left"]["hits"] == document["data"]["right"]["hits"] == 1
@@ -94,9 +94,9 @@ def test_scripts_and_json(pair: str, tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 def test_a_fault_of_one_machine_is_not_fine(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["run", pair, "--events", "left.serve speed=3; wait 20s", "--json"]) == 1
+    assert execute(["run", pair, "--events", "left.serve speed=3; wait 20s", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["faults"] == {"left": "range"}
-    assert run(["run", pair, "--events", "left.serve speed=3; wait 20s"]) == 1
+    assert execute(["run", pair, "--events", "left.serve speed=3; wait 20s"]) == 1
     assert "left stopped with the fault range" in capsys.readouterr().out
 
 
@@ -105,14 +105,14 @@ def test_full_queues_are_told(
 ) -> None:
     script = tmp_path / "script.txt"
     script.write_text("start\n" + "post right.serve 0\n" * 9, encoding="utf-8")
-    assert run(["run", pair, "--script", str(script)]) == 0
+    assert execute(["run", pair, "--script", str(script)]) == 0
     assert capsys.readouterr().out.count("right: full queue") == 1
 
 
 def test_seeds_choose_results(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
     told = set()
     for seed in ("1", "2", "1"):
-        run(["run", pair, "--seed", seed, "--events", "left.serve speed=3; wait 9s"])
+        execute(["run", pair, "--seed", seed, "--events", "left.serve speed=3; wait 9s"])
         told.add(capsys.readouterr().out)
     assert len(told) == 2
 
@@ -122,7 +122,7 @@ def test_conversation(
 ) -> None:
     typed = "help\nstate\nevents\ndata\nleft.serve speed=1\nwait 1s\nstate\nquit\n"
     monkeypatch.setattr("sys.stdin", io.StringIO(typed))
-    assert run(["run", pair]) == 0
+    assert execute(["run", pair]) == 0
     told = capsys.readouterr().out
     assert "MACHINE.EVENT a=1" in told
     assert "  left.serve(speed 0..9)" in told
@@ -145,7 +145,7 @@ def test_conversation(
 def test_wrong_events_are_diagnostics(
     arguments: tuple[str, ...], message: str, pair: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["run", pair, *arguments]) == 1
+    assert execute(["run", pair, *arguments]) == 1
     assert message in capsys.readouterr().err
 
 
@@ -165,10 +165,10 @@ def test_wrong_scripts_are_diagnostics(
 ) -> None:
     script = tmp_path / "script.txt"
     script.write_text(lines, encoding="utf-8")
-    assert run(["run", pair, "--script", str(script)]) == 1
+    assert execute(["run", pair, "--script", str(script)]) == 1
     assert message in capsys.readouterr().err
 
 
 def test_only_the_interpreter_runs_systems(pair: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["run", pair, "--events", "left.ball", "--target", "c"]) == 2
+    assert execute(["run", pair, "--events", "left.ball", "--target", "c"]) == 2
     assert "a system is run by the interpreter alone" in capsys.readouterr().err

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 SCXML = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="a">{}</scxml>'
 CHARTS = {
@@ -59,7 +59,7 @@ def test_events_come_when_they_are_due(
     script.write_text("start 0\nrun 0\nrun 5000\n", encoding="utf-8")
     happens = ["--script", str(script)] if output == "script" else ["--events", "wait 5s"]
     more = {"trace": ["--trace"], "json": ["--json"]}.get(output, [])
-    assert run(["run", str(chart), *happens, "--target", target, *more]) == 0
+    assert execute(["run", str(chart), *happens, "--target", target, *more]) == 0
     told = capsys.readouterr().out
     assert _steps(told, is_json=output == "json") == expected
 
@@ -92,7 +92,7 @@ def test_a_delayed_event_that_leaves_is_told_with_its_time(
 ) -> None:
     chart = tmp_path / "sender.yaml"
     chart.write_text(LEAVING, encoding="utf-8")
-    assert run(["run", str(chart), "--events", "wait 5s"]) == 0
+    assert execute(["run", str(chart), "--events", "wait 5s"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert "      1s  ping is due" in lines
     assert lines[lines.index("      1s  ping is due") + 1].strip() == "out ping"
@@ -107,7 +107,7 @@ def test_the_same_in_a_system(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         "system: S\nmachines: {one: sender.yaml, two: delayed.scxml}\nconnect: []\n",
         encoding="utf-8",
     )
-    assert run(["run", str(system), "--events", "wait 2s"]) == 0
+    assert execute(["run", str(system), "--events", "wait 2s"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert all(line.strip() not in ("one", "two") for line in lines)
     assert "one       1s  ping is due" in lines
@@ -126,7 +126,7 @@ INVOKED = SCXML.format(
 def test_times_of_an_invoked_chart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     chart = tmp_path / "invoker.scxml"
     chart.write_text(INVOKED, encoding="utf-8")
-    assert run(["run", str(chart), "--events", "wait 5s"]) == 0
+    assert execute(["run", str(chart), "--events", "wait 5s"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert all(line.strip() != "child:" for line in lines)
     assert "          child:       1s  tick" in lines
@@ -137,6 +137,9 @@ def test_time_goes_on_in_a_chart_with_timers(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     feeder = Path(__file__).parents[2] / "machines/production_cell/feeder.yaml"
-    assert run(["run", str(feeder), "--events", "arrived; wait 500ms; pause; wait 60s"]) in (0, 1)
+    assert execute(["run", str(feeder), "--events", "arrived; wait 500ms; pause; wait 60s"]) in (
+        0,
+        1,
+    )
     times = [at for at, _ in _steps(capsys.readouterr().out, is_json=False)]
     assert times == sorted(times)

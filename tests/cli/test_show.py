@@ -8,7 +8,7 @@ from textwrap import dedent
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 BASE = """
     chart: Base
@@ -58,7 +58,7 @@ def chart(tmp_path: Path) -> Path:
 
 
 def show(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    assert run(["show", *map(str, arguments)]) == 0
+    assert execute(["show", *map(str, arguments)]) == 0
     return capsys.readouterr().out
 
 
@@ -194,14 +194,14 @@ def test_a_system(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_chart_with_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "wrong.scxml"
     path.write_text('<scxml version="1.0"><state id="a"><transition target="b"/></state></scxml>')
-    assert run(["show", str(path)]) == 1
+    assert execute(["show", str(path)]) == 1
     printed = capsys.readouterr()
     assert printed.out == ""
     assert "there is no state `b`" in printed.err
 
 
 def test_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["show", "nowhere.yaml"]) == 1
+    assert execute(["show", "nowhere.yaml"]) == 1
     assert "FK0101" in capsys.readouterr().err
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.cli.paths import PATHS
 from fsmkit.composition.deployment import is_deployment_file, load_deployment
 from fsmkit.diagnostics import Findings, FsmkitError
@@ -145,7 +145,7 @@ def test_the_c_of_a_node_knows_whether_the_deployment_says_insecure(
     for word in ("true", "false"):
         text = FAR.replace("{e", f"{{insecure: {word}, e").replace("tcp://x:1", "ipc://x")
         out = tmp_path / word
-        assert run(["compile", str(write_pair(text)), "--out", str(out)]) == 0
+        assert execute(["compile", str(write_pair(text)), "--out", str(out)]) == 0
         assert f"    1u,\n    {word}\n}};" in (out / "a/pair_a.c").read_text()
 
 
@@ -165,7 +165,7 @@ def test_each_node_is_written_with_the_map(
     write_pair: Callable[[str], Path], require_tool: Callable[[str], str], tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    assert run(["compile", str(write_pair(WHOLE)), "--out", str(out)]) == 0
+    assert execute(["compile", str(write_pair(WHOLE)), "--out", str(out)]) == 0
     found = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()}
     machine = {"side.c", "side.h", "fsm.c", "fsm.h"}
     assert found == {
@@ -196,7 +196,7 @@ def test_python_machines_of_a_node_have_the_map_beside_them(
 ) -> None:
     out = tmp_path / "out"
     path = write_pair(WHOLE)
-    assert run(["compile", str(path), "--target", "python", "--out", str(out), "--json"]) == 0
+    assert execute(["compile", str(path), "--target", "python", "--out", str(out), "--json"]) == 0
     told: Mapping[str, list[str]] = json.loads(capsys.readouterr().out)
     names = {str(Path(name).relative_to(out)) for name in told["files"]}
     assert names == {"links.json", "a/side.py", "b/side.py"}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.traffic import posted_events, sent_events
@@ -295,7 +295,7 @@ def test_is_clean_everywhere(
     talk: Path, tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
     folder = tmp_path / "made"
-    assert run(["compile", str(talk), "--out", str(folder)]) == 0
+    assert execute(["compile", str(talk), "--out", str(folder)]) == 0
     for compiler, *standard in (
         ("gcc", "-std=c99"),
         ("clang", "-std=c99"),
@@ -308,7 +308,7 @@ def test_what_does_not_fit_is_counted(
     talk: Path, tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
     folder = tmp_path / "made"
-    assert run(["compile", str(talk), "--out", str(folder)]) == 0
+    assert execute(["compile", str(talk), "--out", str(folder)]) == 0
     system = load_system(talk, Findings())
     charts = named_charts(system)
     headers = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
@@ -345,7 +345,7 @@ def test_shared_data_are_not_joined(
 ) -> None:
     text = talk.read_text(encoding="utf-8")
     talk.write_text(text + "shared: {n: 0..99 wrap = 0}\n", encoding="utf-8")
-    assert run(["compile", str(talk), "--out", str(tmp_path / "made")]) == 0
+    assert execute(["compile", str(talk), "--out", str(tmp_path / "made")]) == 0
     assert "`shared` data are not joined in C" in capsys.readouterr().err
     assert not (tmp_path / "made" / "talk.c").exists()
 
@@ -355,6 +355,6 @@ def test_what_a_connection_cannot_carry_is_said(
 ) -> None:
     text = talk.read_text(encoding="utf-8")
     talk.write_text(text.replace("west.call -> judge.called_for", "west.look -> judge.whistle"))
-    assert run(["compile", str(talk), "--out", str(tmp_path / "made")]) == 0
+    assert execute(["compile", str(talk), "--out", str(tmp_path / "made")]) == 0
     assert "`west.look` returns something" in capsys.readouterr().err
-    assert run(["compile", str(talk), "--out", str(tmp_path), "--without", "queue"]) == 2
+    assert execute(["compile", str(talk), "--out", str(tmp_path), "--without", "queue"]) == 2

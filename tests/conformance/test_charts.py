@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.testing.conformance import Result
 from fsmkit.testing.conformance_charts import Reading, Stage, meaning, read_chart
 from fsmkit.testing.conformance_meaning import REFUSED
@@ -89,7 +89,7 @@ def test_tests_are_no_charts_as_they_are_found(folder: Path) -> None:
 
 
 def test_the_verb_tells_how_far(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["conformance", str(folder)]) == 1
+    assert execute(["conformance", str(folder)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "read yes  chart yes  C yes  a/good.scxml"
     assert lines[2] == "read yes  chart yes  C yes  a/warned.xml  1 warnings"
@@ -100,13 +100,13 @@ def test_the_verb_tells_how_far(folder: Path, capsys: pytest.CaptureFixture[str]
         "meaning kept: 3 of 5 files; 0 places are an error at run time",
         "    2 files     2 places  the file is no chart",
     ]
-    assert run(["conformance", str(folder), "--json"]) == 1
+    assert execute(["conformance", str(folder), "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert (document["passed"], document["failed"], document["skipped"]) == (3, 2, 1)
     assert document["charts"]["compiled"] == 3
     target = next(test for test in document["tests"] if test["name"] == "b/target.scxml")
     assert (target["read"], target["chart"], target["compiled"]) == (True, False, False)
-    assert run(["conformance", str(folder / "a"), "--quiet"]) == 0
+    assert execute(["conformance", str(folder / "a"), "--quiet"]) == 0
     assert capsys.readouterr().out.startswith("charts: 3 files")
 
 

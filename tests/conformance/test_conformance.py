@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.loading import load
 from fsmkit.model.chart import Chart
@@ -193,23 +193,23 @@ def test_the_reference_is_first_and_unknown_ones_are_told() -> None:
 
 def test_the_verb_counts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = suite(tmp_path, {"test1": PASS, "test2": FAIL})
-    assert run(["conformance", str(folder)]) == 1
+    assert execute(["conformance", str(folder)]) == 1
     out = capsys.readouterr().out
     assert "failed  interpreter test2  ends in fail" in out
     assert "interpreter: 1 passed, 1 failed, 0 skipped" in out
-    assert run(["conformance", str(folder), "--json"]) == 1
+    assert execute(["conformance", str(folder), "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert document["passed"] == document["failed"] == 1
     assert document["tests"][0] == {"name": "test1", "target": "interpreter", "result": "passed"}
     (folder / "ecma" / "test2.scxml").unlink()
-    assert run(["conformance", str(folder), "--quiet"]) == 0
+    assert execute(["conformance", str(folder), "--quiet"]) == 0
 
 
 def test_a_folder_without_tests_is_a_diagnostic(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["conformance", str(tmp_path)]) == 1
-    assert run(["conformance", str(tmp_path / "nowhere")]) == 1
+    assert execute(["conformance", str(tmp_path)]) == 1
+    assert execute(["conformance", str(tmp_path / "nowhere")]) == 1
     assert "FK0588" in capsys.readouterr().err
     assert not list(w3c_cases(tmp_path))
     assert callable(follows({"initialConfiguration": [], "events": []}))

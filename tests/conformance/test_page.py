@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.testing.conformance import Case, Result, Verdict
 from fsmkit.testing.conformance_charts import Reading, Stage
 from fsmkit.testing.conformance_expectations import ends_in_pass
@@ -76,9 +76,9 @@ def test_the_verb_writes_the_page(tmp_path: Path) -> None:
     (tmp_path / "ecma").mkdir()
     (tmp_path / "ecma/test1.scxml").write_text(f'{head}<final id="pass"/></scxml>')
     target = tmp_path / "page.md"
-    assert run(["conformance", str(tmp_path), "--quiet", "--markdown", str(target)]) == 0
+    assert execute(["conformance", str(tmp_path), "--quiet", "--markdown", str(target)]) == 0
     assert "| all | 1 / 0 / 0 |" in target.read_text()
-    assert run(["conformance", str(tmp_path), "--markdown", str(tmp_path)]) == 1
+    assert execute(["conformance", str(tmp_path), "--markdown", str(tmp_path)]) == 1
 
 
 def test_the_reference_is_such_a_page(shared: Callable[[str], Path]) -> None:

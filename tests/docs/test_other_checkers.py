@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from tests.verify.export.judges import has_storm
 
 ROOT = Path(__file__).parents[2]
@@ -31,7 +31,7 @@ def folder_with_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         if language == "console":
             command, _, shown = block.partition("\n")
             with redirect_stdout(StringIO()) as out:
-                code = run(command.removeprefix("$ fsmkit ").split())
+                code = execute(command.removeprefix("$ fsmkit ").split())
             assert (code, out.getvalue()) == (0, shown)
     return tmp_path
 

@@ -26,11 +26,7 @@ PATIENCE = 6
 """Seconds to wait for a second of processor time."""
 _SERVER = multiprocessing.get_context("forkserver")
 _SERVER.set_forkserver_preload(
-    [
-        f"fsmkit.cli.{verb.stem}"
-        for verb in Path(cli.__file__).parent.glob("[a-z]*.py")
-        if verb.stem != "run"  # once imported, it hides the function of that name
-    ]
+    [f"fsmkit.cli.{verb.stem}" for verb in Path(cli.__file__).parent.glob("[a-z]*.py")]
     + ["fsmkit.codegen.c.plugin", "fsmkit.codegen.python.plugin", "fsmkit.verify.reader"]
 )
 

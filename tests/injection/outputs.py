@@ -16,7 +16,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from fsmkit.cli import run as command_line
+from fsmkit.cli import execute as command_line
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
 from fsmkit.testing.endurance.program import program, report_limits

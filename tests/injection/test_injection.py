@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run as command_line
+from fsmkit.cli import execute as command_line
 from fsmkit.codegen.pyext.generate import generate
 from fsmkit.loading import load
 from fsmkit.texts import Identifier, RawText, Written, c, printing, telling, written

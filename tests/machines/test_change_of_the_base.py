@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
 from fsmkit.model.document import Origin
@@ -66,6 +66,6 @@ def test_every_drawing_shows_it(cell: Path, name: str, drawing: Drawing) -> None
 def test_show_tells_where_it_comes_from(
     cell: Path, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["show", str(cell / f"{name}.yaml"), "--origin"]) == 0
+    assert execute(["show", str(cell / f"{name}.yaml"), "--origin"]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if "door_opened" in line]
     assert any("inherited" in line and "module.scxml:" in line for line in lines), lines

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load_with_findings
 from fsmkit.model.chart import OPEN_ENDED, Chart
@@ -65,14 +65,14 @@ def test_bad_bounds_are_told(tmp_path: Path, delay: str, key: str, rule: str | N
 def test_no_code_is_written(tmp_path: Path, target: str) -> None:
     load(tmp_path, "20ms..50ms")
     arguments = ["compile", str(tmp_path / "c.yaml"), "--target", target]
-    assert run([*arguments, "--out", str(tmp_path / "out")]) == 1
+    assert execute([*arguments, "--out", str(tmp_path / "out")]) == 1
     assert not (tmp_path / "out").exists()
 
 
 def test_both_notations_have_them(tmp_path: Path) -> None:
     chart = load(tmp_path, "20ms..LONG")
     out = tmp_path / "c.scxml"
-    assert run(["convert", str(tmp_path / "c.yaml"), "--to", "scxml", "--out", str(out)]) == 0
+    assert execute(["convert", str(tmp_path / "c.yaml"), "--to", "scxml", "--out", str(out)]) == 0
     again = load_with_findings(out, Findings())
     assert again.transitions == chart.transitions
 

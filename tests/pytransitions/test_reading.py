@@ -19,7 +19,7 @@ from transitions.extensions.nesting import NestedState
 from transitions.extensions.states import Timeout, add_state_features
 
 import fsmkit
-from fsmkit.cli import run as run_command
+from fsmkit.cli import execute as run_command
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.model.chart import Chart
 from fsmkit.model.document import Kind, Trigger

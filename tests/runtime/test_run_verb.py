@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 CHART = """\
 chart: Door
@@ -40,7 +40,7 @@ def door(tmp_path: Path) -> str:
 
 def test_events_print_what_happened(door: str, capsys: pytest.CaptureFixture[str]) -> None:
     events = "open why=hand; wait 500ms; shut; set locked true; open hand"
-    assert run(["run", door, "--events", events]) == 0
+    assert execute(["run", door, "--events", events]) == 0
     out = capsys.readouterr().out
     assert "open why=hand" in out
     assert "closed -> opened on open" in out
@@ -55,15 +55,15 @@ def test_traces_are_those_of_the_scripts(
 ) -> None:
     script = tmp_path / "script.txt"
     script.write_text("start 0\npost open 1\nrun 0\nrun 2000\nrun 2500\n")
-    assert run(["run", door, "--script", str(script)]) == 0
+    assert execute(["run", door, "--script", str(script)]) == 0
     by_script = capsys.readouterr().out
-    assert run(["run", door, "--events", "open hand; wait 2s; wait 500ms", "--trace"]) == 0
+    assert execute(["run", door, "--events", "open hand; wait 2s; wait 500ms", "--trace"]) == 0
     assert capsys.readouterr().out == by_script
     assert "@2000 > timeout" in by_script
 
 
 def test_json_is_one_document(door: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["run", door, "--events", "open wind", "--json"]) == 0
+    assert execute(["run", door, "--events", "open wind", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["active"] == ["opened"]
     assert document["steps"][1]["microsteps"][0]["entered"] == ["opened"]
@@ -73,7 +73,7 @@ def test_json_is_one_document(door: str, capsys: pytest.CaptureFixture[str]) -> 
 def test_seeds_choose_results(door: str, capsys: pytest.CaptureFixture[str]) -> None:
     outputs = set()
     for seed in range(8):
-        assert run(["run", door, "--events", "open wind", "--trace", "--seed", str(seed)]) == 0
+        assert execute(["run", door, "--events", "open wind", "--trace", "--seed", str(seed)]) == 0
         outputs.add(capsys.readouterr().out)
     assert len(outputs) > 1
 
@@ -83,7 +83,7 @@ def test_conversation(
 ) -> None:
     lines = "help\nevents\nopen wind\nstate\ndata\nset locked 1\nwait 3s\n\nquit\nshut\n"
     monkeypatch.setattr("sys.stdin", io.StringIO(lines))
-    assert run(["run", door]) == 0
+    assert execute(["run", door]) == 0
     out = capsys.readouterr().out
     assert "let time pass" in out
     assert "* open(why Why)" in out
@@ -107,7 +107,7 @@ def test_conversation(
 def test_wrong_events_are_diagnostics(
     door: str, events: str, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["run", door, "--events", events]) == 1
+    assert execute(["run", door, "--events", events]) == 1
     err = capsys.readouterr().err
     assert "FK0580" in err
     assert told in err
@@ -115,10 +115,10 @@ def test_wrong_events_are_diagnostics(
 
 
 def test_a_missing_chart_and_a_wrong_target(door: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["run", "nowhere.yaml", "--events", ""]) == 1
-    assert run(["run", door, "--events", "", "--target", "cobol"]) == 2
+    assert execute(["run", "nowhere.yaml", "--events", ""]) == 1
+    assert execute(["run", door, "--events", "", "--target", "cobol"]) == 2
     assert "there is no target `cobol`: interpreter, c" in capsys.readouterr().err
-    assert run(["run", door, "--events", "", "--script", "x"]) == 2
+    assert execute(["run", door, "--events", "", "--script", "x"]) == 2
 
 
 def test_a_fault_is_not_fine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -127,5 +127,5 @@ def test_a_fault_is_not_fine(tmp_path: Path, capsys: pytest.CaptureFixture[str])
         "chart: Bad\nevents: {in: [go]}\ninitial: a\n"
         "states:\n  a: {on: {go: b}}\n  b: {always: c}\n  c: {always: b}\n"
     )
-    assert run(["run", str(path), "--events", "go"]) == 1
+    assert execute(["run", str(path), "--events", "go"]) == 1
     assert "the machine stops: microsteps" in capsys.readouterr().out

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.bounds import FROM_OUTSIDE, proved
 from fsmkit.verify.explore import Manner, check
@@ -23,7 +23,7 @@ from tests.verify.test_saved_tests import CHART, written
 def compiled(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, dict[str, int]]:
     """Return the capacities and the size of each machine that is compiled."""
     capsys.readouterr()
-    assert run(["compile", *words, "--json"]) == 0
+    assert execute(["compile", *words, "--json"]) == 0
     machines = json.loads(capsys.readouterr().out)["machines"]
     return {m["name"]: m["capacities"] | {"bytes": m["struct_bytes"]} for m in machines}
 
@@ -77,7 +77,7 @@ def test_a_machine_is_smaller_and_says_why(
     assert "at most 2 events from outside" in comment[0]
     assert "#define DRIVER_QUEUE 3u" in header
     words = [chart, "--out", out, "--bounds", "from-check", "--system", str(system)]
-    run(["compile", *words, "--time", "untimed"])
+    execute(["compile", *words, "--time", "untimed"])
     header = (tmp_path / "made/driver.h").read_text(encoding="utf-8")
     assert "timers fire at any time" in header
 
@@ -88,7 +88,7 @@ def test_a_queue_that_overflows_is_refused(
     require_tool("cc")
     chart = written(tmp_path, {"sender": CHART})
     words = ["compile", str(chart), "--bounds", "from-check", "--out", str(tmp_path / "made")]
-    assert run(words) == 1
+    assert execute(words) == 1
     told = capsys.readouterr().err
     assert "bounds-not-proved" in told
     assert "a queue of `Sender` can overflow" in told
@@ -111,7 +111,7 @@ def test_a_chart_that_does_not_run_there_is_refused(
     system = written(tmp_path, {**SYSTEMS["drive"], "other": SYSTEMS["deadlock"]["left"]})
     other = str(tmp_path / "other.yaml")
     words = ["compile", other, "--bounds", "from-check", "--system", str(system)]
-    assert run([*words, "--out", str(tmp_path / "made")]) == 1
+    assert execute([*words, "--out", str(tmp_path / "made")]) == 1
     assert "no machine of that system runs `Left`" in capsys.readouterr().err
 
 

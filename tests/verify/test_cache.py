@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify import cache as caches
 from fsmkit.verify.cache import Cache, UnusableError, cache_folder, is_whole
@@ -251,22 +251,22 @@ def test_the_verb_shows_and_empties(
 ) -> None:
     with ExitStack() as hold:
         Cache(folder).add(NAME, {"explore": made}, hold)
-    assert run(["cache", "--json"]) == 0
+    assert execute(["cache", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [entry["name"] for entry in told["entries"]] == [NAME]
     assert told["folder"] == str(folder)
     assert told["bytes"] > 7000
     (folder / NAME / "explore").write_bytes(b"")
-    assert run(["cache", "--prune"]) == 0
+    assert execute(["cache", "--prune"]) == 0
     assert "removed 1" in capsys.readouterr().out
-    assert run(["cache", "--clear"]) == 0
+    assert execute(["cache", "--clear"]) == 0
     assert "removed 0" in capsys.readouterr().out
     assert list(folder.iterdir()) == []
-    assert run(["cache", "--prune", "--clear"]) == 2
+    assert execute(["cache", "--prune", "--clear"]) == 2
 
 
 def test_the_verb_says_why_it_is_not_used(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder.mkdir(parents=True)
     folder.chmod(0o777)
-    assert run(["cache"]) == 1
+    assert execute(["cache"]) == 1
     assert "others can write it" in capsys.readouterr().err

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from tests.verify.systems import SYSTEMS
 
 
@@ -21,15 +21,15 @@ def drive(tmp_path: Path) -> Path:
 
 
 def test_exit_code_tells_whether_all_holds(drive: Path) -> None:
-    assert run(["check", str(drive), "--engine", "python", "--property", "tries"]) == 0
-    assert run(["check", str(drive), "--engine", "python"]) == 1
-    assert run(["check", str(drive), "--memory", "much"]) == 2
-    assert run(["check", str(drive), "--assume-watchdogs-silent"]) == 2
-    assert run(["check", str(drive.with_name("nowhere.yaml"))]) == 1
+    assert execute(["check", str(drive), "--engine", "python", "--property", "tries"]) == 0
+    assert execute(["check", str(drive), "--engine", "python"]) == 1
+    assert execute(["check", str(drive), "--memory", "much"]) == 2
+    assert execute(["check", str(drive), "--assume-watchdogs-silent"]) == 2
+    assert execute(["check", str(drive.with_name("nowhere.yaml"))]) == 1
 
 
 def test_json(drive: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    run(["check", str(drive), "--engine", "python", "--json"])
+    execute(["check", str(drive), "--engine", "python", "--json"])
     told = json.loads(capsys.readouterr().out)
     assert (told["verdict"], told["states"], told["transitions"]) == ("violated", 229, 420)
     assert told["engine"] == "python"
@@ -43,16 +43,16 @@ def test_no_compiler_falls_back_to_python_and_says_so(
     drive: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
-    run(["check", str(drive), "--json"])
+    execute(["check", str(drive), "--json"])
     captured = capsys.readouterr()
     assert json.loads(captured.out)["engine"] == "python"
     assert "no-compiler" in captured.err
-    assert run(["check", str(drive), "--engine", "c"]) == 1
+    assert execute(["check", str(drive), "--engine", "c"]) == 1
 
 
 def test_saved_traces_perform_themselves(drive: Path, tmp_path: Path) -> None:
     folder = tmp_path / "traces"
-    run(["check", str(drive), "--engine", "python", "--save-trace", str(folder)])
+    execute(["check", str(drive), "--engine", "python", "--save-trace", str(folder)])
     names = {path.name for path in folder.iterdir()}
     assert {"Drive_never_twice.json", "Drive_never_twice.mmd"} <= names
     diagram = (folder / "Drive_never_twice.mmd").read_text(encoding="utf-8")
@@ -66,4 +66,4 @@ def test_saved_traces_perform_themselves(drive: Path, tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_told(drive: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     folder = tmp_path / "file" / "traces"
-    assert run(["check", str(drive), "--engine", "python", "--save-trace", str(folder)]) == 1
+    assert execute(["check", str(drive), "--engine", "python", "--save-trace", str(folder)]) == 1

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.cover import Cover, Item, cover
 from fsmkit.verify.explore import Manner, check
@@ -81,7 +81,7 @@ def test_a_suite_passes_and_a_mutant_fails(
 ) -> None:
     require_tool("cc")
     chart, folder = written(tmp_path, {"sender": CHART}), tmp_path / "suite"
-    assert run(["check", str(chart), "--cover", str(folder)]) == 1
+    assert execute(["check", str(chart), "--cover", str(folder)]) == 1
     page = (folder / "coverage.md").read_text()
     assert "| Sender | 6 of 6 | 4 of 4 |" in page
     python, c = folder / "test_sender_cover.py", folder / "sender_cover.c"
@@ -96,7 +96,7 @@ def test_the_suite_of_the_cell_finds_its_mutants(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
     require_tool("cc")
-    run(["check", str(CELL / "cell.yaml"), "--cover", str(tmp_path)])
+    execute(["check", str(CELL / "cell.yaml"), "--cover", str(tmp_path)])
     c = tmp_path / "cell_cover.c"
     assert c_fails(c, [CELL / "feeder.yaml", CELL / "molder.yaml"]) == ""
     for mutant in ("m2_feeder", "m5_feeder"):

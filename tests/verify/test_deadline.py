@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 import fsmkit
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify import engine
 from fsmkit.verify.deadline import Deadline, Stage, TimeUp
@@ -280,7 +280,7 @@ def test_the_command_line_says_where_the_time_went(
     path = tmp_path / "flat.yaml"
     path.write_text(flat(20_000))
     began = time.monotonic()
-    assert run(["check", str(path), "--timeout", "1s", *options]) == 1
+    assert execute(["check", str(path), "--timeout", "1s", *options]) == 1
     assert time.monotonic() - began < SLACK
     told = json.loads(capsys.readouterr().out)
     assert told["verdict"] == "undecided"
@@ -295,7 +295,7 @@ def test_a_comparison_in_json_is_undecided(
     path = tmp_path / "flat.yaml"
     path.write_text(flat(20_000))
     command = ["check", str(path), "--refines", str(path), "--timeout", "1s", "--json"]
-    assert run(command) == 1
+    assert execute(command) == 1
     assert json.loads(capsys.readouterr().out)["verdict"] == "undecided"
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import fsmkit
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify import engine
 from fsmkit.verify.engine import compiler
@@ -135,7 +135,7 @@ def test_a_compiler_that_fails_is_told(
     fails.chmod(0o755)
     monkeypatch.setenv("CC", str(fails))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert run(["check", str(tmp_path / "drive.yaml")]) == 1
+    assert execute(["check", str(tmp_path / "drive.yaml")]) == 1
     told = capsys.readouterr().err
     assert said in told
     assert "has a bug" not in told
@@ -166,7 +166,7 @@ def test_what_the_machine_has_no_more_of_is_no_bug(
             raise error
 
         monkeypatch.setattr("fsmkit.verify.explore.load_any", fails)
-        assert run(["check", str(path)]) == 1
+        assert execute(["check", str(path)]) == 1
         assert "there is no more" in capsys.readouterr().err
 
 

@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from tests.verify.systems import SYSTEMS
 
 
@@ -27,7 +27,7 @@ def test_each_trace_has_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[s
     file, folder = written("drive", tmp_path), tmp_path / "out"
     drawings = [str(folder / f"drive{suffix}") for suffix in (".svg", ".mmd", ".puml")]
     options = [word for path in drawings for word in ("--draw", path)]
-    assert run(["check", str(file), "--engine", "python", *options]) == 1
+    assert execute(["check", str(file), "--engine", "python", *options]) == 1
     names = {path.name for path in folder.iterdir()}
     assert {f"drive_{p}.{s}" for p in ("never_twice", "done") for s in ("svg", "mmd")} <= names
     shown = texts(folder / "drive_never_twice.svg")
@@ -40,13 +40,13 @@ def test_each_trace_has_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[s
 def test_one_trace_is_where_it_was_asked_for(tmp_path: Path) -> None:
     file, path = written("drive", tmp_path), tmp_path / "wrong.svg"
     command = ["check", str(file), "--engine", "python", "--property", "never_twice"]
-    run([*command, "--draw", str(path)])
+    execute([*command, "--draw", str(path)])
     assert "driver" in texts(path)
 
 
 def test_connections_are_arrows_and_no_machines(tmp_path: Path) -> None:
     file = written("losing", tmp_path)
-    run(["check", str(file), "--engine", "python", "--draw", str(tmp_path / "l.svg")])
+    execute(["check", str(file), "--engine", "python", "--draw", str(tmp_path / "l.svg")])
     shown = texts(tmp_path / "l_two_lost.svg")
     assert shown.count("lost") == 2
     assert not any(">" in text and "source." in text for text in shown)
@@ -55,10 +55,10 @@ def test_connections_are_arrows_and_no_machines(tmp_path: Path) -> None:
 
 def test_an_endless_run_is_marked(tmp_path: Path) -> None:
     file = written("livelock", tmp_path)
-    run(["check", str(file), "--engine", "python", "--draw", str(tmp_path / "l.svg")])
+    execute(["check", str(file), "--engine", "python", "--draw", str(tmp_path / "l.svg")])
     assert "for ever" in texts(tmp_path / "l.svg")
 
 
 def test_an_unknown_suffix_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["check", str(written("drive", tmp_path)), "--draw", "a.gif"]) == 2
+    assert execute(["check", str(written("drive", tmp_path)), "--draw", "a.gif"]) == 2
     assert "unknown-suffix" in capsys.readouterr().err

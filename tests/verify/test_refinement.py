@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load_with_findings
 from fsmkit.model.chart import Chart
@@ -172,12 +172,12 @@ def test_the_feeder_is_compared_with_the_module_as_long_as_there_is_time() -> No
 
 def test_the_command_line_tells_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
     paths = [str(CELL / name) for name in ("belt.yaml", "module.scxml")]
-    assert run(["check", paths[0], "--refines", paths[1]]) == 1
+    assert execute(["check", paths[0], "--refines", paths[1]]) == 1
     told = capsys.readouterr().out
     assert "VIOLATED  `Belt` refines `Module`" in told
     assert "4     limit         inventory  is_homed" in told
     assert "`Module`, then in seeking, cannot do the last step" in told
-    assert run(["check", paths[0], "--refines", paths[1], "--json"]) == 1
+    assert execute(["check", paths[0], "--refines", paths[1], "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert document["verdict"] == "violated"
     assert [step["event"] for step in document["trace"]] == [
@@ -198,6 +198,6 @@ def test_what_cannot_be_compared_is_told(
     arguments: list[str], code: int, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     paths = [str(CELL / a) if a.endswith((".yaml", ".scxml")) else a for a in arguments]
-    assert run(["check", *paths]) == code
+    assert execute(["check", *paths]) == code
     told = capsys.readouterr()
     assert said in told.out + told.err

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.explore import Manner, check
 from fsmkit.verify.python_again import in_python
@@ -61,7 +61,7 @@ def c_fails(path: Path, charts: list[Path]) -> str:
     """Compile a C test as its comment says, and return what it prints; empty if it passes."""
     folder = path.parent
     for chart in charts:
-        assert run(["compile", str(chart), "--out", str(folder / "generated")]) == 0
+        assert execute(["compile", str(chart), "--out", str(folder / "generated")]) == 0
     lines = path.read_text(encoding="utf-8").splitlines()
     command = next(line for line in lines if "cc -I generated" in line).strip(" *").split()
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-o", "again"]
@@ -79,7 +79,7 @@ def test_a_chart_performs_again_what_was_found(
     chart = written(tmp_path, {"sender": CHART})
     python, c = tmp_path / "test_sender.py", tmp_path / "sender_again.c"
     command = ["check", str(chart), *options, "--save-test", str(python), "--save-test", str(c)]
-    assert run(command) == 1
+    assert execute(command) == 1
     assert pytest_passes(python)
     assert c_fails(c, [chart]) == ""
     chart.write_text(CHART.replace("tick: three", "tick: {target: three, do: hit()}"))
@@ -91,7 +91,7 @@ def test_a_delay_that_changed_is_told(tmp_path: Path, require_tool: Callable[[st
     require_tool("cc")
     chart = written(tmp_path, {"sender": CHART})
     c = tmp_path / "sender_again.c"
-    run(["check", str(chart), "--save-test", str(c)])
+    execute(["check", str(chart), "--save-test", str(c)])
     chart.write_text(CHART.replace("tick after 10ms", "tick after 11ms"))
     assert "not due, but in 1 ticks" in c_fails(c, [chart])
 
@@ -102,7 +102,7 @@ def test_machines_of_a_system_perform_again_what_was_found(
     require_tool("cc")
     file = written(tmp_path, SYSTEMS["drive"])
     python, c = tmp_path / "test_drive.py", tmp_path / "drive_again.c"
-    run(["check", str(file), "--save-test", str(python), "--save-test", str(c)])
+    execute(["check", str(file), "--save-test", str(python), "--save-test", str(c)])
     assert f"fsmkit compile {tmp_path}/driver.yaml --out generated" in c.read_text()
     assert pytest_passes(python)
     driver = tmp_path / "driver.yaml"
@@ -130,5 +130,5 @@ def test_generated_python_does_what_the_interpreter_does(
 
 def test_an_unknown_language_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     chart = written(tmp_path, {"sender": CHART})
-    assert run(["check", str(chart), "--save-test", "a.rs"]) == 2
+    assert execute(["check", str(chart), "--save-test", "a.rs"]) == 2
     assert "unknown-suffix" in capsys.readouterr().err

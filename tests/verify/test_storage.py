@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fsmkit
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify import engine
 from fsmkit.verify.bounds import proved
@@ -352,11 +352,11 @@ def test_bounds_are_not_proved_by_it(load: Load) -> None:
 
 def test_the_command_line_tells_all_of_it(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["check", str(TABLES / "ordered_table.yaml"), "--memory", "32M"]
-    assert run([*words, "--storage", "bitstate"]) == 1
+    assert execute([*words, "--storage", "bitstate"]) == 1
     assert "bitstate storage, a table of 25,165,824 bytes" in " ".join(
         capsys.readouterr().out.split()
     )
-    assert run([*words, "--storage", "bitstate", "--workers", "2", "--json"]) == 1
+    assert execute([*words, "--storage", "bitstate", "--workers", "2", "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert document["exact"] is document["complete"] is False
     stored = document["storage"]
@@ -369,7 +369,7 @@ def test_the_command_line_tells_all_of_it(capsys: pytest.CaptureFixture[str]) ->
     assert stored["match_probability"] == pytest.approx(match)
     assert stored["expected_omissions"] == pytest.approx(document["states"] * match / (1 - match))
     assert stored["omission_probability"] == pytest.approx((document["depth"] + 2) * match)
-    assert run([*words, "--json"]) == 0
+    assert execute([*words, "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert (document["exact"], document["storage"]) == (True, {"kind": "exact"})
 
@@ -378,7 +378,7 @@ def test_the_command_line_tells_all_of_it(capsys: pytest.CaptureFixture[str]) ->
 
 
 def refused(*words: str, capsys: pytest.CaptureFixture[str]) -> str:
-    assert run(["check", *words]) == 1
+    assert execute(["check", *words]) == 1
     said = capsys.readouterr().err
     assert "no-such-storage" in said
     return " ".join(said.split())
@@ -393,7 +393,7 @@ def test_it_is_for_the_engine_in_c_without_zones(capsys: pytest.CaptureFixture[s
     file = str(TABLES / "table.yaml")
     python = refused(file, "--storage", "hash-compact", "--engine", "python", capsys=capsys)
     assert "use the engine in C" in python
-    assert run(["check", file, "--refines", file, "--storage", "bitstate"]) == 2
+    assert execute(["check", file, "--refines", file, "--storage", "bitstate"]) == 2
 
 
 def test_a_storage_that_there_is_not() -> None:

@@ -6,7 +6,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 CHART = """
@@ -27,7 +27,7 @@ states:
 def test_shallow_histories(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     (tmp_path / "skips.yaml").write_text(CHART)
     argv = ["compile", str(tmp_path / "skips.yaml"), "--optimize", "size", "--out", str(tmp_path)]
-    assert run(argv) == 0
+    assert execute(argv) == 0
     assert "_path_step(" in (tmp_path / "skips.c").read_text()
     for compiler in ("gcc", "clang"):
         command = (require_tool(compiler), *STRICT, "-c", "skips.c", "-o", "skips.o")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.codegen.c import harness
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.options import Options
@@ -214,16 +214,16 @@ def test_the_verb_run_replays(
     path.write_text(LAMP)
     for name, data in (("log", log), ("ring", ring), ("cut", log[:-30]), ("bad", b"x" * 40)):
         (tmp_path / name).write_bytes(data)
-    assert run(["run", str(path), "--replay", str(tmp_path / "log")]) == 0
+    assert execute(["run", str(path), "--replay", str(tmp_path / "log")]) == 0
     told = capfd.readouterr().out.splitlines()
     assert told[0] == "@4294967290 > start"
     assert told[-3:] == ["@19 > event ask", "unhandled ask", "= off"]
-    assert run(["run", str(path), "--replay", str(tmp_path / "ring")]) == 0
+    assert execute(["run", str(path), "--replay", str(tmp_path / "ring")]) == 0
     assert capfd.readouterr().out.splitlines()[-1] == "@19 0 timeout: t 2 on -> off"
-    assert run(["run", str(path), "--replay", str(tmp_path / "cut")]) == 0
-    assert run(["run", str(path), "--replay", str(tmp_path / "bad")]) == 1
+    assert execute(["run", str(path), "--replay", str(tmp_path / "cut")]) == 0
+    assert execute(["run", str(path), "--replay", str(tmp_path / "bad")]) == 1
     assert "unreadable-log" in capfd.readouterr().err
-    assert run(["run", str(path), "--replay", str(tmp_path / "log"), "--events", "ask"]) == 2
+    assert execute(["run", str(path), "--replay", str(tmp_path / "log"), "--events", "ask"]) == 2
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])

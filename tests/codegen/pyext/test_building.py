@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.pyext.build import suffix
 from fsmkit.codegen.pyext.generate import generate
@@ -80,7 +80,7 @@ def built(tmp_path_factory: pytest.TempPathFactory, require_tool: Callable[[str]
     folder = tmp_path_factory.mktemp("built")
     (folder / "press.yaml").write_text(PRESS)
     arguments = ["compile", str(folder / "press.yaml"), "--target", "pyext", "--out", str(folder)]
-    assert run(arguments) == 0
+    assert execute(arguments) == 0
     return folder
 
 
@@ -131,14 +131,14 @@ def test_what_is_generated_is_clean(
 def test_sources_alone(press: Path) -> None:
     folder = press.parent / "made"
     given = ["compile", str(press), "--target", "pyext", "--out", str(folder)]
-    assert run([*given, "--no-build", "--prefix", "Left"]) == 0
+    assert execute([*given, "--no-build", "--prefix", "Left"]) == 0
     names = {path.name for path in folder.iterdir()}
     assert names == {
         "left.pyi", "left_python.c", "left_machine.c", "left_machine.h", "fsm.c", "fsm.h",
         "fsm_python.h",
     }  # fmt: skip
     assert "class Left:" in (folder / "left.pyi").read_text()
-    assert run(["compile", str(press), "--no-build"]) == 2
+    assert execute(["compile", str(press), "--no-build"]) == 2
 
 
 def test_what_is_missing_is_told(
@@ -147,11 +147,11 @@ def test_what_is_missing_is_told(
     folder = press.parent / "made"
     given = ["compile", str(press), "--target", "pyext", "--out", str(folder)]
     monkeypatch.setenv("CC", "no-such-compiler")
-    assert run(given) == 1
+    assert execute(given) == 1
     assert "FK0401" in capsys.readouterr().err
     monkeypatch.delenv("CC")
     monkeypatch.setattr(sysconfig, "get_path", lambda _: str(press.parent))
-    assert run(given) == 1
+    assert execute(given) == 1
     assert "FK0407" in capsys.readouterr().err
     assert not folder.exists()
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.cli.paths import PATHS
 from fsmkit.composition.deployment import Deployment, load_deployment
 from fsmkit.plugins import plugin
@@ -52,7 +52,7 @@ def ring(tmp_path_factory: pytest.TempPathFactory) -> Deployment:
 def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give the folder with the C of both nodes."""
     folder = tmp_path_factory.mktemp("generated")
-    assert run(["compile", str(TALK), "--out", str(folder)]) == 0
+    assert execute(["compile", str(TALK), "--out", str(folder)]) == 0
     return folder
 
 

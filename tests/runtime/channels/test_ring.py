@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.composition.deployment import Deployment
 from fsmkit.composition.node import Node
 from fsmkit.composition.nodes import nodes_of
@@ -128,7 +128,7 @@ def test_every_message_goes_through_c(
         for other in nodes_of(ring)
     ]
     deployment.write_text(f"system: {ring.system.source.name}\nnodes:\n{''.join(rows)}")
-    assert run(["compile", str(deployment), "--out", str(tmp_path)]) == 0
+    assert execute(["compile", str(deployment), "--out", str(tmp_path)]) == 0
     program = built(node, tmp_path / node.name, require_tool)
     received = [message for message in ring.map.messages if message.receiver == place]
     lines = [

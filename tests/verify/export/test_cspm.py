@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.exploration import Exploration
@@ -267,7 +267,7 @@ def test_the_page_shows_what_is_printed(tmp_path: Path, monkeypatch: pytest.Monk
     assert len(shown) == 2
     for command, printed in shown:
         with redirect_stdout(StringIO()) as out:
-            assert run(command.split()) == 0
+            assert execute(command.split()) == 0
         assert out.getvalue() == printed
     assert "P_2_idle_1 =\n       ([] e : P_2_TOLD @ (e -> P_2_UNSEEN))" in text
     meaning = Meaning((tmp_path / "hasty.csp").read_text(encoding="utf-8"))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load_with_findings
 from fsmkit.verify.export.cspm.comparison import comparison
@@ -47,7 +47,7 @@ def test_small_charts(tmp_path: Path, name: str) -> None:
 def test_modules_of_the_cell(name: str) -> None:
     base = str(CELL / "module.scxml")
     with redirect_stdout(StringIO()) as out:
-        code = run(["export", str(CELL / f"{name}.yaml"), "--to", "cspm", "--refines", base])
+        code = execute(["export", str(CELL / f"{name}.yaml"), "--to", "cspm", "--refines", base])
     assert code == 0
     assert f"assert MODULE [T= {name.upper()}\n" in out.getvalue()
     assert not judged(out.getvalue())
@@ -56,5 +56,5 @@ def test_modules_of_the_cell(name: str) -> None:
 def test_other_notations_have_no_refinement() -> None:
     arguments = ["export", str(CELL / "belt.yaml"), "--to", "promela"]
     with redirect_stderr(StringIO()) as err:
-        assert run([*arguments, "--refines", str(CELL / "module.scxml")]) == 2
+        assert execute([*arguments, "--refines", str(CELL / "module.scxml")]) == 2
     assert "--refines needs --to cspm" in " ".join(err.getvalue().split())

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 HASTY = Path(__file__).parents[3] / "machines/fischer/hasty.yaml"
 
@@ -19,7 +19,7 @@ HASTY = Path(__file__).parents[3] / "machines/fischer/hasty.yaml"
 def said(*arguments: object) -> tuple[int, str, str]:
     """Return the exit code, and what was printed."""
     with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
-        code = run([str(a) for a in arguments])
+        code = execute([str(a) for a in arguments])
     return code, out.getvalue(), err.getvalue()
 
 

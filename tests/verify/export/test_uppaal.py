@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.closed import close
 from fsmkit.verify.deadline import Deadline
@@ -156,7 +156,7 @@ def test_files_keep_the_rules_of_the_format(tmp_path: Path, name: str, form: str
     elif name == "plain":
         file = tmp_path / "plain.yaml"
         file.write_text(PLAIN)
-    assert run(["export", str(file), "--to", form, "--out", str(out)]) == 0
+    assert execute(["export", str(file), "--to", form, "--out", str(out)]) == 0
     assert list(broken_rules(out.read_text())) == []
 
 
@@ -183,7 +183,7 @@ def test_the_rules_of_the_format_are_asked(tmp_path: Path, told: str) -> None:
 def test_the_verb_writes_a_file(tmp_path: Path) -> None:
     out = tmp_path / "fischer.xml"
     file = str(MACHINES / "fischer/fischer.yaml")
-    assert run(["export", file, "--to", "uppaal", "--out", str(out)]) == 0
+    assert execute(["export", file, "--to", "uppaal", "--out", str(out)]) == 0
     network = read(out.read_text())
     assert [t.instance for t in network.templates] == ["p_1", "p_2"]
     assert [q.formula for q in network.queries][1] == "E<> (p_2.critical && p_1.waits)"

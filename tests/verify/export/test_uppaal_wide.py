@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fsmkit.cli import run
+from fsmkit.cli import execute
 
 CHART = """
 chart: Wide
@@ -19,5 +19,7 @@ states:
 def test_values_far_apart_take_no_memory(tmp_path: Path) -> None:
     (tmp_path / "wide.yaml").write_text(CHART)
     out = tmp_path / "wide.xml"
-    assert run(["export", str(tmp_path / "wide.yaml"), "--to", "uppaal", "--out", str(out)]) == 0
+    assert (
+        execute(["export", str(tmp_path / "wide.yaml"), "--to", "uppaal", "--out", str(out)]) == 0
+    )
     assert "2000000000" in out.read_text()
