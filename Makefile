@@ -1,6 +1,8 @@
 # make demo   the Production Cell: compile, run, check, draw
 # make cell   the Production Cell runs: two boards in C, the plant, the links between them
-# make test   the whole test suite
+# make quick  lint and the tests that start no program: a contributor's minute
+# make test   the test suite, by Python, make and a C compiler alone
+# make test-all  with the slow tests, and those that use other people's tools (make tools)
 # make verify the Production Cell proved: all systems, properties and seeded defects
 # make tools  what some tests need beyond Python, make and a C compiler (Debian and Ubuntu)
 # Both set up .venv by themselves; nothing is installed outside the project.
@@ -10,7 +12,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: foreign misuse attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz injection fuzz-names clean
+.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -37,7 +39,13 @@ cell: $(VENV)/ready
 verify: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/verify.py $(VERIFY)
 
+quick: lint
+	$(BIN)/pytest -q -n $(WORKERS) -m 'not cc and not slow and not external'
+
 test: lint
+	$(BIN)/pytest -q -n $(WORKERS) -m 'not slow and not external'
+
+test-all: lint
 	$(BIN)/pytest -q -n $(WORKERS)
 
 # Frama-C EVA, linters and sanitizers over the C of every chart; `make test` has some of them.
@@ -129,6 +137,11 @@ injection: $(VENV)/ready
 
 fuzz-names: $(VENV)/ready
 	$(BIN)/python -m tests.injection --seconds $(FUZZ_SECONDS) --seed $(SEED)
+
+# Digests of all that is generated, to compare two commits: SAVE=before.txt on one of them, AGAINST=before.txt
+# on the other.
+digests: $(VENV)/ready
+	$(BIN)/python -m tests.digests $(if $(SAVE),--save $(SAVE)) $(if $(AGAINST),--against $(AGAINST))
 
 # Rewrites the golden files; look at the difference before you commit it.
 bless: $(VENV)/ready

@@ -1,15 +1,18 @@
-"""Settings of all tests."""
+"""Settings of all tests: their markers, and that each test is what its markers say."""
 
 from __future__ import annotations
 
 import os
-import shutil
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Generator, Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 
 from fsmkit.texts import written
+from tests import needs
 
 written.guards_notations = True
 os.environ["FSMKIT_GUARD_NOTATIONS"] = "1"
@@ -17,35 +20,91 @@ written.is_strict = "FSMKIT_STRICT_TEXTS" in os.environ  # no raw text, however 
 settings.register_profile("fsmkit", deadline=None)  # what runs the tests may be slow
 settings.load_profile("fsmkit")
 
+STARTS = frozenset({"subprocess.Popen", "os.fork", "os.posix_spawn", "os.exec"})
+"""Audited events of a process that begins."""
+started: list[str] = []
+"""Programs that were started since the present test began."""
+
+
+def _audit(event: str, arguments: tuple[Any, ...]) -> None:
+    if event in STARTS:
+        command = arguments[1] if event == "subprocess.Popen" else event
+        program = command if isinstance(command, str) else str(command[0])
+        started.append(Path(program).name)
+
+
+sys.addaudithook(_audit)
+
+
+LEFT_OUT = pytest.StashKey[list[str]]()
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark tests by their parameters and fixtures; leave out those that cannot run here."""
+    for item in items:
+        params = getattr(item, "callspec", None)
+        values = [] if params is None else params.params.values()
+        if needs.EXTERNAL & {value for value in values if isinstance(value, str)}:
+            item.add_marker("external")
+        if params is not None and params.params.get("engine") == "c":
+            item.add_marker("cc")
+        if needs.DATA_FIXTURES & set(getattr(item, "fixturenames", ())):
+            item.add_marker(needs.where(needs.DATA.is_dir(), needs.NO_DATA))
+    left_out = [item for item in items if _unmet(item)]
+    if left_out:
+        reasons = {str(mark.kwargs["reason"]) for item in left_out for mark in _unmet(item)}
+        config.stash[LEFT_OUT] = [f"{len(left_out)} tests left out: {'; '.join(sorted(reasons))}"]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if not _unmet(item)]
+
+
+def _unmet(item: pytest.Item) -> list[pytest.Mark]:
+    return [mark for mark in item.iter_markers("only_where") if not mark.args[0]]
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Count the tests that were left out because of this machine, and say why."""
+    for line in config.stash.get(LEFT_OUT, []):
+        terminalreporter.write_line(line)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Where all tools must be there, count a skip as a failure, whoever skipped."""
+    report = yield
+    if report.skipped and not hasattr(report, "wasxfail") and needs.ALL_TOOLS:
+        report.outcome = "failed"
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Where tests are chosen by markers, fail one that starts a program they do not announce."""
+    if item.get_closest_marker("cc"):
+        needs.need(needs.compiler() is not None, "cc")
+    started.clear()
+    yield
+    if not item.config.option.markexpr or item.get_closest_marker("external"):
+        return
+    if external := sorted(needs.EXTERNAL & set(started)):
+        pytest.fail(f"the test starts {', '.join(external)}: mark it `external`")
+    if started and not (item.get_closest_marker("cc") or item.get_closest_marker("slow")):
+        pytest.fail(f"the test starts {', '.join(sorted(set(started)))}: mark it `cc`")
+
 
 @pytest.fixture(scope="session")
 def require() -> Callable[[bool, str], None]:
     """Skip the test where a tool is not there, or fail where all tools must be there."""
-
-    def skip_without(is_there: bool, name: str) -> None:
-        if not is_there:
-            missing = f"`{name}` is not installed (make tools)"
-            if os.environ.get("FSMKIT_REQUIRE_TOOLS"):
-                pytest.fail(missing)
-            pytest.skip(missing)
-
-    return skip_without
+    return needs.need
 
 
 @pytest.fixture(scope="session")
-def require_tool(require: Callable[[bool, str], None]) -> Callable[[str], str]:
+def require_tool() -> Callable[[str], str]:
     """Give the path of a tool; without it skip the test, or fail where all tools must be there."""
-
-    def path_of(name: str) -> str:
-        path = shutil.which(name)
-        require(path is not None, name)
-        assert path is not None
-        return path
-
-    return path_of
+    return needs.tool
 
 
 @pytest.fixture(scope="session")
-def dot(require_tool: Callable[[str], str]) -> str:
+def dot() -> str:
     """Give the path of Graphviz's layout program."""
-    return require_tool("dot")
+    return needs.tool("dot")

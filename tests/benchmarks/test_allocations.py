@@ -89,6 +89,7 @@ def test_a_step_leaves_nothing_and_makes_nothing_that_is_tracked(
     assert found.bytes_kept <= 128
 
 
+@pytest.mark.cc
 def test_neither_does_one_of_an_extension_module(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:

@@ -16,6 +16,7 @@ from benchmarks.yardstick.folder import UnavailableError
 QUICK = [part for part in PARTS if part.name in ("timers", "run-to-completion guard")]
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("part", QUICK, ids=lambda part: part.name)
 def test_a_part_is_free_where_it_is_not_used(
     part: Part, tmp_path: Path, require_tool: Callable[[str], str]

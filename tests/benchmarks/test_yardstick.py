@@ -94,6 +94,7 @@ def bench(folder: Path, notes: list[str]) -> Bench:
     return Bench(Folder(folder), folder, notes.append)
 
 
+@pytest.mark.cc
 def test_the_driver_sees_the_work_the_path_and_the_order_of_generated_c(
     stream: Stream, machine: generated_c.Machine, tmp_path: Path,
     require_tool: Callable[[str], str],
@@ -110,6 +111,8 @@ def test_the_driver_sees_the_work_the_path_and_the_order_of_generated_c(
     assert idle[2] == "00000000"
 
 
+@pytest.mark.slow
+@pytest.mark.external
 def test_figures_of_generated_c(
     stream: Stream, machine: generated_c.Machine, tmp_path: Path,
     require_tool: Callable[[str], str],
@@ -135,6 +138,7 @@ def test_figures_of_generated_c(
     assert not by_fsmkit(here, written(here, machine, wrong)).is_correct
 
 
+@pytest.mark.cc
 def test_parts_cost_nothing_less_than_nothing(
     stream: Stream, machine: generated_c.Machine, tmp_path: Path,
     require_tool: Callable[[str], str],
@@ -148,6 +152,7 @@ def test_parts_cost_nothing_less_than_nothing(
     assert made.linked(HOST, objects, ("init",)) < made.linked(HOST, objects, MACHINE_ONLY)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("target", ["python", "pyext"])
 def test_python_is_judged_by_the_same_digests(
     stream: Stream, tmp_path: Path, require_tool: Callable[[str], str], target: str
@@ -161,6 +166,7 @@ def test_python_is_judged_by_the_same_digests(
     assert measure_python.seconds(contender, events) > 0
 
 
+@pytest.mark.cc
 def test_a_note_says_what_is_missing(
     stream: Stream, machine: generated_c.Machine, tmp_path: Path,
     require_tool: Callable[[str], str], monkeypatch: pytest.MonkeyPatch,
@@ -224,6 +230,7 @@ def test_where_the_yardstick_is(tmp_path: Path) -> None:
         find_folder(str(root), {}, root)
 
 
+@pytest.mark.cc
 def test_what_tools_print_is_read() -> None:
     assert read_count("==7== I   refs:      29,871,269\n") == 29_871_269
     with pytest.raises(UnavailableError, match="counted nothing"):

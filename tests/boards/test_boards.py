@@ -25,6 +25,8 @@ from tests.boards.playing import (
     write_player,
 )
 
+pytestmark = pytest.mark.external
+
 RequireTool = Callable[[str], str]
 LENGTH = 400
 """Lines of a script for a chart of the production cell, at most."""
@@ -44,6 +46,7 @@ def optimization(jobs: list[Job]) -> str:
     return "-Os" if len(jobs) < RANDOM else "-O0"
 
 
+@pytest.mark.slow
 def test_cortex_m3(jobs: list[Job], tmp_path: Path, require_tool: RequireTool, run: Run) -> None:
     compiler = require_tool("arm-none-eabi-gcc")
     require_tool(EMULATED[0])
@@ -58,6 +61,7 @@ def test_cortex_m3(jobs: list[Job], tmp_path: Path, require_tool: RequireTool, r
     assert int(told[2]) == sum(line.startswith("post ") for job in jobs for line in job.script)
 
 
+@pytest.mark.slow
 def test_arm_linux(jobs: list[Job], tmp_path: Path, require_tool: RequireTool) -> None:
     compiler = require_tool("arm-linux-gnueabihf-gcc")
     emulator = require_tool("qemu-arm")

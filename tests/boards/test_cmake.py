@@ -138,6 +138,8 @@ def make(folder: Path) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
+@pytest.mark.external
 def test_a_line_adds_a_chart(project: Path, run: Run) -> None:
     done = configure(project)
     assert done.returncode == 0, done.stderr
@@ -152,6 +154,8 @@ def test_a_line_adds_a_chart(project: Path, run: Run) -> None:
     assert not built & {"fsm", "fsm_posix"}, "what did not change is not compiled again"
 
 
+@pytest.mark.slow
+@pytest.mark.external
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
@@ -172,6 +176,8 @@ def test_what_is_wrong_is_said_when_configuring(project: Path, lines: str, said:
     assert re.search(said, " ".join(done.stderr.split())), done.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.external
 def test_prefix_and_library(project: Path) -> None:
     """A library offers the headers of its machines to those that link it."""
     lines = (
@@ -191,6 +197,7 @@ def test_prefix_and_library(project: Path) -> None:
     make(project)
 
 
+@pytest.mark.external
 def test_versions(project: Path) -> None:
     write_project(project, lines="", version=fsmkit.__version__)
     assert configure(project).returncode == 0
@@ -200,6 +207,7 @@ def test_versions(project: Path) -> None:
     assert "99" in done.stderr
 
 
+@pytest.mark.external
 def test_without_fsmkit(project: Path, tmp_path: Path) -> None:
     copied = tmp_path / "elsewhere/a/b/c"
     shutil.copytree(RUNTIME, copied)
@@ -214,6 +222,7 @@ def test_without_fsmkit(project: Path, tmp_path: Path) -> None:
     assert "FSMKIT_EXECUTABLE" in done.stderr
 
 
+@pytest.mark.external
 def test_pkg_config(project: Path, require_tool: RequireTool, build: Build, run: Run) -> None:
     tool = require_tool("pkg-config")
     environment = {**os.environ, "PKG_CONFIG_PATH": str(PATHS["pkgconfig"])}

@@ -23,6 +23,7 @@ KINDS = [
 EVENTS = 100_000
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_threads(compiler: str, kind: list[str], tmp_path: Path, build: Build, run: Run) -> None:
@@ -30,6 +31,7 @@ def test_threads(compiler: str, kind: list[str], tmp_path: Path, build: Build, r
     assert run(program, str(EVENTS)).endswith("wrong 0 failures 0\n")
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("kind", KINDS[:2])
 def test_threads_under_the_thread_sanitizer(
     kind: list[str], tmp_path: Path, build: Build, run: Run
@@ -38,6 +40,7 @@ def test_threads_under_the_thread_sanitizer(
     assert run(program, str(EVENTS)).endswith("wrong 0 failures 0\n")
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_threads_that_share_a_mailbox(
     compiler: str, tmp_path: Path, build: Build, run: Run
@@ -46,6 +49,7 @@ def test_threads_that_share_a_mailbox(
     assert run(program, str(EVENTS)).endswith("wrong 0 failures 0\n")
 
 
+@pytest.mark.external
 def test_threads_that_share_a_mailbox_under_the_thread_sanitizer(
     tmp_path: Path, build: Build, run: Run
 ) -> None:
@@ -62,6 +66,7 @@ def shows_a_race(program: Path) -> bool:
     return any("data race" in done.stderr for done in runs)
 
 
+@pytest.mark.external
 def test_the_thread_sanitizer_sees_a_shared_mailbox_without_a_guard(
     tmp_path: Path, build: Build
 ) -> None:
@@ -70,6 +75,7 @@ def test_the_thread_sanitizer_sees_a_shared_mailbox_without_a_guard(
     assert shows_a_race(program)
 
 
+@pytest.mark.cc
 def test_a_guard_has_two_ends(tmp_path: Path, build: Build) -> None:
     (tmp_path / "half.c").write_text('#include "fsm_mailbox.h"\nint n;\n', encoding="utf-8")
     build(tmp_path, "gcc", "-c", "half.c")
@@ -96,6 +102,7 @@ bool put(x_mailbox *box, const x_event *e) { return x_mailbox_put(box, e); }
 """
 
 
+@pytest.mark.external
 def test_a_guard_costs_nothing_where_there_is_none(tmp_path: Path, build: Build) -> None:
     made = {}
     for name, guard in CRITICAL.items():
@@ -107,6 +114,7 @@ def test_a_guard_costs_nothing_where_there_is_none(tmp_path: Path, build: Build)
     assert made["masks"].count("cpsid i") == made["masks"].count("msr primask") == 1
 
 
+@pytest.mark.external
 def test_the_thread_sanitizer_sees_a_mailbox_without_order(tmp_path: Path, build: Build) -> None:
     arguments = ["-DFSM_BARRIER()=(void)0", *SANITIZER, *POSIX, STRESS]
     program = build(tmp_path, "clang", *arguments)
@@ -157,6 +165,7 @@ states:
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("index", ["uint8_t", "uint32_t"])
 def test_nothing_is_lost_but_at_a_full_mailbox(
@@ -176,6 +185,7 @@ def test_nothing_is_lost_but_at_a_full_mailbox(
     assert len(printed) == 100
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("slots", "queue"), [("6", "2"), ("0", "2"), ("256", "2"), ("8", "0"), ("8", "256")]
 )
@@ -194,6 +204,7 @@ def test_sizes_that_cannot_be_do_not_compile(
         build(tmp_path, "gcc", "-c", "-DFSM_INDEX=uint8_t", "wrong.c")
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++", "clang++", "arm-none-eabi-gcc"])
 def test_header_alone(compiler: str, tmp_path: Path, build: Build) -> None:
     name = "alone.cc" if compiler.endswith("++") else "alone.c"

@@ -31,6 +31,7 @@ def simulated(folder: Path, build: Build, kind: str, lines: Sequence[str]) -> li
     return done.stdout.splitlines()
 
 
+@pytest.mark.cc
 def test_periodic(tmp_path: Path, build: Build) -> None:
     """Late by little, an overrun of 2.5 periods, one of exactly none, and a wrap of the ticks."""
     lines = ["0 100", "1 0", "3 50", "signal 0", "1023 5", "1024 2500000", "0 1000000"]
@@ -58,6 +59,7 @@ def test_periodic(tmp_path: Path, build: Build) -> None:
     ]
 
 
+@pytest.mark.cc
 def test_no_jitter_is_beyond_the_histogram(tmp_path: Path, build: Build) -> None:
     lines = [f"{2**k} 0" for k in range(34)]
     printed = simulated(tmp_path, build, "periodic", lines)
@@ -66,6 +68,7 @@ def test_no_jitter_is_beyond_the_histogram(tmp_path: Path, build: Build) -> None
     assert buckets[-1].split()[2] == str(2**31)
 
 
+@pytest.mark.cc
 def test_tickless(tmp_path: Path, build: Build) -> None:
     lines = ["0 100", "wake 3000000 10", "1500 0", "wake 7000000 9000000", "0 0"]
     assert simulated(tmp_path, build, "tickless", lines) == [
@@ -86,6 +89,7 @@ def test_tickless(tmp_path: Path, build: Build) -> None:
     ]
 
 
+@pytest.mark.cc
 def test_nothing_armed_sleeps_a_day_at_a_time(tmp_path: Path, build: Build) -> None:
     printed = simulated(tmp_path, build, "tickless", ["0 0", "0 0", "0 0", "0 0", "0 0"])
     assert printed[4] == f"step {15 + 86_400_000} at {(15 + 86_400_000) * 10**6}"
@@ -122,6 +126,7 @@ def judge(printed: str, kind: str) -> None:
     assert re.search(r"locked memory: (granted|refused: \w)", printed)
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("kind", ["periodic", "tickless"])
 @pytest.mark.parametrize("sanitizer", [ADDRESS, THREADS], ids=["address", "thread"])
 def test_threads(
@@ -135,6 +140,7 @@ def test_threads(
     judge(run(build(tmp_path, "clang", *sanitizer, "-pthread", *threads), kind), kind)
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("kind", ["periodic", "tickless"])
 def test_threads_on_arm_linux(
     kind: str,
@@ -149,11 +155,13 @@ def test_threads_on_arm_linux(
     judge(run(emulator, program, kind), kind)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "arm-linux-gnueabihf-gcc"])
 def test_no_warning(compiler: str, tmp_path: Path, build: Build) -> None:
     build(tmp_path, compiler, "-O2", "-c", HOST)
 
 
+@pytest.mark.cc
 def test_what_is_refused_is_said(tmp_path: Path, build: Build, run: Run) -> None:
     """No process may have a priority of 1000."""
     (tmp_path / "main.c").write_text(

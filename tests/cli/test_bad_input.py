@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
+from tests.needs import where
 
 HEAD = """\
 chart: A
@@ -242,7 +243,7 @@ def test_no_such_file(
     assert not (folder / "made").exists()
 
 
-@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may read everything")
+@where(os.name == "posix" and os.geteuid() != 0, "root may read everything")
 def test_a_file_that_may_not_be_read(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "base.yaml").chmod(0)
     assert execute(["compile", "base.yaml"]) == 1

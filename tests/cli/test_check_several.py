@@ -46,6 +46,7 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[tuple[str, ...]]:
     return [tuple(line.split()[:2]) for line in told]
 
 
+@pytest.mark.cc
 @pytest.mark.usefixtures("folder")
 def test_a_folder_is_all_charts_and_systems_below_it(capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["check", "."]) == 0
@@ -57,6 +58,7 @@ def test_a_folder_is_all_charts_and_systems_below_it(capsys: pytest.CaptureFixtu
     ]
 
 
+@pytest.mark.cc
 def test_the_worst_exit_code_counts_and_all_are_checked(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -76,6 +78,7 @@ def test_the_worst_exit_code_counts_and_all_are_checked(
     assert "`nowhere`" in told.err
 
 
+@pytest.mark.cc
 def test_json_of_several_is_one_document(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "broken.yaml").write_text(BROKEN, encoding="utf-8")
     assert execute(["check", "good.yaml", "broken.yaml", "--json"]) == 1
@@ -89,6 +92,7 @@ def test_json_of_several_is_one_document(folder: Path, capsys: pytest.CaptureFix
     assert document["files"][1]["findings"][0]["at"]["line"] == 2
 
 
+@pytest.mark.cc
 @pytest.mark.usefixtures("folder")
 def test_a_single_file_is_answered_as_ever(capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["check", "good.yaml", "--json"]) == 0
@@ -123,6 +127,7 @@ def test_what_is_about_one_file_goes_with_one(capsys: pytest.CaptureFixture[str]
     assert execute(["check", "good.yaml", "base.yaml", "--refines", "base.yaml"]) == 2
 
 
+@pytest.mark.cc
 @pytest.mark.usefixtures("folder")
 def test_an_interrupt_ends_all(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -132,6 +137,7 @@ def test_an_interrupt_ends_all(
     assert lines(capsys)[:2] == [("HOLDS", "good.yaml"), ("1", "files:")]
 
 
+@pytest.mark.cc
 @pytest.mark.usefixtures("folder")
 def test_a_bug_in_one_does_not_hide_the_others(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -25,6 +25,7 @@ def test_writes_texts(tmp_path: Path) -> None:
     assert first == ['digraph "Feeder" {', "---", "@startuml"]
 
 
+@pytest.mark.external
 @pytest.mark.usefixtures("dot")
 @pytest.mark.parametrize(
     ("suffix", "head"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")]
@@ -41,6 +42,7 @@ def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out) == {"chart": "Feeder", "files": [str(out)]}
 
 
+@pytest.mark.external
 def test_without_graphviz(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -61,6 +61,7 @@ def test_targets(capsys: pytest.CaptureFixture[str]) -> None:
     assert all(target["summary"] for target in document["targets"])
 
 
+@pytest.mark.cc
 def test_python_runs_the_package_as_the_command_line() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "fsmkit", "targets"], capture_output=True, text=True, check=False

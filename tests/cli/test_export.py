@@ -75,6 +75,7 @@ def test_the_page_shows_what_is_printed(gate: Path) -> None:
     assert (code, out) == (0, shown[2])
 
 
+@pytest.mark.external
 def test_graphviz_draws_it(gate: Path, require_tool: Callable[[str], str]) -> None:
     _, out, _ = said("export", gate, "--to", "dot", "--time", "untimed")
     drawn = subprocess.run(
@@ -109,6 +110,7 @@ def test_what_is_no_aldebaran_file_is_told(text: str) -> None:
         read(text)
 
 
+@pytest.mark.cc
 def test_only_what_is_asked_for_is_carried_over(tmp_path: Path) -> None:
     model = tmp_path / "fischer.pml"
     assert said("export", FISCHER, "--to", "promela", "--out", model)[0] == 0
@@ -128,6 +130,8 @@ def test_a_machine_runs_another_chart() -> None:
     assert "nobody" in err
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("notation", [found.name for found in plugins(Exporter)])
 def test_the_time_is_for_all_of_an_export(
     notation: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -244,6 +244,7 @@ def test_time_to_wait_has_a_unit(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert execute(["run", str(chart), "--events", "wait 1d"]) == 0
 
 
+@pytest.mark.cc
 def test_each_transition_that_is_never_taken_is_told_with_its_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -275,6 +276,7 @@ LOOPS = {
 }
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("name", LOOPS)
 def test_a_fault_of_microsteps_names_the_cycle(
     name: str,

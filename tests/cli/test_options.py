@@ -116,6 +116,7 @@ READING = (
 )
 
 
+@pytest.mark.cc
 @pytest.mark.usefixtures("gate")
 @pytest.mark.parametrize("line", READING)
 def test_strict_is_for_every_verb_that_reads_charts(
@@ -128,6 +129,7 @@ def test_strict_is_for_every_verb_that_reads_charts(
     assert "error[FK" in capsys.readouterr().err
 
 
+@pytest.mark.cc
 @pytest.mark.usefixtures("gate")
 @pytest.mark.parametrize("verb", ["show", "check", "run"])
 def test_strict_reaches_the_charts_of_a_system(
@@ -153,6 +155,7 @@ def test_rules_count_as_the_options_say(gate: str, capsys: pytest.CaptureFixture
         assert code not in capsys.readouterr().err
 
 
+@pytest.mark.cc
 def test_errors_of_exploring_count_too(gate: str, capsys: pytest.CaptureFixture[str]) -> None:
     Path(gate).write_text(
         GATE.replace("b: {on: {go: a}}", "b: {on: {go: {if: unread > 5, target: a}}}"),

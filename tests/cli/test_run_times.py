@@ -47,6 +47,7 @@ TARGETS = ("interpreter", "python", "c")
 OUTPUTS = ("text", "trace", "json", "script")
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("output", OUTPUTS)
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("name", CHARTS)

@@ -161,6 +161,7 @@ def test_what_no_link_can_carry_is_refused(write_pair: Callable[[str], Path]) ->
     assert {"not-joined", "broken-deployment"} <= {found.rule.name for found in findings}
 
 
+@pytest.mark.external
 def test_each_node_is_written_with_the_map(
     write_pair: Callable[[str], Path], require_tool: Callable[[str], str], tmp_path: Path
 ) -> None:

@@ -273,6 +273,8 @@ def call(folder: Path, *command: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_the_cell_is_the_same_joined_in_c(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
@@ -282,6 +284,7 @@ def test_the_cell_is_the_same_joined_in_c(
     assert len(got) > 3000
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("seed", range(3))
 def test_charts_that_run_twice_and_talk_to_themselves(
     seed: int, talk: Path, tmp_path: Path, require_tool: Callable[[str], str]
@@ -291,6 +294,7 @@ def test_charts_that_run_twice_and_talk_to_themselves(
     assert {line.split()[0] for line in got} == {"west", "right", "judge", "now"}
 
 
+@pytest.mark.external
 def test_is_clean_everywhere(
     talk: Path, tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
@@ -304,6 +308,7 @@ def test_is_clean_everywhere(
         call(folder, require_tool(compiler), *standard, *WARNINGS, "-c", "talk.c")
 
 
+@pytest.mark.cc
 def test_what_does_not_fit_is_counted(
     talk: Path, tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:

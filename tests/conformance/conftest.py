@@ -20,7 +20,7 @@ def shared() -> Callable[[str], Path]:
     def find(suite: str) -> Path:
         folder = FOLDER / suite
         if not folder.is_dir():
-            pytest.skip(f"the public test data are not at {folder}; set FSMKIT_CONFORMANCE")
+            pytest.fail(f"the public test data are not at {folder}; set FSMKIT_CONFORMANCE")
         return folder
 
     return find

@@ -40,6 +40,7 @@ def folder(tmp_path: Path, require_tool: Callable[[str], str]) -> Path:
     return tmp_path
 
 
+@pytest.mark.cc
 def test_each_file_goes_as_far_as_it_can(folder: Path) -> None:
     paths = find_charts(folder)
     names = [path.relative_to(folder).as_posix() for path in paths]
@@ -64,6 +65,7 @@ def test_a_chart_that_takes_too_long_stops_nothing(folder: Path) -> None:
     assert (reading.stage, reading.reason) == (Stage.NOWHERE, "takes too long")
 
 
+@pytest.mark.cc
 def test_what_the_compiler_says_is_the_reason(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -88,6 +90,7 @@ def test_tests_are_no_charts_as_they_are_found(folder: Path) -> None:
     assert names == ["lamp.yaml", "warned.xml", "broken.scxml", "target.scxml", "pom.xml"]
 
 
+@pytest.mark.cc
 def test_the_verb_tells_how_far(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["conformance", str(folder)]) == 1
     lines = capsys.readouterr().out.splitlines()
@@ -127,6 +130,7 @@ REPLACED = {
 }
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(("inside", "cause"), REPLACED.items())
 def test_a_place_that_is_an_error_has_a_cause(tmp_path: Path, inside: str, cause: str) -> None:
     path = tmp_path / "a.scxml"

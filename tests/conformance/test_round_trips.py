@@ -79,6 +79,7 @@ def differences(folder: Path) -> tuple[list[Path], list[Path]]:
     return compared, changed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "second"), [("yaml", "scxml"), ("scxml", "yaml")])
 def test_random_charts(first: str, second: str) -> None:
     """Charts in both dialects, with their bases and what they invoke."""
@@ -102,6 +103,7 @@ def test_own_charts(folder: str, at_least: int) -> None:
     assert len(compared) >= at_least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suite", "at_least"), [("w3c/ecma", 120), ("w3c/txml", 140), ("scripted", 75), ("corpus", 50)]
 )

@@ -12,6 +12,8 @@ from fsmkit.testing.conformance_charts import read_chart, totals
 from fsmkit.testing.conformance_suites import find_cases, find_charts
 from fsmkit.testing.harness import harness
 
+pytestmark = pytest.mark.slow
+
 Shared = Callable[[str], Path]
 
 AT_LEAST = {
@@ -38,6 +40,7 @@ def test_passed(suite: str, target: str, shared: Shared) -> None:
     assert passed >= AT_LEAST[suite, target], [f"{v.name}: {v.reason}" for v in failed]
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("target", EACH)
 @pytest.mark.parametrize("suite", SUITES)
 def test_c_passes_what_the_interpreter_passes(
@@ -53,6 +56,7 @@ def test_c_passes_what_the_interpreter_passes(
     assert passed >= 0.8 * AT_LEAST[suite, "interpreter"] / EACH[target]
 
 
+@pytest.mark.cc
 def test_charts_as_they_are_found(shared: Shared, require_tool: Callable[[str], str]) -> None:
     """A chart is left behind only for its own fault; those named here lack a file or a state."""
     require_tool("cc")

@@ -64,6 +64,7 @@ def adds(function: ast.expr) -> bool:
             return False
 
 
+@pytest.mark.slow
 def test_every_finding_has_a_rule() -> None:
     known = {rule.name for rule in rules()}
     found = list(named())

@@ -125,6 +125,7 @@ def test_labels_are_wrapped(document: Document) -> None:
         assert drawn(name, chart) == drawn(name, chart)
 
 
+@pytest.mark.external
 def test_names_from_anywhere(tmp_path: Path) -> None:
     path = tmp_path / "odd.yaml"
     path.write_text(
@@ -148,12 +149,14 @@ def layout(text: str) -> str:
     return done.stderr
 
 
+@pytest.mark.external
 @needs_dot
 @pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
 def test_graphviz_has_nothing_to_complain_about(path: Path) -> None:
     assert layout(drawn("dot", load(path))) == ""
 
 
+@pytest.mark.external
 @needs_dot
 @settings(max_examples=10)
 @given(documents())

@@ -37,6 +37,8 @@ FEWER = 60
 SEED = 2024
 
 
+@pytest.mark.slow
+@pytest.mark.external
 @pytest.mark.parametrize("target", target_names(None))
 def test_random_charts(target: str) -> None:
     for first in range(0, CHARTS.get(target, FEWER), BATCH):
@@ -49,6 +51,8 @@ def test_random_charts(target: str) -> None:
         assert totals.macrosteps > BATCH
 
 
+@pytest.mark.slow
+@pytest.mark.external
 @pytest.mark.parametrize("target", ["c", "python"])
 def test_random_charts_that_are_saved_and_restored(target: str) -> None:
     totals = run_batch(SEED, range(1000, 1000 + BATCH), [target], is_saved=True)
@@ -60,6 +64,7 @@ def test_random_charts_that_are_saved_and_restored(target: str) -> None:
     assert totals.macrosteps > BATCH
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck), database=None)
 @given(st.data())
 def test_drawn_charts_in_python(data: st.DataObject) -> None:

@@ -81,12 +81,14 @@ def held(chart: Chart, runtime: Harness) -> list[set[str]]:
     return [{chart.states[state].id for state, _ in found.history} for found in snapshots]
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("runtime", harnesses(), ids=lambda runtime: runtime.name)
 def test_nothing_is_held_while_nothing_asks(runtime: Harness, tmp_path: Path) -> None:
     found = held(chart_of(tmp_path), runtime)
     assert found == [set(), set(), HISTORIES] * len(ENTRIES)
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("runtime", harnesses(), ids=lambda runtime: runtime.name)
 def test_what_is_asked_for_from_within_is_held(runtime: Harness, tmp_path: Path) -> None:
     found = held(chart_of(tmp_path, ", again: deep"), runtime)

@@ -58,6 +58,8 @@ def test_found_by_others(name: str) -> None:
     assert trace.endswith(f"{before} / {after}")
 
 
+@pytest.mark.slow
+@pytest.mark.external
 @pytest.mark.parametrize("target", [name for name in target_names(None) if name != "transitions"])
 def test_every_runtime(target: str, tmp_path: Path) -> None:
     cases = [Case((), load(CHARTS / name), found_script(name), name) for name in FOUND]

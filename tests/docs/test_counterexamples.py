@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 PAGE = Path(__file__).parents[2] / "docs/how-to/counterexamples.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 MAY_CHANGE = re.compile(r"[\d.]+ s, (at once|[\d,]+ states/s)| +$", re.MULTILINE)
@@ -16,6 +18,8 @@ MAY_CHANGE = re.compile(r"[\d.]+ s, (at once|[\d,]+ states/s)| +$", re.MULTILINE
 PUT = re.compile(r"[Pp]ut this into `([^`]+)`:\s*$")
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_what_the_commands_print(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     require_tool("cc")
     text, end = PAGE.read_text(encoding="utf-8"), 0

@@ -69,6 +69,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("section", TOOLS)
 def test_what_the_commands_print(section: str, folder: Path, require_tool: RequireTool) -> None:
     for tool in TOOLS[section]:
@@ -100,6 +102,7 @@ def tidy(printed: str) -> list[str]:
     return [line.rstrip() for line, _ in groupby(counted)]
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("kernel", ["freertos", "zephyr"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_recipes_for_kernels(
@@ -123,6 +126,7 @@ def test_recipes_for_kernels(
     ]
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_programs_without_a_warning(compiler: str, folder: Path, require_tool: RequireTool) -> None:
     for name, text in generate_machine(load(folder / "lamp.yaml")).files.items():

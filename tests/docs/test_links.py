@@ -19,6 +19,8 @@ PAGE = (ROOT / "docs/how-to/links.md").read_text(encoding="utf-8")
 REFERENCE = (ROOT / "docs/reference/links.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_what_the_commands_print(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, require_tool: Callable[[str], str]
 ) -> None:

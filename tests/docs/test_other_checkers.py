@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
@@ -15,7 +14,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
+from tests.needs import need
 from tests.verify.export.judges import has_storm
+
+pytestmark = pytest.mark.cc
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/how-to/other-checkers.md").read_text(encoding="utf-8")
@@ -51,11 +53,7 @@ def test_spin(folder: Path, require_tool: Callable[[str], str]) -> None:
 
 
 def test_storm(folder: Path) -> None:
-    if not has_storm():
-        missing = "`stormpy` is not installed (make tools)"
-        if os.environ.get("FSMKIT_REQUIRE_TOOLS"):
-            pytest.fail(missing)
-        pytest.skip(missing)
+    need(has_storm(), "stormpy")
     (number,) = [n for n, (language, _) in enumerate(BLOCKS) if language == "python"]
     done = subprocess.run(
         [sys.executable, "-c", BLOCKS[number][1]],

@@ -9,11 +9,15 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 PAGE = Path(__file__).parents[2] / "docs/how-to/save-and-replay.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PUT = re.compile(r"[Pp]ut this into `([^`]+)`:\s*$")
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_what_the_commands_print(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     require_tool("cc")
     text, end = PAGE.read_text(encoding="utf-8"), 0

@@ -13,6 +13,8 @@ from tests.docs.test_tutorial import FENCE, PUT, ROOT, follow
 PAGE = ROOT / "docs" / "reference" / "transitions.md"
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_the_page_does_what_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = Path(sys.executable).parent
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")

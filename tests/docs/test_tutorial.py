@@ -20,6 +20,8 @@ FIGURES = re.compile(r"; [\d.]+ s, (at once|[\d,]+ states/s)")
 """How long an exploration took: it differs from run to run. All other figures are compared."""
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_the_tutorial_does_what_it_says(
     tmp_path: Path, require_tool: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,6 +12,9 @@ import pytest
 from tests.foreign.__main__ import read_by_others
 from tests.foreign.readers import READERS
 from tests.foreign.trials import Trial, charts_below
+from tests.needs import where
+
+pytestmark = pytest.mark.external
 
 DATA = Path(
     os.environ.get("FSMKIT_CONFORMANCE", Path(__file__).parents[3] / "shared" / "conformance")
@@ -22,7 +25,8 @@ EACH = 8
 CHARTS = [path for path in charts_below(DATA / "corpus") if path.stat().st_size <= LARGEST][::EACH]
 
 
-@pytest.mark.skipif(not CHARTS, reason="the public test data are not there; set FSMKIT_CONFORMANCE")
+@pytest.mark.slow
+@where(CHARTS, "the public test data are not there; set FSMKIT_CONFORMANCE")
 @pytest.mark.parametrize("chart", CHARTS, ids=lambda path: path.name)
 def test_charts_of_others(chart: Path, tmp_path: Path) -> None:
     beside = tmp_path / "beside"

@@ -41,6 +41,7 @@ def elaborated(text: str) -> Chart:
     return chart
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("name", ONE_LINE)
 def test_every_runtime_says_the_name_as_it_is(name: str) -> None:
     chart = elaborated(CHART.replace("NAME", name.replace('"', "&quot;")))

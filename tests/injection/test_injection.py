@@ -24,6 +24,8 @@ QUICK = {"yaml": 4, "scxml": 9, "plain": 14, "invoking": 19, "system": 24, "depl
 """A round for each kind of files; all rounds with all outputs: `make injection`."""
 
 
+@pytest.mark.slow
+@pytest.mark.external
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_round_of_the_grid(shape: str, tmp_path: Path) -> None:
     count = tried(shape, texts_of_round(shape, QUICK[shape]), tmp_path, is_quick=True)
@@ -31,6 +33,8 @@ def test_a_round_of_the_grid(shape: str, tmp_path: Path) -> None:
     assert count.right
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_the_name_of_a_chart_is_not_executed_by_the_explorer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -40,6 +44,7 @@ def test_the_name_of_a_chart_is_not_executed_by_the_explorer(
     assert not (tmp_path / "owned").exists()
 
 
+@pytest.mark.cc
 def test_the_name_of_a_type_is_not_executed_by_an_extension_module(tmp_path: Path) -> None:
     given = [str(FINDINGS / "type_name.yaml"), "--target", "pyext", "--out", str(tmp_path)]
     assert command_line(["compile", *given]) == 0
@@ -47,6 +52,7 @@ def test_the_name_of_a_type_is_not_executed_by_an_extension_module(tmp_path: Pat
     assert not (tmp_path / "owned").exists()
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("form", ["speed", "size"])
 @pytest.mark.parametrize(
     "compiler", [("gcc", "-std=c99"), ("gcc", "-std=gnu2x"), ("clang", "-std=c11"), ("g++",)]
@@ -81,6 +87,7 @@ def test_the_name_of_the_file_is_no_code_of_an_extension_module(name: bytes) -> 
             assert isinstance(ast.parse(text).body[1], ast.ImportFrom)
 
 
+@pytest.mark.cc
 def test_a_machine_of_two_underscores_is_found_in_the_body_of_its_class(tmp_path: Path) -> None:
     texts = {"chart": "\"' x"}
     count = tried("plain", texts, tmp_path, is_quick=True)

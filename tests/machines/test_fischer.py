@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.engine import compiler
 from fsmkit.verify.explore import Manner, check
 from fsmkit.verify.reader import load_system
 
 FOLDER = Path(__file__).parents[2] / "machines/fischer"
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ["python", "c"])
 @pytest.mark.parametrize(
     ("file", "wait", "n", "verdict"),
@@ -24,8 +25,6 @@ FOLDER = Path(__file__).parents[2] / "machines/fischer"
 def test_exclusion_holds_if_all_wait_long_enough(
     file: str, wait: str | None, n: int, verdict: str, engine: str, tmp_path: Path
 ) -> None:
-    if engine == "c" and compiler() is None:
-        pytest.skip("there is no C compiler")
     text = (FOLDER / file).read_text(encoding="utf-8").replace("1..2", f"1..{n}")
     text = text.replace("process.yaml", f"{FOLDER}/process.yaml")
     if wait is not None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.engine import compiler
 from fsmkit.verify.explore import Manner, check
 from fsmkit.verify.reader import load_system
 
@@ -27,6 +26,7 @@ def sized(file: str, n: int, folder: Path) -> Path:
     return folder / file
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ["python", "c"])
 @pytest.mark.parametrize(
     ("file", "n", "verdict", "states"),
@@ -36,8 +36,6 @@ def sized(file: str, n: int, folder: Path) -> Path:
 def test_only_the_ordered_table_is_free_of_deadlock(
     file: str, n: int, verdict: str, states: int | None, engine: str, tmp_path: Path
 ) -> None:
-    if engine == "c" and compiler() is None:
-        pytest.skip("there is no C compiler")
     report = check(
         load_system(sized(file, n, tmp_path), Findings()), Findings(), manner=Manner(engine)
     )

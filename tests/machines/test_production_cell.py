@@ -141,6 +141,7 @@ def verdicts(report: fsmkit.Report) -> dict[str, str]:
     return {result.name: result.verdict.value for result in report.results}
 
 
+@pytest.mark.cc
 def test_its_properties_hold(require_tool: RequireTool) -> None:
     require_tool("cc")
     report = fsmkit.check(CELL / "cell.yaml", engine="c", zones=False)
@@ -152,6 +153,7 @@ def test_its_properties_hold(require_tool: RequireTool) -> None:
         assert f"{states:,} states" in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("name", BUILT)
 def test_each_chart_alone_never_gets_stuck(name: str, require_tool: RequireTool) -> None:
     require_tool("cc")
@@ -159,6 +161,8 @@ def test_each_chart_alone_never_gets_stuck(name: str, require_tool: RequireTool)
     assert verdicts(report) == {"trap": "holds", "livelock": "holds"}
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("defect", "property_", "untimed"), [("m5", "P2", False), ("m2", "D", True)]
 )
@@ -209,6 +213,7 @@ def printed_in_python(generated: Path) -> str:
     return done.stdout
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_the_loops_print_the_same(
     compiler: str,
@@ -246,6 +251,7 @@ def demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return module
 
 
+@pytest.mark.external
 def test_the_demo_shows_what_it_can_without_a_compiler(
     demo: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -261,6 +267,7 @@ def test_the_demo_shows_what_it_can_without_a_compiler(
     assert (demo.OUT / "generated" / "python" / "molder.py").exists()
 
 
+@pytest.mark.cc
 def test_the_demo_fails_where_something_does_not_hold(
     demo: ModuleType, monkeypatch: pytest.MonkeyPatch, require_tool: RequireTool
 ) -> None:
@@ -276,6 +283,8 @@ def test_the_demo_fails_where_something_does_not_hold(
     assert summary.exit_code == 1
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_a_saved_trace_of_a_replaced_machine_is_performed_again(tmp_path: Path) -> None:
     chart = CELL / "defects" / "m5_feeder.yaml"
     system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": chart})

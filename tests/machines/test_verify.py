@@ -11,10 +11,9 @@ import pytest
 from rich.console import Console
 
 import fsmkit
-from fsmkit.verify.engine import compiler
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"
-needs_compiler = pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
+needs_compiler = pytest.mark.cc
 
 
 @pytest.fixture(name="verify", scope="module")
@@ -39,6 +38,7 @@ def test_every_system_can_be_read(path: Path) -> None:
     assert {"L1"} <= {p.name for p in system.properties}
 
 
+@pytest.mark.slow
 def test_every_mutant_differs_from_its_reference_and_fits_its_system(verify: ModuleType) -> None:
     files = {chart for mutant in verify.MUTANTS for _, chart in mutant.run.replace}
     assert files == {
@@ -68,6 +68,8 @@ def test_every_module_of_the_ring_inherits_the_emergency_stop() -> None:
         assert [chart.states[target].id for target in stop.targets] == ["emergency"]
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @needs_compiler
 @pytest.mark.parametrize(("blocks", "time"), [(1, "untimed"), (3, "zones")])
 def test_all_properties_of_the_ring_hold(verify: ModuleType, blocks: int, time: str) -> None:
@@ -89,6 +91,8 @@ def test_who_is_brought_up_is_connected_as_in_the_ring(path: Path) -> None:
     assert links(path) <= links(CELL / "ring.yaml")
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @needs_compiler
 @pytest.mark.parametrize("path", sorted((CELL / "homing").glob("*.yaml")), ids=lambda p: p.stem)
 def test_the_cell_is_brought_up(verify: ModuleType, path: Path) -> None:
@@ -96,6 +100,8 @@ def test_the_cell_is_brought_up(verify: ModuleType, path: Path) -> None:
     assert [r.name for r in report.results if r.verdict is not fsmkit.Verdict.HOLDS] == []
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @needs_compiler
 @pytest.mark.parametrize(
     ("stage", "count", "broken"),
@@ -118,6 +124,8 @@ def test_a_supervisor_that_waits_for_too_few_is_found(
     assert (found.name, found.verdict) == (broken, fsmkit.Verdict.VIOLATED)
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @needs_compiler
 @pytest.mark.parametrize("name", ["M5", "M17", "M22", "M23"])
 def test_a_mutant_is_found(verify: ModuleType, name: str) -> None:
@@ -129,6 +137,8 @@ def test_a_mutant_is_found(verify: ModuleType, name: str) -> None:
     assert verify.length(mutant, report) == len(trace.steps) > 40
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @needs_compiler
 def test_a_verdict_that_is_not_expected_is_told(verify: ModuleType) -> None:
     (found,) = (m for m in verify.MUTANTS if m.name == "M5")

@@ -43,6 +43,7 @@ def run_program(
     return done.stdout
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(
     ("form", "checked"), [*((form, ()) for form in FORMS), ("speed", ("-DFSM_CHECKED",))]
 )

@@ -36,6 +36,7 @@ def always(condition: str, data: str = "", entry: str = "") -> str:
 # --- In of a state that there is not -------------------------------------------------------------
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("datamodel", ["ecmascript", "null"])
 def test_no_state_of_that_name_is_active(scxml: Any, datamodel: str) -> None:
     text = always("!In('nosuch')" if datamodel == "ecmascript" else "In('s')")
@@ -52,6 +53,7 @@ def test_no_state_of_that_name_is_active(scxml: Any, datamodel: str) -> None:
 # --- words of our language -----------------------------------------------------------------------
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("word", ["not", "and", "or", "True", "False"])
 def test_a_word_of_ours_is_a_name(scxml: Any, word: str) -> None:
     entry = '<assign location="{0}" expr="{0} + 1"/>'
@@ -106,6 +108,7 @@ def test_math_that_is_exact(scxml: Any, text: str, value: int) -> None:
         assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
 
 
+@pytest.mark.external
 def test_math_in_all_runtimes(scxml: Any) -> None:
     text = " &amp;&amp; ".join(f"{text} == {value}" for text, value in FUNCTIONS.items())
     chart = scxml(always(text, '<data id="n" expr="-7"/>')).chart
@@ -135,6 +138,7 @@ def test_rounding_is_that_of_ecmascript() -> None:
 TWICE = '<param name="x" expr="2"/><param name="x_1" expr="9"/><param name="x" expr="3"/>'
 
 
+@pytest.mark.external
 def test_two_params_of_one_name_are_two_fields(scxml: Any) -> None:
     text = (
         f"{HEAD}<datamodel><data id='y' expr='5'/></datamodel>"
@@ -200,6 +204,7 @@ TYPED = f"""{HEAD}<datamodel><data id="t"/><data id="u" expr="'none'"/></datamod
   </state>{FINALS}"""
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("runtime", [*RUNTIMES, "c-size"])
 def test_the_type_goes_with_each_event(scxml: Any, runtime: str) -> None:
     result = scxml(TYPED)
@@ -221,6 +226,7 @@ def test_an_event_is_two_only_where_its_type_is_asked_and_senders_disagree(scxml
     assert sorted(events(only_sent.replace(' target="#_internal"', ""))) == ["bar", "foo"]
 
 
+@pytest.mark.external
 def test_what_the_host_posts_is_external(scxml: Any) -> None:
     text = (
         f"{HEAD}<state id='a'><onentry><raise event='i'/></onentry>"
@@ -239,6 +245,7 @@ def test_what_the_host_posts_is_external(scxml: Any) -> None:
 # --- what an invoked chart sends to its invoker --------------------------------------------------
 
 
+@pytest.mark.external
 def test_an_event_for_the_invoker_is_used(tmp_path: Path) -> None:
     inner = (
         HEAD.replace('"M"', '"Inner"')
@@ -342,6 +349,7 @@ PREFIX = (
 )
 
 
+@pytest.mark.external
 def test_what_lies_below_a_prefix_can_be_declared_and_posted(scxml: Any) -> None:
     undeclared = scxml(PREFIX.format(HEAD, "'digit.1.x'")).chart
     with pytest.raises(FsmkitError) as refused:

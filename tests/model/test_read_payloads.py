@@ -163,6 +163,7 @@ OTHER = TAKING.replace("<assign", "<raise event='i'/><assign") + (
 )
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(("posted", "state"), [("OK", "b"), ("NO", "a"), ("OTHER", "c")])
 def test_a_string_that_nothing_names_is_unequal_to_all(scxml: Any, posted: str, state: str) -> None:
     text = chart(OTHER, '<data id="v"/>').replace(

@@ -50,6 +50,7 @@ def shown(one: Comparison) -> str:
     return "\n".join([json.dumps(one.configuration, indent=1), *lines])
 
 
+@pytest.mark.slow
 def test_calls_the_same_in_the_same_order_and_goes_the_same_way() -> None:
     exact = [one for one in comparisons() if "callback-order" not in one.rules]
     for one in exact:
@@ -78,6 +79,7 @@ def states(lines: list[str]) -> list[str]:
     return [line for line in lines if line.startswith("=")]
 
 
+@pytest.mark.slow
 def test_a_configuration_means_what_the_library_makes_of_it() -> None:
     """Wildcards, lists, `=` and ordered transitions are expanded as the library does."""
     read = 0

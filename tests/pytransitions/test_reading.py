@@ -426,6 +426,7 @@ def run(*arguments: str) -> tuple[int, str]:
     return code, output.getvalue()
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("reference", ["door_of_tests:machine", "door_of_tests.py:machine"])
 def test_every_verb_takes_a_reference(here: Path, reference: str) -> None:
     code, output = run("show", reference)

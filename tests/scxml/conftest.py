@@ -83,5 +83,5 @@ def public_files() -> Path:
     beside = Path(__file__).parents[3] / "shared/conformance"
     folder = Path(os.environ.get("FSMKIT_CONFORMANCE", beside))
     if not folder.is_dir():
-        pytest.skip(f"there is no public test data in {folder}; set FSMKIT_CONFORMANCE")
+        pytest.fail(f"there is no public test data in {folder}; set FSMKIT_CONFORMANCE")
     return folder

@@ -16,7 +16,6 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify import cache as caches
 from fsmkit.verify.cache import Cache, UnusableError, cache_folder, is_whole
-from fsmkit.verify.engine import compiler
 from fsmkit.verify.explore import Manner, check
 from tests.verify.conftest import Load
 from tests.verify.systems import SYSTEMS
@@ -24,7 +23,7 @@ from tests.verify.systems import SYSTEMS
 NAME = "0123456789abcdef" * 2
 OTHER = "fedcba9876543210" * 2
 pytestmark = pytest.mark.usefixtures("quickly_compiled")
-needs_c = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+needs_c = pytest.mark.cc
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ STRICT = [
 ]
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 
-pytestmark = pytest.mark.skipif(not COMPILERS, reason="there is no C compiler")
+pytestmark = pytest.mark.cc
 
 
 @pytest.fixture(scope="module")

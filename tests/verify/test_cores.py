@@ -14,13 +14,13 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.verify import engine
 from fsmkit.verify.closed import Closed, close
-from fsmkit.verify.engine import CEngine, compiler
+from fsmkit.verify.engine import CEngine
 from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.reader import load_system
 from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+pytestmark = pytest.mark.cc
 
 TABLES = Path(__file__).parents[2] / "machines" / "philosophers"
 OWN = {"bytes", "seconds", "cores", "dense"}

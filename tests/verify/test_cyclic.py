@@ -167,13 +167,13 @@ def test_time_that_only_the_loop_counts_hides_no_deadlock(load: Load, engine: st
     assert not found["D"]
 
 
-@pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+@pytest.mark.cc
 @pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 def test_engines_agree_on_the_race(load: Load, untimed: bool) -> None:
     both(load(**race("schedule: {cyclic: [b, a], period: 6ms, jitter: 4ms}")), untimed=untimed)
 
 
-@pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+@pytest.mark.cc
 @pytest.mark.parametrize("seed", [1, 4])
 def test_engines_agree_on_random_loops(load: Load, seed: int) -> None:
     for untimed in (False, True):

@@ -16,7 +16,6 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.dead_variables import Mortal
 from fsmkit.verify.deadline import Deadline
-from fsmkit.verify.engine import compiler
 from fsmkit.verify.exploration import End
 from fsmkit.verify.explore import Limits, Manner, check, explored
 from fsmkit.verify.oracle import Oracle
@@ -278,7 +277,7 @@ def test_resetting_too_much_would_be_noticed() -> None:
     assert noticed >= 3
 
 
-@pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+@pytest.mark.cc
 @pytest.mark.parametrize(
     "without", [frozenset[str](), frozenset({"dead"})], ids=["with", "without"]
 )
@@ -322,8 +321,6 @@ states:
 
 @pytest.mark.parametrize("engine", ["c", "python"])
 def test_counterexamples_show_true_values(load: Load, engine: str) -> None:
-    if engine == "c" and compiler() is None:
-        pytest.skip("there is no C compiler")
     system = load(chart=SHOWN)
     assert where_live(system) == {"x": {"b"}}
     report = check(system, Findings(), manner=Manner(engine))

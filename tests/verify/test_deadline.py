@@ -20,7 +20,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify import engine
 from fsmkit.verify.deadline import Deadline, Stage, TimeUp
-from fsmkit.verify.engine import CEngine, compiler
+from fsmkit.verify.engine import CEngine
 from fsmkit.verify.exploration import End
 from fsmkit.verify.explore import Limits, Manner, check, check_file
 from fsmkit.verify.refinement import refines
@@ -32,7 +32,7 @@ from tests.verify.systems import SYSTEMS
 SLACK = 60.0
 """Seconds that a busy machine may take beside what is asked for; an endless thing takes longer."""
 pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
-needs_c = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+needs_c = pytest.mark.cc
 
 
 def endless() -> None:

@@ -16,7 +16,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.verify.closed import close
 from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.dense import temporal_answers
-from fsmkit.verify.engine import CEngine, Progress, compiler
+from fsmkit.verify.engine import CEngine, Progress
 from fsmkit.verify.exploration import End
 from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.system import System, temporal_properties
@@ -24,7 +24,7 @@ from fsmkit.verify.verdict import Result
 from tests.verify.random_systems import load_files
 from tests.verify.timed_systems import systems
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+pytestmark = pytest.mark.cc
 
 EXAMPLES = int(os.environ.get("FSMKIT_TIMED_EXAMPLES", "4"))
 """Random systems tried; each takes seconds to compile."""

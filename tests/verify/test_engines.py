@@ -16,7 +16,6 @@ from fsmkit.testing.charts import random_document
 from fsmkit.testing.choices import SeededChoices
 from fsmkit.verify.closed import close
 from fsmkit.verify.counterexample import Counterexample
-from fsmkit.verify.engine import compiler
 from fsmkit.verify.exploration import End, Exploration
 from fsmkit.verify.explore import Limits, Manner, check, explored
 from fsmkit.verify.replay import load_any
@@ -26,7 +25,7 @@ from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+pytestmark = pytest.mark.cc
 
 CELL = Path(__file__).parents[2] / "machines/production_cell"
 MANNERS = [(False, False), (True, False), (True, True)]

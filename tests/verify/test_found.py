@@ -66,9 +66,8 @@ def test_timers_are_owed_between_turns(load: Load, engine: str) -> None:
     assert found["other"] is VIOLATED  # it can stay in `t`
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("name", ["queued_delay", "cyclic"])
 @pytest.mark.parametrize("untimed", [False, True])
 def test_engines_agree(name: str, untimed: bool) -> None:
-    if compiler() is None:
-        pytest.skip("no C compiler")
     both(load_any(FOUND / f"{name}.yaml", Findings()), untimed=untimed)

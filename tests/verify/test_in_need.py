@@ -15,13 +15,13 @@ import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify import engine
-from fsmkit.verify.engine import compiler
 from fsmkit.verify.explore import Manner, check
+from tests.needs import where
 from tests.verify.conftest import Load
 from tests.verify.systems import SYSTEMS
 
 pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
-needs_c = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+needs_c = pytest.mark.cc
 
 ENDLESS = """
 chart: Counter
@@ -141,7 +141,7 @@ def test_a_compiler_that_fails_is_told(
     assert "has a bug" not in told
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no `/dev/full` here")
+@where(Path("/dev/full").exists(), "there is no `/dev/full` here")
 def test_a_full_standard_output_is_told(tmp_path: Path) -> None:
     path = tmp_path / "counter.yaml"
     path.write_text(ENDLESS)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.engine import compiler
 from fsmkit.verify.explore import Manner, check
 from tests.verify.conftest import Load
 from tests.verify.test_engines import both
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+pytestmark = pytest.mark.cc
 
 
 pytestmark = pytest.mark.usefixtures("own_cache")

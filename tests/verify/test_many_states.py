@@ -9,7 +9,6 @@ import pytest
 
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.adapter_values import MOST_STRAIGHT, options_for
-from fsmkit.verify.engine import compiler
 from fsmkit.verify.exploration import End
 from fsmkit.verify.explore import Limits, Manner, check, explored
 from fsmkit.verify.replay import load_any
@@ -19,7 +18,7 @@ from tests.codegen.c.sized import KINDS
 from tests.verify.test_engines import facts
 
 pytestmark = [
-    pytest.mark.skipif(compiler() is None, reason="there is no C compiler"),
+    pytest.mark.cc,
     pytest.mark.usefixtures("own_cache"),
 ]
 

@@ -242,7 +242,7 @@ def test_the_others_do_what_they_do_without_monitors(load: Load, seed: int) -> N
             assert ours == theirs
 
 
-@pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+@pytest.mark.cc
 def test_a_monitor_adds_one_state_for_each_event_it_is_told_of(load: Load) -> None:
     """One that stays as it is: the product with it is the system, and what it has yet to see."""
     deaf = "chart: Deaf\nevents: {in: [lit]}\ninitial: a\nstates: {a: {}, error: {}}\n"

@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.closed import Closed, close
-from fsmkit.verify.engine import CEngine, Progress, compiler
+from fsmkit.verify.engine import CEngine, Progress
 from fsmkit.verify.replay import load_any
 from tests.verify.conftest import Load
 from tests.verify.random_systems import load_files, random_loop, random_system
 
 pytestmark = [
-    pytest.mark.skipif(compiler() is None, reason="there is no C compiler"),
+    pytest.mark.cc,
     pytest.mark.usefixtures("own_cache", "quickly_compiled"),
 ]
 

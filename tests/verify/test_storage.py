@@ -42,7 +42,7 @@ from tests.verify.systems import SYSTEMS
 from tests.verify.test_core import CORE, ROOT, STRICT
 from tests.verify.test_cores import told
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+pytestmark = pytest.mark.cc
 
 TABLES = ROOT / "machines/philosophers"
 LOSSY = [Storage.HASH_COMPACT, Storage.BITSTATE]

@@ -170,9 +170,8 @@ def test_events_that_occur(load: Load, engine: str) -> None:
     assert lengths["only_press"] == 3
 
 
+@pytest.mark.cc
 def test_zones_do_not_judge_what_occurs(load: Load) -> None:
-    if "c" not in ENGINES:
-        pytest.skip("there is no C compiler")
     system = load(**lamp("lamp.press", "", "  off: {never: occurs(lamp.press) and lamp.In(off)}"))
     assert result(system, "off", Manner("c", zones=True)).verdict.value == "undecided"
 
@@ -189,8 +188,6 @@ WITHIN = """
 
 @pytest.mark.parametrize(("engine", "zones"), [*((e, False) for e in ENGINES), ("c", True)])
 def test_how_long_it_takes(load: Load, engine: str, zones: bool) -> None:
-    if engine not in ENGINES:
-        pytest.skip("there is no C compiler")
     system = load(**lamp("lamp.press", "", WITHIN))
     report = check(system, Findings(), manner=Manner(engine, zones=zones))
     found = {r.name: r for r in report.results}
@@ -337,13 +334,13 @@ class _Run:
         assert not always - taken - {None}
 
 
-@pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+@pytest.mark.cc
 @pytest.mark.parametrize(("seed", "untimed"), [(1, False), (1, True), (4, True)])
 def test_engines_agree_and_their_runs_are_fair(load: Load, seed: int, untimed: bool) -> None:
     compare(load(**asking(seed)), untimed=untimed)
 
 
-@pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+@pytest.mark.cc
 def test_engines_agree_on_livelocks(load: Load) -> None:
     files = dict(SYSTEMS["livelock"])
     files["rally"] += "properties: {back: {leads_to: [ping.In(busy), ping.In(idle)]}}\n"

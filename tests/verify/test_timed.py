@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import checked_state
 from fsmkit.verify.deadline import Deadline
-from fsmkit.verify.engine import CEngine, compiler
+from fsmkit.verify.engine import CEngine
 from fsmkit.verify.exploration import End, Exploration
 from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.gaps import Limit, gap
@@ -37,7 +37,7 @@ from tests.verify.timed_systems import (
     systems,
 )
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+pytestmark = pytest.mark.cc
 
 EXAMPLES = int(os.environ.get("FSMKIT_TIMED_EXAMPLES", "6"))
 """Random systems tried; each takes seconds to compile."""

@@ -9,7 +9,7 @@ import pytest
 
 from tests.verify.test_core import COMPILERS, CORE, ROOT, STRICT
 
-pytestmark = pytest.mark.skipif(not COMPILERS, reason="there is no C compiler")
+pytestmark = pytest.mark.cc
 
 
 @pytest.fixture(scope="module")

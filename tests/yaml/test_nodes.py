@@ -21,6 +21,7 @@ from fsmkit.yaml.nodes import (
     read_nodes,
 )
 from fsmkit.yaml.places import offsets_of
+from tests.needs import where
 
 Nodes = Callable[[str], Any]
 
@@ -230,7 +231,7 @@ WRITTEN = st.lists(st.sampled_from([*WORDS, *BREAKS, *ODD]), max_size=12).map(""
 WRITTEN |= st.lists(st.sampled_from(LINES), max_size=8).map("\n".join)
 
 
-@pytest.mark.skipif(not yaml.__with_libyaml__, reason="PyYAML was built without libyaml")
+@where(yaml.__with_libyaml__, "PyYAML was built without libyaml")
 @settings(max_examples=1500, deadline=None)
 @given(WRITTEN)
 def test_both_parsers_read_the_same(text: str) -> None:

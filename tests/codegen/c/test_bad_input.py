@@ -66,6 +66,7 @@ def test_what_does_not_fit_is_found(queue: str, delay: str, rule: str, tmp_path:
 HARD = ("Counter", "Queue", "Place", "Timer", "Class", "While", "None", "Fsm", "Main", "Signal")
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++", "clang++"])
 def test_names_of_charts_that_are_taken(
     compiler: str, tmp_path: Path, compile_with: Compile, write: Write
@@ -108,6 +109,7 @@ def test_no_function_calls_what_it_holds_as_a_machine_may_be_called() -> None:
                 assert other.prefix != found, f"{found} of {file}"
 
 
+@pytest.mark.external
 def test_states_and_events_that_are_told_apart_by_a_sign(
     tmp_path: Path, compile_with: Compile, write: Write
 ) -> None:
@@ -212,6 +214,7 @@ int main(void)
 HANDLED, BUSY, REFUSED = 1, 2, 4
 
 
+@pytest.mark.external
 def test_a_checked_build_refuses_what_no_declaration_allows(
     tmp_path: Path, compile_with: Compile, write: Write
 ) -> None:
@@ -231,6 +234,7 @@ def test_a_checked_build_refuses_what_no_declaration_allows(
         ]
 
 
+@pytest.mark.cc
 def test_a_missing_operation_is_named_by_the_linker(
     tmp_path: Path, write: Write, require_tool: RequireTool
 ) -> None:

@@ -129,6 +129,7 @@ def lamp(tmp_path: Path) -> Chart:
     return load(path)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
 def test_two_machines_side_by_side(
     lamp: Chart, compiler: str, tmp_path: Path, compile_with: Compile, write: Write
@@ -139,6 +140,8 @@ def test_two_machines_side_by_side(
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_like_the_interpreter_under_sanitizers(
     tmp_path: Path, require_tool: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

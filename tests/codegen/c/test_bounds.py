@@ -14,6 +14,8 @@ from tests.codegen.c.any_host import CHOICES, TRIED, any_host
 from tests.codegen.c.conftest import EVERY, SANITIZERS, machine_of
 from tests.codegen.c.stack import CORTEX_M0, HOST, TARGETS, UnboundedError, deepest, frames
 
+pytestmark = pytest.mark.cc
+
 ROUNDS = 1_000_000
 HELPERS = re.compile(r"mem(cpy|set|move|cmp)|__aeabi_\w+|__gnu_thumb1_case_\w+")
 """What a compiler may call (the last: switches on a Cortex-M0)."""
@@ -40,6 +42,7 @@ def test_random_calls_under_sanitizers(
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("compiler", [HOST, CORTEX_M0], ids=["host", "arm"])
 def test_no_library(
     compiler: tuple[str, ...], tmp_path: Path, write: Write, require_tool: RequireTool
@@ -75,6 +78,7 @@ def prefixes(names: Names) -> str:
     return f"{names.prefix}_"
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("target", TARGETS)
 def test_stack(target: str, tmp_path: Path, require_tool: RequireTool) -> None:
     """No recursion, no frame whose size is known only at run time, and not much of it."""

@@ -42,6 +42,7 @@ def machines() -> list[Machine]:
     return found
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_no_warning(
     machines: list[Machine], compiler: str, tmp_path: Path, compile_with: Compile, write: Write
@@ -64,6 +65,7 @@ states:
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_room_for_one_delayed_event(
     compiler: str, tmp_path: Path, compile_with: Compile, write: Write
@@ -97,6 +99,7 @@ HOSTILE_NAMES = """<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:
 </scxml>"""
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_names_that_are_none_in_c(
     compiler: str, tmp_path: Path, compile_with: Compile, write: Write
@@ -113,6 +116,7 @@ def test_names_that_are_none_in_python(tmp_path: Path) -> None:
     compile(module_text(load(path)), "hostile.py", "exec")
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("names", ["", "-DFSM_NO_NAMES"])
 def test_sizes_are_as_stated(
     machines: list[Machine], names: str, tmp_path: Path, compile_with: Compile, write: Write
@@ -130,6 +134,8 @@ def test_sizes_are_as_stated(
     compile_with(tmp_path, "gcc", *filter(None, [names]), "-c", f"{machines[0].names.prefix}.c")
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_needs_nothing_but_what_the_header_declares(
     machines: list[Machine],
     tmp_path: Path,
@@ -158,6 +164,7 @@ def test_needs_nothing_but_what_the_header_declares(
         assert undefined <= operations | sent | library | invoked
 
 
+@pytest.mark.cc
 def test_has_no_data_that_changes(
     machines: list[Machine],
     tmp_path: Path,
@@ -194,6 +201,7 @@ def test_says_where_each_transition_was_written() -> None:
     assert str(ROOT) not in text
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_library(compiler: str, tmp_path: Path, compile_with: Compile) -> None:
     library = ROOT / "fsmkit/runtime/c"
@@ -207,6 +215,7 @@ def test_library(compiler: str, tmp_path: Path, compile_with: Compile) -> None:
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">'
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     "body",
     [

@@ -47,6 +47,7 @@ def flat_cases(count: int) -> Iterator[Case]:
             yield Case(documents, chart, random_script(choices, chart), f"flat {number}")
 
 
+@pytest.mark.external
 def test_grids_mean_what_the_charts_mean() -> None:
     totals = compare_all(list(flat_cases(25)), [harness("c-size")])
     assert (totals.divergences, totals.refused) == ([], 0)
@@ -125,6 +126,7 @@ states:
 TEXTS = [DENSE, NESTED, DEFERRING, ONLY_DEFERRING]
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("text", TEXTS, ids=["grid", "tables", "deferring", "only deferring"])
 @pytest.mark.parametrize("is_small", [False, True], ids=["speed", "size"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
@@ -190,6 +192,8 @@ def deferring_cases(count: int) -> Iterator[Case]:
             yield Case(documents, chart, random_script(choices, chart), f"defer {number}")
 
 
+@pytest.mark.slow
+@pytest.mark.external
 def test_deferral_beside_straight_code_means_what_the_charts_mean() -> None:
     totals = compare_all(list(deferring_cases(15)), [harness("c")])
     assert (totals.divergences, totals.refused) == ([], 0)

@@ -37,11 +37,14 @@ def machine(shop: Chart) -> Machine:
     return generate_machine(shop, "shop")
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("script", SCRIPTS, ids=range(len(SCRIPTS)))
 def test_a_shop_with_a_press_and_its_feeder(shop: Chart, script: tuple[str, ...]) -> None:
     assert PLUGIN.harness_run(shop, script) == run_script(shop, script)
 
 
+@pytest.mark.slow
+@pytest.mark.external
 def test_random_families_under_sanitizers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(harness, "FLAGS", (*harness.FLAGS, *SANITIZERS))
     jobs = []

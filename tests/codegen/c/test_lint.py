@@ -28,6 +28,8 @@ def sources(tmp_path_factory: pytest.TempPathFactory, write: Write) -> tuple[Pat
     return folder, sorted(path.name for path in folder.glob("*.c"))
 
 
+@pytest.mark.slow
+@pytest.mark.external
 def test_cppcheck_and_misra(sources: tuple[Path, list[str]], require_tool: RequireTool) -> None:
     folder, names = sources
     command = [require_tool("cppcheck"), "-q", "-j2", "--addon=misra", "--std=c99", "-UFSM_HOOKS"]
@@ -48,6 +50,8 @@ def _rule(line: str) -> str:
     return line.split(maxsplit=1)[0].removeprefix("misra-c2012-")
 
 
+@pytest.mark.slow
+@pytest.mark.external
 def test_clang_tidy(sources: tuple[Path, list[str]], require_tool: RequireTool) -> None:
     folder, names = sources
     assert SWITCHED_OFF
@@ -62,6 +66,8 @@ def test_clang_tidy(sources: tuple[Path, list[str]], require_tool: RequireTool) 
     assert done.stdout == ""
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_gcc_analyzer(sources: tuple[Path, list[str]], require_tool: RequireTool) -> None:
     folder, names = sources
     command = [require_tool("gcc"), "-std=c99", "-O1", "-fanalyzer", "-Werror", "-c", *names]
@@ -69,6 +75,7 @@ def test_gcc_analyzer(sources: tuple[Path, list[str]], require_tool: RequireTool
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["g++", "clang++"])
 def test_cpp17(compiler: str, sources: tuple[Path, list[str]], require_tool: RequireTool) -> None:
     folder, names = sources

@@ -47,6 +47,7 @@ def written(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
 def test_small_code_compiles_without_a_warning(
     tmp_path: Path, compiler: str, compile_with: Compile, write: Write
@@ -56,6 +57,7 @@ def test_small_code_compiles_without_a_warning(
     compile_with(tmp_path, compiler, "-c", "deep.c")
 
 
+@pytest.mark.cc
 def test_it_is_smaller(tmp_path: Path, compile_with: Compile, write: Write) -> None:
     sizes = {}
     chart = load(Path(__file__).parents[3] / "machines/production_cell/feeder.yaml")

@@ -15,6 +15,8 @@ from fsmkit.codegen.c.generate import Machine
 from tests.codegen.c.conftest import CHARTS, machine_of
 from tests.codegen.c.proving import prove
 
+pytestmark = pytest.mark.external
+
 QUICK = ("flat", "nested", "apart", "chart_a", "chart_b")
 PROVED = [n for n in CHARTS if n in QUICK or os.environ.get("FSMKIT_PROVE")]
 REACHED = 85

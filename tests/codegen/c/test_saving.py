@@ -101,6 +101,7 @@ def run(host: Path, data: bytes | None = None) -> bytes:
     return done.stdout
 
 
+@pytest.mark.cc
 def test_the_interpreter_goes_on_from_what_c_saved(host: Path, tmp_path: Path) -> None:
     session = Session(chart_of(tmp_path, OVEN), {"alarm": lambda: None}, start=False)
     session.restore(run(host))
@@ -115,6 +116,7 @@ def test_the_interpreter_goes_on_from_what_c_saved(host: Path, tmp_path: Path) -
     assert session.active == ("off",)
 
 
+@pytest.mark.cc
 def test_c_goes_on_from_what_the_interpreter_saved(host: Path, tmp_path: Path) -> None:
     session = Session(chart_of(tmp_path, OVEN), {"alarm": lambda: None})
     session.post("go", "high", -300)
@@ -124,6 +126,7 @@ def test_c_goes_on_from_what_the_interpreter_saved(host: Path, tmp_path: Path) -
     assert run(host, session.save_bytes()).split() == b"0 0 1 1 -300 9 0.1 1".split()
 
 
+@pytest.mark.cc
 def test_what_is_damaged_or_of_another_chart_is_refused(host: Path, tmp_path: Path) -> None:
     saved = Session(chart_of(tmp_path, OVEN), {"alarm": lambda: None}).save_bytes()
     damaged = [saved[:-1], saved + b"\0", b"", saved[:9] + b"?" + saved[10:]]

@@ -20,8 +20,9 @@ from fsmkit.plugins import Target, plugin
 from fsmkit.runtime.script import run_script
 from tests.codegen.c.conftest import SANITIZERS, WARNINGS
 from tests.codegen.c.sized import KINDS, script
+from tests.needs import where
 
-LARGE = pytest.mark.skipif(not os.environ.get("FSMKIT_SIZES"), reason="long: make sizes")
+LARGE = where(os.environ.get("FSMKIT_SIZES"), "long: make sizes")
 BORDERS = (1, 84, 86, 255, 256, 257, 300)
 
 Run = Callable[[str, int], tuple[Chart, list[str]]]
@@ -60,6 +61,7 @@ def built(folder: Path, command: Sequence[str]) -> None:
     assert (done.returncode, done.stderr[:2000]) == (0, "")
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("count", BORDERS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_tables_are_right_at_every_border(
@@ -73,6 +75,7 @@ def test_tables_are_right_at_every_border(
         built(tmp_path, [require_tool(name), "-std=c99", *WARNINGS, "-fsyntax-only", "x0.c"])
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("kind", KINDS)
 def test_straight_code_is_right_above_a_byte(
     kind: str, tmp_path: Path, require_tool: Callable[[str], str], expected: Run

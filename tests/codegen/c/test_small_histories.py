@@ -6,6 +6,8 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from fsmkit.cli import execute
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
@@ -24,6 +26,7 @@ states:
 """
 
 
+@pytest.mark.external
 def test_shallow_histories(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     (tmp_path / "skips.yaml").write_text(CHART)
     argv = ["compile", str(tmp_path / "skips.yaml"), "--optimize", "size", "--out", str(tmp_path)]

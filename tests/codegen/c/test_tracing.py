@@ -107,6 +107,8 @@ def lamp(tmp_path_factory: pytest.TempPathFactory) -> tuple[Chart, bytes, bytes]
     return chart, log, ring
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_random_charts_are_replayed(tmp_path: Path) -> None:
     cases = (random_case(11, number) for number in range(RANDOM * 2))
     jobs = [(c.chart, c.script) for c in cases if not image_of(c.chart).stores_symbols][:RANDOM]
@@ -119,6 +121,7 @@ def test_random_charts_are_replayed(tmp_path: Path) -> None:
         assert [line.rpartition(": t ")[2].split()[0] for line in shown] == last
 
 
+@pytest.mark.cc
 def test_invoked_machines_are_replayed(tmp_path: Path) -> None:
     chart = load(SHOP)
     script = ["start 0", "post go", "run 1", "post order 3", "run 5", "run 400", "post stop",
@@ -146,6 +149,7 @@ def from_restored(log: bytes) -> bytes:
     return log[at:]
 
 
+@pytest.mark.cc
 def test_a_log_may_begin_at_a_restored_machine(
     lamp: tuple[Chart, bytes, bytes], restored: bytes
 ) -> None:
@@ -226,6 +230,7 @@ def test_the_verb_run_replays(
     assert execute(["run", str(path), "--replay", str(tmp_path / "log"), "--events", "ask"]) == 2
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
 @pytest.mark.parametrize("defined", [(), ("-DFSM_LOGGED",), ("-DFSM_TRACE_RECORDS=0",)])
 def test_no_warning(

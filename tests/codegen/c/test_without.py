@@ -58,6 +58,7 @@ def test_a_chart_that_raises_nothing_has_no_internal_queue(tmp_path: Path) -> No
         assert member not in struct
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
 def test_without_queue_and_counters(
     tmp_path: Path, compiler: str, compile_with: Compile, write: Write

@@ -23,6 +23,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
 from fsmkit.testing.differential import random_case
 from tests.codegen.pyext.press import PRESS
+from tests.needs import where
 
 USER = """\
 from press import Colour, Press, PressHost
@@ -93,6 +94,8 @@ def python(folder: Path, *arguments: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_a_module_is_built_and_its_types_are_right(built: Path) -> None:
     assert (built / f"press{suffix()}").is_file()
     (built / "user.py").write_text(USER)
@@ -102,15 +105,20 @@ def test_a_module_is_built_and_its_types_are_right(built: Path) -> None:
     assert "Success" in stub
 
 
+@pytest.mark.cc
+@where(
+    any(map(importlib.util.find_spec, ("_interpreters", "_xxsubinterpreters"))),
+    "this Python has no interpreters within",
+)
 def test_each_interpreter_has_its_own(built: Path) -> None:
     for name in ("_interpreters", "_xxsubinterpreters"):
         if importlib.util.find_spec(name):
             (built / "within.py").write_text(WITHIN.format(interpreters=name))
             assert python(built, "within.py") == "fine\n"
             return
-    pytest.skip("this Python has no interpreters within")
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("is_traced", [False, True])
 def test_what_is_generated_is_clean(
     press: Path, require_tool: Callable[[str], str], *, is_traced: bool
@@ -179,6 +187,7 @@ states:
 """
 
 
+@pytest.mark.cc
 def test_names_that_the_headers_have(tmp_path: Path) -> None:
     path = tmp_path / "time.yaml"
     path.write_text(HURTING)
@@ -210,6 +219,7 @@ def test_names_that_the_headers_have(tmp_path: Path) -> None:
         assert machine.active() == ("Py_TYPE",)
 
 
+@pytest.mark.slow
 def test_hosts_provide_what_they_provide_for_python() -> None:
     compared = 0
     for number in range(60):

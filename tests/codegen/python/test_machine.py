@@ -241,6 +241,7 @@ def test_two_machines_are_independent(chart: Chart) -> None:
     assert (one.samples, other.samples) == ([0, 3, 0], [0, 0, 0])
 
 
+@pytest.mark.cc
 def test_it_runs_where_fsmkit_is_not(chart: Chart, tmp_path: Path) -> None:
     generated = PLUGIN.generate(chart, Findings(), {"trace": "on"})
     assert generated is not None
@@ -275,6 +276,7 @@ def test_it_imports_the_standard_library_only(chart: Chart) -> None:
     assert {name.split(".")[0] for name in imported} <= sys.stdlib_module_names
 
 
+@pytest.mark.cc
 def test_the_text_is_the_same_every_time(chart: Chart) -> None:
     assert module_text(chart) == module_text(chart)
     code = (

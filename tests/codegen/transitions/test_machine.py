@@ -72,6 +72,7 @@ def door(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.cc
 def test_is_used_as_the_library_is(door: Path, tmp_path: Path) -> None:
     files = fsmkit.compile(door, "transitions")
     assert list(files) == ["door_machine.py"]
@@ -109,6 +110,7 @@ print(door.state, door.opened)
     ]
 
 
+@pytest.mark.cc
 def test_is_typed(door: Path, tmp_path: Path) -> None:
     (tmp_path / "door_machine.py").write_text(
         fsmkit.compile(door, "transitions")["door_machine.py"]

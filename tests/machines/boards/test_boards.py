@@ -73,6 +73,8 @@ def history(programs: dict[str, Path], sockets: Path) -> Iterator[dict[str, Any]
         cell.kill()
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_cell_comes_up_and_produces(history: dict[str, Any]) -> None:
     """Power, homing in the supervisor's order, inventory; all are ready where they should be."""
     assert history["ready"] == {"ready"}
@@ -121,6 +123,7 @@ def test_log_is_performed_again_by_the_interpreter(
     assert history["reports"][board]["states"][machine] in entered[-1].split()
 
 
+@pytest.mark.cc
 def test_same_inputs_give_the_same_outputs(programs: dict[str, Path], sockets: Path) -> None:
     """Two boards in two processes, step by step to the last bit, however fast they are."""
     traces = []
@@ -135,6 +138,7 @@ def test_same_inputs_give_the_same_outputs(programs: dict[str, Path], sockets: P
     assert traces[0] == traces[1]
 
 
+@pytest.mark.cc
 def test_board_that_begins_anew_is_heard_again(programs: dict[str, Path], sockets: Path) -> None:
     """The other fails at once, and says why; the new one knows of the power after a second."""
     folder = sockets / "anew"
@@ -155,6 +159,7 @@ def test_board_that_begins_anew_is_heard_again(programs: dict[str, Path], socket
         cell.kill()
 
 
+@pytest.mark.external
 def test_clang_has_nothing_to_say(
     programs: dict[str, Path], require_tool: Callable[[str], str]
 ) -> None:
@@ -191,6 +196,7 @@ def lone(programs: dict[str, Path], sockets: Path) -> Iterator[Board]:
     folder.rmdir()
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("request_", "why"),
     [
@@ -217,6 +223,7 @@ def test_what_makes_no_sense_is_refused(lone: Board, request_: bytes, why: str) 
     assert lone.check() == {"ok": True}
 
 
+@pytest.mark.cc
 def test_a_broken_step_turns_everything_off(lone: Board) -> None:
     """Outputs are safe from then on, until a step makes sense again."""
     plant = Plant()
@@ -230,6 +237,7 @@ def test_a_broken_step_turns_everything_off(lone: Board) -> None:
     assert lone.step(700, [0], plant)["extractor.enable"] == 0
 
 
+@pytest.mark.cc
 def test_parameters_are_set_while_it_runs(lone: Board) -> None:
     """A top speed of 100 counts a second is kept from then on."""
     for name, value in (("top_speed", 100), ("kf", 0)):  # its axis has no friction to feed forward
@@ -245,6 +253,7 @@ def test_parameters_are_set_while_it_runs(lone: Board) -> None:
     assert 90 < fastest < 125
 
 
+@pytest.mark.cc
 def test_real_time_loop_holds_inputs_and_is_safe_without(
     programs: dict[str, Path], sockets: Path
 ) -> None:
@@ -292,6 +301,7 @@ def test_real_time_loop_holds_inputs_and_is_safe_without(
     assert "late by" in printed
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     "words",
     [[], ["--cosim"], ["--wrong", "x"], ["--cosim", "nonsense"], ["--cosim", "ipc:///x/y/z"]],
@@ -316,6 +326,7 @@ client.close(linger=0)
 """
 
 
+@pytest.mark.cc
 def test_a_board_does_not_outlive_who_began_it(programs: dict[str, Path], sockets: Path) -> None:
     command = [sys.executable, "-c", ABANDONS, str(programs["a"]), f"ipc://{sockets}/abandoned"]
     # the board has the pipe, too: this returns when it has ended

@@ -28,6 +28,7 @@ def printed(folder: Path, compiler: str, options: tuple[str, ...], trials: int) 
     return done.stdout
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_profile_controller_and_drive_keep_their_promises(
     tmp_path: Path, compiler: str, require_tool: Callable[[str], str]
@@ -37,6 +38,7 @@ def test_profile_controller_and_drive_keep_their_promises(
     assert out.endswith("\n0 failures\n")
 
 
+@pytest.mark.external
 def test_compilers_and_optimization_make_no_difference(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:

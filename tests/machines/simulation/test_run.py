@@ -93,6 +93,7 @@ def nobody_is_left_behind() -> Iterator[None]:
     assert children() <= before
 
 
+@pytest.mark.cc
 def test_a_board_that_keeps_to_the_protocol(tmp_path: Path) -> None:
     outcome = run(tmp_path, board(tmp_path), steps=20).outcome
     assert outcome.steps == 20
@@ -102,6 +103,7 @@ def test_a_board_that_keeps_to_the_protocol(tmp_path: Path) -> None:
     assert len(made) == 20
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("other", "told"),
     [
@@ -127,11 +129,13 @@ def test_what_goes_wrong_is_told_of(tmp_path: Path, other: dict[str, str], told:
     assert told in str(error.value)
 
 
+@pytest.mark.cc
 def test_a_program_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(CellError, match="board cannot be begun"):
         run(tmp_path, Program("board", ("/no/such/board",)), steps=1)
 
 
+@pytest.mark.cc
 def test_a_board_is_killed_and_begun_again(tmp_path: Path) -> None:
     ones = 'socket.send(b"S" + request[1:5] + bytes(4) + b"\\x01\\x00\\x00\\x00" * len(writes))'
     actions = (Action(5, "kill", "board"), Action(10, "restart", "board"))
@@ -142,6 +146,7 @@ def test_a_board_is_killed_and_begun_again(tmp_path: Path) -> None:
     assert len(made.outcome.lives["board"]) == 1
 
 
+@pytest.mark.cc
 def test_a_run_that_is_stopped_reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     step = Orchestrator._step
 
@@ -156,6 +161,7 @@ def test_a_run_that_is_stopped_reports(tmp_path: Path, monkeypatch: pytest.Monke
     assert outcome.reports["plant"] == {"events": []}
 
 
+@pytest.mark.cc
 def test_ctrl_c_ends_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(self: Orchestrator, number: int) -> None:
         del self
@@ -184,6 +190,8 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
     return record, outcome, tally(record, outcome)
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_the_cell_homes_and_produces(ran: Ran) -> None:
     record, outcome, figures = ran
     assert outcome.steps == len(record) == STEPS
@@ -207,6 +215,7 @@ def test_the_properties_hold_of_it(ran: Ran) -> None:
     assert [j.name for j in judged if j.holds is False] == ["produces"]
 
 
+@pytest.mark.cc
 def test_the_same_seed_gives_the_same_run(ran: Ran, tmp_path: Path) -> None:
     record, _, _ = ran
     run(tmp_path, nodes.double_program(), steps=1000)

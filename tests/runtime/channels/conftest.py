@@ -19,6 +19,7 @@ from fsmkit.cli.paths import PATHS
 from fsmkit.composition.deployment import Deployment, load_deployment
 from fsmkit.plugins import plugin
 from fsmkit.runtime.channels import Counters, Faults, Link, LinkKind
+from tests.needs import need
 
 HERE = Path(__file__).parent
 LINKS = PATHS["links"]
@@ -128,9 +129,7 @@ def build(generated: Path, require_tool: Callable[[str], str]) -> Build:
         node: str, source: Path, *options: str, sanitizers: str = "address,undefined"
     ) -> Path:
         is_zmq = "-DWITH_ZMQ" in options
-        if is_zmq and not has_libzmq():
-            missing = "libzmq is not installed (make tools)"
-            pytest.fail(missing) if os.environ.get("FSMKIT_REQUIRE_TOOLS") else pytest.skip(missing)
+        need(not is_zmq or has_libzmq(), "libzmq")
         sources = [LINKS / "fsm_link.c", LINKS / "fsm_link_local.c"]
         sources += [LINKS / f"fsm_link_{name}.c" for name in ZMQ] * is_zmq
         sources += sorted((generated / node).glob("*.c"))

@@ -28,6 +28,8 @@ from tests.runtime.channels.link_player import Node
 from tests.runtime.channels.stranger import COMMAND, MORE, Stranger, frame, resident
 from tests.runtime.channels.test_c import random_bytes
 
+pytestmark = pytest.mark.cc
+
 zmq = pytest.importorskip("zmq")
 IS_WHOLE = bool(os.environ.get("FSMKIT_ATTACKS"))
 VICTIMS = ("python", "c", "c plain") if IS_WHOLE else ("python", "c")
@@ -152,6 +154,7 @@ def test_subscriptions_are_not_kept(
     still_talks(victim, connect, deployment)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flags", [0, MORE])
 def test_a_message_that_is_too_long_is_cut_off(
     victim: Victim,

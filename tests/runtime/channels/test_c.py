@@ -16,6 +16,8 @@ from fsmkit.runtime.channels.in_process import InProcessLink, Wire
 from fsmkit.runtime.channels.receiving import QUIET, Receiver
 from tests.runtime.channels.conftest import HERE, Build, Player
 
+pytestmark = pytest.mark.cc
+
 Play = Callable[..., Player]
 
 

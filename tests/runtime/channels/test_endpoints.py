@@ -65,6 +65,7 @@ def test_not_of_this_computer_for_sure(endpoint: str) -> None:
     assert not is_loopback(endpoint)
 
 
+@pytest.mark.cc
 def test_c_judges_alike(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     if not has_libzmq():
         require_tool("libzmq")
@@ -88,6 +89,7 @@ def test_c_judges_alike(tmp_path: Path, require_tool: Callable[[str], str]) -> N
     assert told == ["near" if is_loopback(endpoint) else "far" for endpoint in asked]
 
 
+@pytest.mark.cc
 def test_a_link_without_keys_is_opened_only_where_nobody_else_comes(
     deployment: Deployment, play: Callable[..., Player], endpoints: dict[str, str]
 ) -> None:

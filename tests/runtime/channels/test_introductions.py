@@ -57,6 +57,7 @@ def test_an_impostor_does_not_disturb_a_peer_that_is_known() -> None:
     assert not a.listeners
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("seed", range(5))
 def test_c_judges_hellos_alike(
     seed: int, tmp_path: Path, require_tool: Callable[[str], str]

@@ -202,6 +202,8 @@ def start(
             player.kill()
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("sender", "receiver", "each"),
     [(("c", "b"), ("python", "a"), 3), (("python", "a"), ("c", "b"), 1)],

@@ -116,6 +116,7 @@ def built(node: Node, folder: Path, require_tool: Callable[[str], str]) -> Path:
     return folder / "node"
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("place", [0, 1])
 def test_every_message_goes_through_c(
     ring: Deployment, place: int, tmp_path: Path, require_tool: Callable[[str], str]

@@ -115,6 +115,7 @@ def test_an_endpoint_that_is_taken_is_a_finding(connect: Open, endpoints: dict[s
         connect("a", endpoints={"a": "inproc://a"})
 
 
+@pytest.mark.cc
 def test_c_and_python_talk_both_ways(connect: Open, play: Play, endpoints: dict[str, str]) -> None:
     b = play("b", 77, "threaded", endpoints["a"], endpoints["b"])
     a = connect("a")
@@ -139,6 +140,7 @@ def turn(player: Player) -> str:
     return player.ask_all("p")[-1]
 
 
+@pytest.mark.cc
 def test_deterministic_steps_of_c_and_python(
     connect: Open, play: Play, endpoints: dict[str, str]
 ) -> None:
@@ -174,6 +176,7 @@ def test_deterministic_steps_of_c_and_python(
     assert b.close() == 0
 
 
+@pytest.mark.cc
 def test_a_killed_node_that_comes_back_is_heard_again(
     connect: Open, play: Play, endpoints: dict[str, str]
 ) -> None:
@@ -202,6 +205,7 @@ def make_keys(folder: Path, *names: str) -> Path:
     return folder
 
 
+@pytest.mark.cc
 def test_nodes_with_keys_hear_each_other_and_nobody_else(
     connect: Open,
     play: Play,

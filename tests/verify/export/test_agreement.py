@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
 
 import pytest
 
-from fsmkit.verify.engine import compiler
+from tests.needs import need
 from tests.verify.conftest import Load
 from tests.verify.export.agreement import Case, loaded, random_cases
 from tests.verify.export.judges import Compared, compare, has_storm
@@ -18,17 +17,13 @@ from tests.verify.systems import SYSTEMS
 MACHINES = Path(__file__).parents[3] / "machines"
 SMALL = tuple(islice(random_cases(), 6))
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+pytestmark = [pytest.mark.cc, pytest.mark.external]
 
 
 @pytest.fixture(name="judges", autouse=True)
 def all_judges(require_tool: Callable[[str], str]) -> None:
     require_tool("spin")
-    if not has_storm():
-        missing = "`stormpy` is not installed (make tools)"
-        if os.environ.get("FSMKIT_REQUIRE_TOOLS"):
-            pytest.fail(missing)
-        pytest.skip(missing)
+    need(has_storm(), "stormpy")
 
 
 def agree(found: Compared) -> None:

@@ -206,6 +206,7 @@ def test_examples(name: str, untimed: bool) -> None:
     assert len(found.verdicts) > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["supervisor", "molder", "rotator", "pairs/supervisor", "rest/giver", "rest/taker"]
 )
@@ -219,8 +220,8 @@ def test_random_systems(load: Load, seed: int, untimed: bool) -> None:
     try:
         system = load(**random_system(seed))
         network_of(system, Wanted(untimed=untimed, most=1500))
-    except FsmkitError as error:
-        pytest.skip(error.diagnostics[-1].message)
+    except FsmkitError:
+        return  # nothing to compare: it is no system, or too large
     compared(system, untimed=untimed)
 
 

@@ -17,6 +17,7 @@ from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.jani.layout import WIDTH, laid_out
 from fsmkit.verify.export.jani.model import model_of
 from fsmkit.verify.export.network import Network
+from tests.needs import need
 from tests.verify.conftest import Load
 from tests.verify.export.agreement import loaded
 from tests.verify.export.judges import JudgeError, by_spin, by_storm, has_storm
@@ -169,8 +170,7 @@ def forgetful(network: Network) -> Network:
 
 
 def test_storm_tells_what_the_explorer_never_saw() -> None:
-    if not has_storm():
-        pytest.skip("`stormpy` is not installed (make tools)")
+    need(has_storm(), "stormpy")
     network = network_of(loaded(MACHINES / "philosophers/table.yaml"), Wanted())
     assert by_storm(network).states == network.states
     with pytest.raises(JudgeError, match="the explorer never saw"):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from functools import partial
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,6 +20,7 @@ from fsmkit.verify.export.network import Automaton, Network
 from fsmkit.verify.export.parts import Parts
 from fsmkit.verify.export.promela.options import options
 from fsmkit.verify.export.promela.spelling import Spelling
+from tests.needs import need
 from tests.verify.conftest import Load
 from tests.verify.export.judges import has_storm
 
@@ -115,8 +115,7 @@ def test_edges_of_jani(supervisor: Network) -> None:
 
 
 def test_storm_has_each_state_and_each_step(supervisor: Network) -> None:
-    if not has_storm():
-        pytest.skip("`stormpy` is not installed (make tools)")
+    need(has_storm(), "stormpy")
     import stormpy
 
     model, _ = stormpy.parse_jani_model_from_string(json.dumps(model_of(supervisor)))

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import shutil
 from itertools import combinations
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from fsmkit.verify.export.uppaal.translate import translated
 from fsmkit.verify.replay import load_any
 
 CELL = Path(__file__).parents[3] / "machines/production_cell"
-needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="dot is not installed")
+needs_dot = pytest.mark.external
 
 
 def drawn(name: str) -> Template:
