@@ -118,11 +118,10 @@ def still_talks(victim: Victim, connect: Open, deployment: Deployment) -> None:
         node.cycle()
         victim.cycle()
     before = got(victim)
-    for _ in range(5):
+    while (got(victim) - before) % 256 < 5:  # where a machine is slow, some of them are lost
+        assert time.monotonic() < until, "events of the true peer do not come any more"
         link.send(deployment.map.message("east.hit -> west.ball", n=1, last=False))
         node.cycle()
-    while got(victim) != (before + 5) % 256:
-        assert time.monotonic() < until, "events of the true peer do not come any more"
         victim.cycle()
 
 
@@ -302,15 +301,19 @@ def test_a_forged_session_locks_nobody_out(
         node.cycle()
         victim.cycle()
     node.link.close()
-    if passes:
-        victim.player.tell(*["c"] * (QUIET + 1))
     squatter = Squatter(victim.endpoints["b"])
-    codec = Codec(deployment.map)
-    forged = 1000 + 2**31 - 1
-    squatter.send(codec.encode(Frame(1, forged, 0, 0, 0, (0,))))
-    while (counters := victim.player.counters()).session == 1000 and not counters.late:
-        assert time.monotonic() < until
-    assert counters.session == (forged if passes else 1000)
+    forgery = Codec(deployment.map).encode(Frame(1, forged := 1000 + 2**31 - 1, 0, 0, 0, (0,)))
+    if passes:  # frames of the true peer that are still under way end its silence
+        while victim.player.counters().session != forged:
+            assert time.monotonic() < until
+            victim.player.tell(*["c"] * (QUIET + 1))
+            squatter.send(forgery)
+            victim.cycle()
+    else:
+        squatter.send(forgery)
+        while not (counters := victim.player.counters()).late:
+            assert time.monotonic() < until
+        assert counters.session == 1000
     squatter.close()
     time.sleep(0.1)
     again = Node(connect("b", session=1001), "b")
