@@ -13,6 +13,7 @@ from fsmkit.verify.adapter_regions import configuration_size
 from fsmkit.verify.adapter_timers import TimerWriter
 from fsmkit.verify.readiness import tries_eventless
 from fsmkit.verify.sessions import names_of_timers
+from fsmkit.verify.spread import parts_of
 from fsmkit.verify.system import asked_events
 
 
@@ -341,9 +342,12 @@ class MachineAdapter(TimerWriter):
             numbers = ", ".join(map(str, asked))
             out.line(f"static const unsigned char asked[] = {{{numbers}}};")
         out.line()
+        spans = self._spans()
         with out.block(f"const fsm_machine fsm_machine_{self.built.number} = {{", "};"):
             out.line(f".name = {quoted(machine.name)},")
             out.line(f".size = sizeof({t}),")
+            out.line(f".spans = spans, .span_count = {spans}u,")
+            out.line(f".part_count = {len(parts_of(self.chart))}u,")
             out.line(f".environment = {str(machine.environment).lower()},")
             out.line(f".monitor = {str(machine.is_monitor).lower()},")
             out.line(f".state_count = {len(chart.states)}u,")

@@ -18,7 +18,14 @@ from fsmkit.verify.adapter_regions import RegionWriter, configuration_size, own_
 from fsmkit.verify.dead_variables import Mortal
 from fsmkit.verify.monitors import look_event
 from fsmkit.verify.shared import type_of_slot
+from fsmkit.verify.spread import Kind, Part, parts_of
 from fsmkit.verify.system import Slot
+
+MEMBERS = {
+    Kind.QUEUE: {"queue", "queue_count", "deferred", "deferred_count"},
+    Kind.TIMERS: {"timers", "timer_count", "delayed", "delayed_count"},
+}
+"""The members of a generated struct that hold what waits."""
 
 
 class StateWriter(RegionWriter):
@@ -234,6 +241,33 @@ class StateWriter(RegionWriter):
                 m->delayed[i] = sends[i].event;
             }
             """)
+
+    # --- its parts -------------------------------------------------------------------------------
+
+    def _spans(self) -> int:
+        """Write which bytes belong to which part; return how many spans there are."""
+        found = [
+            f"{{{number}u, offsetof({self.type}, {member}), sizeof((({self.type} *)0)->{member})}},"
+            for number, part in enumerate(parts_of(self.chart))
+            for member in self._members(part)
+        ]
+        with self.out.block("static const fsm_span spans[] = {", "};"):
+            self.out.lines([*found, "{0}"])
+        return len(found)
+
+    def _members(self, part: Part) -> Iterator[str]:
+        """Yield the members of the struct that hold a part."""
+        variables = {
+            Kind.INPUT: self.chart.inputs,
+            Kind.DATA: self.chart.data,
+            Kind.OUTPUT: self.chart.outputs,
+        }
+        if part.kind in variables:
+            yield self.names.variables[variables[part.kind][part.index].name]
+        elif part.kind is Kind.INVOKED:
+            yield self.names.slots[part.index]
+        else:
+            yield from sorted(self.built.members & MEMBERS[part.kind])
 
     # --- looking ---------------------------------------------------------------------------------
 

@@ -42,6 +42,7 @@ from fsmkit.verify.exploration import (
 )
 from fsmkit.verify.instants import Performed, Point, scheduled, with_points
 from fsmkit.verify.moves import Action, Step
+from fsmkit.verify.spread import read_spread
 from fsmkit.verify.storage import Storage, read_table
 from fsmkit.verify.system import PropertyKind, goal_place, temporal_properties
 from fsmkit.verify.wiring import system_file
@@ -280,6 +281,7 @@ class CEngine:
                     figures["microsteps"],
                     frozenset(n for n, seen in enumerate(figures["states"]) if seen == "1"),
                     frozenset(n for n, seen in enumerate(figures["transitions"]) if seen == "1"),
+                    read_spread(figures.get("spread")),
                 )
                 for figures in told["machines"]
             )

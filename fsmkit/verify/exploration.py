@@ -11,6 +11,7 @@ from enum import Enum
 
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.moves import UNHANDLED, Step
+from fsmkit.verify.spread import UNKNOWN, Spread
 from fsmkit.verify.storage import LossyTable
 from fsmkit.verify.system import judged
 
@@ -28,6 +29,10 @@ class End(Enum):
     TIME = "time"
     INTERRUPTED = "interrupted"
     FAILED = "failed"
+
+
+UNFINISHED = frozenset(End) - {End.COMPLETE, End.DECIDED}
+"""The space was larger than what there was for it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +77,8 @@ class Figures:
     microsteps: int
     states: frozenset[int]
     transitions: frozenset[int]
+    spread: Spread = UNKNOWN
+    """How its local states differ; asked where an exploration does not come to its end."""
 
 
 IDLE = (Figures(0, 0, 0, 0, frozenset(), frozenset()),)

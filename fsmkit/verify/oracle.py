@@ -14,6 +14,7 @@ from fsmkit.verify.closed import Closed
 from fsmkit.verify.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.exploration import (
     DEADLOCK,
+    UNFINISHED,
     Answer,
     End,
     Exploration,
@@ -32,6 +33,7 @@ from fsmkit.verify.moves import (
 )
 from fsmkit.verify.sessions import shown as shown_of
 from fsmkit.verify.sessions import timers_within
+from fsmkit.verify.spread import spread_of
 from fsmkit.verify.system import Property, asked_events, judged, temporal_properties
 from fsmkit.verify.temporal import Arc, action_of, answers, armed_between_turns
 
@@ -115,7 +117,7 @@ class Oracle(GlobalSteps):
             livelock=cycle,
             traps_known=knows_traps,
             traps=trapped,
-            machines=tuple(self._figures(machine) for machine in range(self._count)),
+            machines=tuple(self._figures(machine, end) for machine in range(self._count)),
             temporal=temporal,
         )
 
@@ -257,7 +259,7 @@ class Oracle(GlobalSteps):
         ticks = self.closed.unit if step.action is Action.ELAPSE else 0
         return Arc(self._states[edge.to], ordinal, edge.who is Who.INTERNAL, action, ticks)
 
-    def _figures(self, machine: int) -> Figures:
+    def _figures(self, machine: int, end: End) -> Figures:
         found = self.local_states[machine]
         snapshots = [local.snapshot for local in found]
         coverage, chart = self.local_steps.coverage[machine], self.closed.charts[machine]
@@ -268,6 +270,7 @@ class Oracle(GlobalSteps):
             microsteps=coverage.microsteps,
             states=frozenset(coverage.states),
             transitions=frozenset(coverage.transitions),
+            spread=spread_of(chart, snapshots if end in UNFINISHED else ()),
         )
 
 

@@ -14,6 +14,7 @@ from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import Counterexample
 from fsmkit.verify.exploration import (
     DEADLOCK,
+    UNFINISHED,
     Answer,
     End,
     Exploration,
@@ -21,6 +22,7 @@ from fsmkit.verify.exploration import (
     first_mark,
 )
 from fsmkit.verify.moves import FAULT, FULL, UNHANDLED
+from fsmkit.verify.spread_words import tell_spread
 from fsmkit.verify.storage import NEEDS_EXACT, omission_probability
 from fsmkit.verify.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
 from fsmkit.verify.unreached import fault_text, lines_of, never_entered, never_taken
@@ -366,6 +368,8 @@ class _Judge:
                 names = ", ".join(f"`{name}`" for name in lost)
                 message = f"{names} can reach `{instance.name}` where nothing answers"
                 self.findings.add("unanswered-event", message, instance.span)
+        if self.found.end in UNFINISHED:
+            tell_spread(self.closed, [m.spread for m in self.found.machines], self.findings)
         for sample in self.closed.samples:
             self.findings.add("sampled-values", f"not every value of {sample} is tried", None)
 

@@ -320,7 +320,7 @@ static int explore(fsm_composition *composition, options *o)
     print_livelock(&search, &cycle, &groups[found.traps], livelock_known);
     print_traps(&search, groups, found.traps, traps_known);
     print_temporal(answers, o->temporal_count);
-    fsm_print_machines(composition);
+    fsm_print_machines(composition, search.outcome);
     if (o->graph)
         fsm_print_graph(composition);
     printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);

@@ -1,6 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "report.h"
 
+#include "spread.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <time.h>
@@ -43,7 +45,7 @@ static void print_seen(const char *name, const unsigned char *seen, uint32_t cou
     printf("\"");
 }
 
-void fsm_print_machines(const fsm_composition *composition)
+void fsm_print_machines(const fsm_composition *composition, fsm_outcome outcome)
 {
     const fsm_system *system = &fsm_the_system;
     printf(", \"machines\": [");
@@ -56,6 +58,8 @@ void fsm_print_machines(const fsm_composition *composition)
         print_seen("states", fsm_states_seen(composition, i), system->machines[i]->state_count);
         print_seen("transitions", fsm_transitions_seen(composition, i),
                    system->machines[i]->transition_count);
+        if (outcome != FSM_COMPLETE && outcome != FSM_DECIDED)
+            fsm_print_spread(composition, i);
         printf("}");
     }
     printf("]");

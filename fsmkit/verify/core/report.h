@@ -45,6 +45,6 @@ bool fsm_keep_pace(fsm_search *search);
 bool fsm_seek_on(const fsm_search *search);
 
 /* Prints the member "machines" of the result: local states, bounds used, coverage. */
-void fsm_print_machines(const fsm_composition *composition);
+void fsm_print_machines(const fsm_composition *composition, fsm_outcome outcome);
 
 #endif

@@ -7,6 +7,7 @@
 
 enum {
     ASK_EVERY = 1024, /* states between two calls of `keep_on` */
+    ASK_AFTER = 1 << 16, /* and steps, where states have many */
     LARGE_LAYER = 1 << 14,
     CHUNK = 512,
     PIPE = 64,        /* steps under way while their places in the set are fetched */
@@ -380,9 +381,15 @@ static bool is_decided(const fsm_search *self)
         || (fsm_search_has_targets(self) && self->groups_left == 0);
 }
 
+static bool is_to_ask(const fsm_search *self)
+{
+    return self->expanded % ASK_EVERY == 0 || self->transitions - self->asked_at >= ASK_AFTER;
+}
+
 /* Asked now and then. */
 static bool is_within_limits(fsm_search *self)
 {
+    self->asked_at = self->transitions;
     self->model_bytes = self->model->memory(self->model->self);
     if (fsm_search_bytes(self) > self->memory_limit)
         return stop(self, FSM_OUT_OF_MEMORY);
@@ -403,7 +410,7 @@ SPECIAL bool expand_some(fsm_search *self, const fsm_layer *layer, size_t first,
     for (size_t i = first; fine && i < first + count; i++) {
         self->at = (fsm_found){fsm_layer_states(layer)[i], self->depth, self->checkpoint_count - 1,
                                fsm_layer_tags(layer)[i]};
-        fine = (!each || may_go_on(self)) && (self->expanded % ASK_EVERY != 0 || is_within_limits(self))
+        fine = (!each || may_go_on(self)) && (!is_to_ask(self) || is_within_limits(self))
             && expand(self, next, &pipe, fsm_search_steps(self, &self->ahead, layer, i, first + count, !each), lossy)
             && look_at_new(self, next, self->depth + 1, each ? 0 : LAG);
     }

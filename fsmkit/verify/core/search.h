@@ -85,6 +85,7 @@ struct fsm_search {
     fsm_layer layers[2];           /* the one that is expanded, and the next */
     uint32_t depth;                /* of the layer that is expanded */
     uint64_t expanded, transitions, left_out; /* states; their steps; those of them that slept */
+    uint64_t asked_at;             /* steps when `keep_on` was asked last */
     bool maybe_cyclic;             /* some internal step led to a state that was known */
     fsm_witness *witnesses;        /* one for each mark of the model */
     fsm_checkpoint *checkpoints;

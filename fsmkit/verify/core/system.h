@@ -34,9 +34,17 @@ typedef struct {
     bool at_rest;     /* finished, or every active leaf may wait for ever */
 } fsm_view;
 
+/* Bytes of a local state that belong to one of its parts, such as its queue or a variable (spread.h). */
+typedef struct {
+    uint32_t part;
+    size_t offset, size;
+} fsm_span;
+
 typedef struct {
     const char *name;
     size_t size;
+    const fsm_span *spans;
+    uint32_t span_count, part_count;
     bool environment;
     bool monitor; /* one of the environment that only watches: it moves first, and nothing waits for it */
     uint32_t state_count, transition_count, event_count;

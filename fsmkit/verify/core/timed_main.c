@@ -213,7 +213,7 @@ int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *opt
     print_livelock(&search, &cycle, livelock_known);
     print_traps(&trapped, traps_known, doubt);
     print_watch(&search);
-    fsm_print_machines(composition);
+    fsm_print_machines(composition, search.outcome);
     printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);
     free(cycle.path);
     free(search.awaited);

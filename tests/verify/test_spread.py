@@ -1,0 +1,116 @@
+"""What fills a space that is too large: the queue, the input or the variable is named."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from fsmkit.diagnostics import Diagnostic, Findings
+from fsmkit.verify.engine import compiler
+from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.verdict import Verdict
+
+needs_compiler = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
+pytestmark = pytest.mark.usefixtures("own_cache")
+ENGINES = ["python", pytest.param("c", marks=needs_compiler)]
+
+LIFT = """chart: Lift
+events: {in: ["call(at 0..5)", opened]}
+capacity: {queue: 8}
+outputs: {last: 0..5}
+initial: idle
+states:
+  idle: {rest: true, on: {call: {target: busy, do: last = event.at}}}
+  busy: {defer: call, on: {opened: idle}}
+"""
+BATTERY = """chart: Batt
+inputs: {volts: 0..5000, temp: -400..1000}
+events: {in: [plug, tick]}
+data: {n: 0..15}
+initial: off
+states:
+  off:
+    rest: true
+    invariant: temp <= 1000 or temp == 7 or temp == 18 or temp == 111 or temp == 200
+    on:
+      tick: {if: n < 15, do: n += 1}
+      plug: {if: volts > 100, target: cc}
+  cc: {on: {plug: off}}
+"""
+COUNTER = """chart: C
+events: {in: [up, down]}
+data: {n: 0..4000000, m: 0..1}
+initial: a
+states:
+  a:
+    rest: true
+    on:
+      up: {if: n < 4000000, do: n += 1}
+      down: {if: n > 0, do: [n -= 1, m = 1 - m]}
+"""
+SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml"
+  version="1.0" name="S" initial="idle" datamodel="fsmkit">
+  <fk:event direction="in" signature="call(at 0..5)"/>
+  <fk:event direction="in" signature="opened"/>
+  <datamodel><fk:output id="last" type="0..5" expr="0"/></datamodel>
+  <state id="idle" fk:rest="true">
+    <transition event="call" target="busy"><assign location="last" expr="event.at"/></transition>
+  </state>
+  <state id="busy" fk:defer="call"><transition event="opened" target="idle"/></state>
+</scxml>
+"""
+
+
+def large_space(path: Path, engine: str, megabytes: int = 40) -> Diagnostic | None:
+    """Return the note on a space too large for the memory, or for half a second of Python."""
+    findings = Findings()
+    limits = Limits(memory=megabytes << 20, seconds=0.5 if engine == "python" else 0)
+    report = check(load_any(path, Findings()), findings, manner=Manner(engine, limits=limits))
+    assert report.verdict is Verdict.UNDECIDED
+    notes = [d for d in findings if d.rule.name == "large-space"]
+    assert len(notes) <= 1
+    return notes[0] if notes else None
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("name", "text"), [("lift.yaml", LIFT), ("lift.scxml", SCXML)], ids=["yaml", "scxml"]
+)
+def test_a_queue_is_named_with_what_waits_in_it(
+    name: str, text: str, tmp_path: Path, engine: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    note = large_space(tmp_path / name, engine)
+    assert note is not None
+    assert note.message.startswith("the queue of 8 holds up to 6^8 orders of `call(at 0..5)`: of")
+    assert "`capacity: {queue: 3}`" in str(note.help)
+    assert '`<fk:capacity queue="3"/>`' in str(note.help)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_variable_is_named_and_others_that_multiply_the_space(
+    tmp_path: Path, engine: str
+) -> None:
+    (tmp_path / "counter.yaml").write_text(COUNTER)
+    note = large_space(tmp_path / "counter.yaml", engine)
+    assert note is not None
+    assert re.match(
+        r"the variable `n` has [\d,]+ values: of the first [\d,]+ local states of `C`, 3 differ "
+        r"in anything else; the space is multiplied by the variable `m` by 2, too$",
+        note.message,
+    )
+    assert note.primary is not None
+    assert note.primary.span.source.text[note.primary.span.start :].startswith("n: 0..4")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_input_is_named_with_the_property_that_reads_it(tmp_path: Path, engine: str) -> None:
+    (tmp_path / "battery.yaml").write_text(BATTERY)
+    note = large_space(tmp_path / "battery.yaml", engine, 12)
+    assert note is not None
+    assert "the input `temp`" in note.message
+    assert note.help is not None
+    assert "`off.invariant`" in note.help
