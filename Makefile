@@ -152,9 +152,11 @@ TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev grap
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind plantuml default-jre-headless
 tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
-	  echo 'stormpy could not be installed; Storm is not asked'
+	  echo 'stormpy could not be installed; Storm is left out'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[camera]' || \
+	  echo 'OpenCV could not be installed; markers are not read'
 	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom || \
-	  echo 'Mermaid could not be installed with npm; its parser is not asked'
+	  echo 'Mermaid could not be installed with npm; its parser is left out'
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \

@@ -1,13 +1,21 @@
-"""ArUco markers on rendered pictures; skipped without OpenCV."""
+"""ArUco markers on rendered pictures, read by OpenCV."""
 
 from __future__ import annotations
+
+import importlib.util
 
 import numpy as np
 import pytest
 
 from machines.production_cell.simulation import markers
+from tests.needs import need
 
-pytest.importorskip("cv2", reason="opencv-python-headless (the extra `camera`) is not installed")
+pytestmark = pytest.mark.external
+
+
+@pytest.fixture(autouse=True)
+def opencv() -> None:
+    need(importlib.util.find_spec("cv2") is not None, "opencv-python-headless")
 
 
 @pytest.mark.parametrize("position", [-200, 0, 130])
