@@ -28,7 +28,7 @@ from fsmkit.verify.cover import cover, told
 from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.exploration import End, Exploration
 from fsmkit.verify.explore import REDUCTIONS, Limits, Manner, asking_only, check_file
-from fsmkit.verify.export.exporter import Wanted
+from fsmkit.verify.export.exporter import Wanted, given_up_at
 from fsmkit.verify.links import without_channels
 from fsmkit.verify.pictures import demand_notation, pictures
 from fsmkit.verify.replay import load_any
@@ -201,10 +201,13 @@ def command(
         file = _only(files)
         if time_mode == "zones":
             raise click.UsageError("--spin-trail needs --time discrete or untimed, as exported")
-        wanted = Wanted(time_mode == "untimed", silent, seconds=timeout)
+        wanted = Wanted(time_mode == "untimed", silent, deadline=deadline)
         whole = load_any(file, reading.findings(), replacing, strict=reading.strict)
         loaded = asking_only(whole, frozenset(names))
-        return show_trail(loaded, wanted, file, spin_trail, save_trace, as_json_=as_json_document)
+        with given_up_at(deadline):
+            return show_trail(
+                loaded, wanted, file, spin_trail, save_trace, as_json_=as_json_document
+            )
     with option_value():
         for path in drawings:
             demand_notation(path)

@@ -18,13 +18,17 @@ from fsmkit.cli.check import read_replacements
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.plugins import plugin, plugins
-from fsmkit.verify.deadline import Deadline
+from fsmkit.verify.deadline import Deadline, Stage
 from fsmkit.verify.explore import asking_only
-from fsmkit.verify.export.exporter import Exported, Exporter, RefinementExporter, Wanted
+from fsmkit.verify.export.exporter import (
+    Exported,
+    Exporter,
+    RefinementExporter,
+    Wanted,
+    given_up_at,
+)
 from fsmkit.verify.replay import load_any
 
-LEAST = 0.001
-"""Seconds that are left where reading took them all; 0 would be no limit."""
 EPILOG = """\b
 Examples:
   fsmkit export fischer.yaml --to aut --time discrete --out fischer.aut
@@ -108,18 +112,19 @@ def command(
     write: Callable[[Wanted], Exported]
     if base is not None and (names or replacing):
         raise click.UsageError("--refines goes with neither --property nor --replace")
-    if base is None:
-        whole = load_any(file, findings, replacing, strict=reading.strict)
-        loaded = asking_only(whole, frozenset(names))
-        name, write = loaded.name, partial(exporter.export, loaded)
-    elif isinstance(exporter, RefinementExporter):
-        derived, extended = (
-            chart_alone(path, findings, strict=reading.strict) for path in (file, base)
-        )
-        name, write = derived.name, partial(exporter.export_refinement, derived, extended)
-    else:
+    if base is not None and not isinstance(exporter, RefinementExporter):
         known = ", ".join(found.name for found in plugins(RefinementExporter))
         raise click.UsageError(f"--refines needs --to {known}")
+    with given_up_at(deadline), deadline.stage(Stage.READING):
+        if base is not None and isinstance(exporter, RefinementExporter):
+            derived, extended = (
+                chart_alone(path, findings, strict=reading.strict) for path in (file, base)
+            )
+            name, write = derived.name, partial(exporter.export_refinement, derived, extended)
+        else:
+            whole = load_any(file, findings, replacing, strict=reading.strict)
+            loaded = asking_only(whole, frozenset(names))
+            name, write = loaded.name, partial(exporter.export, loaded)
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
@@ -133,9 +138,9 @@ def command(
             told = f"{states:,} states, {transitions:,} transitions"
             bar.update(task, description=f"exploring {name}: {told}")
 
-        left = max(deadline.left, LEAST) if timeout else 0
-        wanted = Wanted(time_mode == "untimed", silent, most, left, progress)
-        found = write(wanted)
+        wanted = Wanted(time_mode == "untimed", silent, most, deadline, progress)
+        with given_up_at(deadline), deadline.stage(Stage.EXPLORING):
+            found = write(wanted)
     report(findings)
     if path is not None:
         write_files({path: found.text})

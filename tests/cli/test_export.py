@@ -146,5 +146,7 @@ def test_the_time_is_for_all_of_an_export(
         str(out),
     ]
     assert execute([*argv, "--timeout", "1s"]) == 1
-    assert "FK0545" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "FK0545" in told
+    assert re.search(r"the time limit of 1 s was reached \(.*exploring [\d.]+ s\)", told), told
     assert not out.exists()

@@ -17,8 +17,8 @@ pytestmark = pytest.mark.slow
 Shared = Callable[[str], Path]
 
 AT_LEAST = {
-    ("w3c", "interpreter"): 142,
-    ("w3c", "python"): 142,
+    ("w3c", "interpreter"): 145,
+    ("w3c", "python"): 145,
     ("scripted", "interpreter"): 97,
     ("scripted", "python"): 97,
 }
@@ -48,12 +48,13 @@ def test_c_passes_what_the_interpreter_passes(
 ) -> None:
     require_tool("cc")
     runtimes = (harness("interpreter"), harness(target))
-    passed = 0
+    results = []
     for case in find_cases(shared(suite))[:: EACH[target]]:
         reference, compiled = judge(case, runtimes, 60)
         assert compiled.result is reference.result, compiled
-        passed += compiled.result is Result.PASSED
-    assert passed >= 0.8 * AT_LEAST[suite, "interpreter"] / EACH[target]
+        results.append(compiled.result)
+    # how many are skipped, since a person must judge them or for what they need, is chance
+    assert results.count(Result.PASSED) >= 0.95 * (len(results) - results.count(Result.SKIPPED)) > 0
 
 
 @pytest.mark.cc

@@ -171,17 +171,15 @@ def test_engines_agree_on_random_charts(seed: int) -> None:
         return  # too many inputs to try all of in Python
     system = system_of(chart)
     for untimed in (False, True):
-        limits = Limits(1 << 30, 20)
+        limits = Limits(64 << 20)  # memory, not time: that a busy machine does not shorten it
         try:
             in_c = explored(system, Findings(), Manner("c", untimed=untimed, limits=limits))
         except FsmkitError:
             return  # the target says what it cannot express; other tests see to that
         if in_c.end is not End.COMPLETE or in_c.transitions > 600:
             continue
-        manner = Manner("python", untimed=untimed, limits=Limits(seconds=2))
-        in_python = explored(system, Findings(), manner)
-        if in_python.end is End.COMPLETE:
-            assert facts(in_c) == facts(in_python)
+        in_python = explored(system, Findings(), Manner("python", untimed=untimed))
+        assert facts(in_c) == facts(in_python)
 
 
 @pytest.mark.parametrize("seed", [1, 5, 19])

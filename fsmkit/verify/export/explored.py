@@ -6,12 +6,12 @@ interpreter then performs each local step once. Without a compiler the interpret
 
 from __future__ import annotations
 
-import time
 from contextlib import closing
 from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.verify.closed import Closed
+from fsmkit.verify.deadline import TimeUp
 from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.exploration import End
 from fsmkit.verify.export.exporter import Wanted
@@ -47,13 +47,13 @@ class Explored(GlobalSteps):
 
     def run(self, wanted: Wanted) -> None:
         """Reach all global states by the interpreter."""
-        until = time.monotonic() + wanted.seconds if wanted.seconds else None
         self.begin()
         seen = set(self.starts)
         ahead = list(self.starts)
         expanded = 0
         while ahead:
-            if len(seen) > wanted.most or (until is not None and time.monotonic() > until):
+            wanted.deadline.look()
+            if len(seen) > wanted.most:
                 raise too_large(self.closed, len(seen), wanted.most)
             if expanded % 256 == 0 and wanted.progress is not None:
                 wanted.progress(len(seen), self.transitions)
@@ -95,11 +95,11 @@ def _explore_by_core(closed: Closed, wanted: Wanted, explored: Explored) -> None
         if wanted.progress is not None:
             wanted.progress(states, transitions)
 
-    with closing(CEngine(closed, Findings())) as engine:
-        command = [str(engine.program), "--graph", "--memory", str(MEMORY)]
-        if wanted.seconds:
-            command += ["--timeout", str(wanted.seconds)]
+    with closing(CEngine(closed, Findings(), wanted.deadline)) as engine:
+        command = [str(engine.program), "--graph", "--memory", str(MEMORY), *engine.limits(0)]
         told = engine.result(command, progress)
+    if told["outcome"] == End.TIME.value:
+        raise TimeUp
     if told["outcome"] != End.COMPLETE.value:
         raise too_large(closed, told["states"], told["states"])
     explored.states = told["states"]

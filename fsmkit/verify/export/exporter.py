@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
+from fsmkit.diagnostics import fail
 from fsmkit.model.chart import Chart
+from fsmkit.verify.deadline import Deadline, TimeUp
 from fsmkit.verify.system import System
 
 
@@ -14,15 +17,28 @@ from fsmkit.verify.system import System
 class Wanted:
     """How to export: time and watchdogs as `verify.explore` takes them, and where to give up.
 
-    ``most``: states that are explored; ``seconds``: 0 for no limit. ``progress`` is told states and
-    transitions so far.
+    ``most``: states that are explored. Where the ``deadline`` passes, `TimeUp` is raised.
+    ``progress`` is told states and transitions so far.
     """
 
     untimed: bool = False
     silent: bool = False
     most: int = 1_000_000
-    seconds: float = 0
+    deadline: Deadline = field(default_factory=Deadline)
     progress: Callable[[int, int], None] | None = None
+
+
+@contextmanager
+def given_up_at(deadline: Deadline) -> Iterator[None]:
+    """Report a deadline that passes within as an error (``export-too-large``)."""
+    try:
+        yield
+    except TimeUp:
+        raise fail(
+            "export-too-large",
+            f"nothing is exported: {deadline.why()}",
+            help="give more with `--timeout`, or export a smaller system",
+        ) from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,6 @@ passes.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import FsmkitError, fail
@@ -59,7 +58,6 @@ def system_of(system: System, wanted: Wanted) -> TransitionSystem:
     numbers: dict[State, int] = {}
     order: list[State] = []
     arrows: list[Arrow] = []
-    until = time.monotonic() + wanted.seconds if wanted.seconds else None
 
     def number_of(state: State) -> int:
         known = numbers.get(state)
@@ -72,7 +70,8 @@ def system_of(system: System, wanted: Wanted) -> TransitionSystem:
         arrows += [Arrow(0, START, number_of(edge.to)) for edge in steps.initial()]
         at = 0
         while at < len(order):
-            if len(order) > wanted.most or (until is not None and time.monotonic() > until):
+            wanted.deadline.look()
+            if len(order) > wanted.most:
                 raise too_large(closed, len(order), wanted.most)
             if at % 256 == 0 and wanted.progress is not None:
                 wanted.progress(len(order), len(arrows))
@@ -93,7 +92,7 @@ def too_large(closed: Closed, states: int, most: int) -> FsmkitError:
     return fail(
         "export-too-large",
         f"`{closed.system.name}` has more than {min(states, most):,} states",
-        help="raise `--most` or `--timeout`, or export a smaller system",
+        help="raise `--most`, or export a smaller system",
     )
 
 

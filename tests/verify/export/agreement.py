@@ -61,8 +61,8 @@ class Case:
         """Ask all judges; of a defect only explorer and SPIN, about what it breaks."""
         system = self.load()
         if self.breaks:
-            limits = Wanted(self.untimed, self.untimed, most, seconds)
-            return find(self.name, system, self.breaks, limits)
+            limits = Wanted(self.untimed, self.untimed, most)
+            return find(self.name, system, self.breaks, limits, seconds)
         return compare(
             self.name,
             system,

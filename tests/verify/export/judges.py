@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings
+from fsmkit.verify.deadline import Deadline
 from fsmkit.verify.exploration import DEADLOCK, End
 from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.export.collect import network_of
@@ -109,7 +110,7 @@ def compare(
     if report.exploration.states > most:
         raise TooLargeError(f"{report.exploration.states:,} states")
     ours = by_explorer(report)
-    network = network_of(system, Wanted(untimed, silent, most, seconds))
+    network = network_of(system, Wanted(untimed, silent, most, Deadline(seconds)))
     kinds = {p.name: p.kind for p in system.properties}
     theirs = by_spin(network, seconds)
     stormy = by_storm(network) if storm else None
@@ -125,16 +126,16 @@ def compare(
     )
 
 
-def find(name: str, system: System, bad: str, wanted: Wanted) -> Compared:
+def find(name: str, system: System, bad: str, wanted: Wanted, seconds: float) -> Compared:
     """Ask explorer and SPIN about one property, no further than to a violation."""
     kept = tuple(p for p in system.properties if p.name == bad)
     system = replace(system, properties=kept)
-    limits = Limits(seconds=wanted.seconds)
+    limits = Limits(seconds=seconds)
     manner = Manner("c", untimed=wanted.untimed, silent=wanted.silent, limits=limits)
     report = check(system, Findings(), manner=manner, names=frozenset({bad}))
     ours = {r.name: r.verdict is not Verdict.VIOLATED for r in report.results if r.name == bad}
-    network = network_of(system, wanted)
-    theirs = by_spin(network, wanted.seconds, states=False)
+    network = network_of(system, replace(wanted, deadline=Deadline(seconds)))
+    theirs = by_spin(network, seconds, states=False)
     time = "untimed" if wanted.untimed else "discrete"
     return Compared(name, time, Judged(network.states, ours), theirs, None)
 

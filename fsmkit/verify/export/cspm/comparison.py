@@ -7,7 +7,6 @@ one event all that it does unseen before it.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -137,7 +136,6 @@ def _derived_steps(search: _Recording, wanted: Wanted) -> Steps:
     What lies behind a step that the base cannot follow is left out.
     """
     taken: Steps = {}
-    until = time.monotonic() + wanted.seconds if wanted.seconds else None
     known: set[Pair] = set()
     ahead: list[Pair | None] = [None]
     while ahead:
@@ -149,8 +147,7 @@ def _derived_steps(search: _Recording, wanted: Wanted) -> Steps:
             if reached.bases and reached not in known:
                 known.add(reached)
                 ahead.append(reached)
-        if until is not None and time.monotonic() > until:
-            raise too_large(search.closed, len(known), wanted.most)
+        wanted.deadline.look()
         _demand(search, wanted, len(known))
         if wanted.progress is not None and len(known) % 64 == 0:
             wanted.progress(len(known), search.taken)

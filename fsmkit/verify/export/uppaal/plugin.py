@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from fsmkit.diagnostics import fail
-from fsmkit.verify.deadline import Deadline, Stage, TimeUp
+from functools import partial
+
+from fsmkit.verify.deadline import Stage
 from fsmkit.verify.export.exporter import Exported, Wanted
 from fsmkit.verify.system import System
 
@@ -17,15 +18,8 @@ class Uppaal:
 
     def export(self, system: System, wanted: Wanted) -> Exported:
         """Follow all macrosteps with open data, then write, in the time that is given."""
-        deadline = Deadline(wanted.seconds)
-        try:
-            return deadline.cut_off(Stage.EXPLORING, lambda: self._write(system, wanted))
-        except TimeUp:
-            raise fail(
-                "export-too-large",
-                f"nothing is written: {deadline.why()}",
-                help="give more with --timeout",
-            ) from None
+        work = partial(self._write, system, wanted)
+        return wanted.deadline.cut_off(Stage.EXPLORING, work)
 
     def _write(self, system: System, wanted: Wanted) -> Exported:
         from fsmkit.verify.closed import close
