@@ -40,12 +40,17 @@ class Node:
         """What its functions begin with."""
         return snake(self.system.name)
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The ends of identifiers of the nodes, by their place."""
+        return node_words(self.deployment.nodes)
+
     def here(self, machine: int) -> int:
         """Return the place of a machine of the whole system."""
         return self.numbers.index(machine)
 
 
 def node_words(nodes: Iterable[str]) -> tuple[str, ...]:
-    """Return the ends of the constants of nodes: different, in capitals."""
+    """Return the ends of identifiers of nodes: different without regard to case, in capitals."""
     namer = Namer()
     return tuple(namer.name(name.upper()) for name in nodes)

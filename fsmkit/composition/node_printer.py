@@ -170,10 +170,9 @@ class NodePrinter(GluePrinter):
 
     def _sample(self, out: Emitter, sender: int) -> None:
         """Print how the levels of a node become inputs here."""
-        s, name = self.prefix, self.map.nodes[sender]
         all_of_them = self.map.levels_of(sender)
         at = dict(zip(all_of_them, places([level.type for level in all_of_them]), strict=True))
-        out.line(f"static void {s}_sample_{name}({s} *s, const uint8_t *p)")
+        out.line(f"static void {self._sample_name(sender)}({self.prefix} *s, const uint8_t *p)")
         with out.block("{"):
             for level, link in self._levels(receives=True):
                 if level.sender == sender:
@@ -181,6 +180,9 @@ class NodePrinter(GluePrinter):
                     wanted = target.inputs[link.input].type
                     out.line(f"{self._input(link)} = {getter(level.type, wanted, at[level])};")
         out.line()
+
+    def _sample_name(self, sender: int) -> str:
+        return f"{self.prefix}_sample_{self.node.words[sender].lower()}"
 
     def _publish(self, out: Emitter) -> None:
         """Print how the levels of this node are written."""
@@ -208,7 +210,7 @@ class NodePrinter(GluePrinter):
             for sender in senders:
                 out.line(f"levels = fsm_link_levels(s->link, {sender}u);")
                 out.line("if (levels != NULL)")
-                out.line(f"    {s}_sample_{self.map.nodes[sender]}(s, levels);")
+                out.line(f"    {self._sample_name(sender)}(s, levels);")
             with out.block("do {", "} while (frame != NULL && goes_on);"):
                 out.line("goes_on = first; /* what the host posted, the first run takes */")
                 out.line("first = false;")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.composition.node import Node, node_words
+from fsmkit.composition.node import Node
 from fsmkit.composition.payload import checks, size_of
 from fsmkit.emit import Emitter
 from fsmkit.runtime.channels.event_map import LEVELS, EventMap
@@ -68,7 +68,7 @@ def print_tables(out: Emitter, node: Node) -> None:
     out.line()
     with out.block(f"const fsm_link_map {s}_map = {{", "};"):
         out.line(f"0x{node.map.hash:08x}u,")
-        out.line(f"{upper}_NODE_{node_words(node.map.nodes)[node.place]},")
+        out.line(f"{upper}_NODE_{node.words[node.place]},")
         out.line(f"{nodes}u,")
         out.line(f"{len(node.map.messages)}u,")
         out.lines(

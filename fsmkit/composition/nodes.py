@@ -12,7 +12,7 @@ from dataclasses import replace
 from fsmkit.codegen.c.header import parameters
 from fsmkit.composition.deployment import Deployment
 from fsmkit.composition.glue import header
-from fsmkit.composition.node import Node, node_words
+from fsmkit.composition.node import Node
 from fsmkit.composition.node_printer import NodePrinter
 from fsmkit.composition.parts import Part, named_charts, parts_of
 from fsmkit.texts import printing
@@ -65,7 +65,7 @@ def _header(node: Node, parts: tuple[Part, ...]) -> str:
     lines = ["", "/* The nodes of the deployment, for fsm_link_count and the like. */"]
     lines += [
         f"#define {upper}_NODE_{word} {place}u"
-        for place, word in enumerate(node_words(deployment.nodes))
+        for place, word in enumerate(node.words)
     ]
     lines += [
         "",

@@ -20,8 +20,8 @@ def _value(value: str | float) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a text in double quotes."""
-    clean = UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)
+    """Return a text in double quotes: Graphviz reads entities of HTML there, too."""
+    clean = UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text).replace("&", "&amp;")
     return '"' + clean.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 

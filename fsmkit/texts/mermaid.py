@@ -7,6 +7,8 @@ import re
 from fsmkit.texts.lines import one_line
 
 STATES = re.compile(r'[#:;<>{}"%\\`&]|--')
+IN_HEAD = re.compile(r'["\\%<>]')
+"""What ends a quoted text; and marks of directives and tags, which Mermaid seeks in all lines."""
 SEQUENCES = re.compile(r"[#;<>&\"\\%{}\[\]`]")
 
 
@@ -23,8 +25,12 @@ def in_sequence(text: str) -> str:
 
 
 def title(text: str) -> str:
-    """Return a text in the head, which is YAML, in quotes."""
-    return '"' + "".join(c for c in text if c.isprintable() and c not in '"\\') + '"'
+    """Return a text in the head, which is YAML: quoted, with escapes (YAML 1.2, 5.7)."""
+    return '"' + IN_HEAD.sub(_escapes, one_line(text)) + '"'
+
+
+def _escapes(match: re.Match[str]) -> str:
+    return f"\\x{ord(match[0]):02x}"
 
 
 def _entities(match: re.Match[str]) -> str:
