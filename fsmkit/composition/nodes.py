@@ -63,10 +63,7 @@ def _header(node: Node, parts: tuple[Part, ...]) -> str:
     prefix, upper = node.prefix, node.prefix.upper()
     deployment = node.deployment
     lines = ["", "/* The nodes of the deployment, for fsm_link_count and the like. */"]
-    lines += [
-        f"#define {upper}_NODE_{word} {place}u"
-        for place, word in enumerate(node.words)
-    ]
+    lines += [f"#define {upper}_NODE_{word} {place}u" for place, word in enumerate(node.words)]
     lines += [
         "",
         "/* What crosses the nodes. */",

@@ -51,9 +51,15 @@ class Built:
         return self.names.prefix
 
 
+LONGEST_NAME = 60
+
+
 def prefix_of(number: int, name: str) -> str:
-    """Return the prefix under which a machine of a system is generated for exploration."""
-    return f"m{number}_{snake(name)}"
+    """Return the prefix under which a machine of a system is generated for exploration.
+
+    Files are called by it, which no name of a machine may make too long for a file system.
+    """
+    return f"m{number}_{snake(name)[:LONGEST_NAME]}"
 
 
 def options_for(chart: Chart) -> Options:

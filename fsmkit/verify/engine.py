@@ -29,7 +29,7 @@ from fsmkit.verify.children import Done, run
 from fsmkit.verify.closed import Closed, with_greatest_delays
 from fsmkit.verify.counterexample import Counterexample, as_explored
 from fsmkit.verify.deadline import Deadline, Stage, TimeUp
-from fsmkit.verify.engine_words import difference, performed_steps, unfinished
+from fsmkit.verify.engine_words import difference, marked, performed_steps, unfinished
 from fsmkit.verify.exploration import (
     AT_ONCE,
     IDLE,
@@ -181,13 +181,7 @@ class CEngine:
         done = self._run(command)
         if done.code:
             raise fail("explorer-build", f"the explorer ended with code {done.code}")
-        found: list[list[str]] = []
-        for line in done.out.splitlines():
-            if line.startswith("{"):
-                found.append([])
-            else:
-                found[-1].append(line)
-        return frozenset(map(tuple, found[:-1]))
+        return frozenset(lines for own, lines in marked(done.out) if "part" in own)
 
     def limits(self, seconds: float) -> list[str]:
         """Return the options that end a search after so long (0: never), or at the deadline.
@@ -325,7 +319,7 @@ class CEngine:
             )
 
         def read() -> list[tuple[Step, tuple[str, ...]]]:
-            told = list(performed_steps(done.out.splitlines()))
+            told = list(performed_steps(done.out))
             if self._closed.zones:
                 return list(self._with_time(told, points))
             return [(performed.step, lines) for performed, lines in told]
@@ -358,7 +352,8 @@ class CEngine:
         expected = self._deadline.cut_off(
             Stage.REPLAYING, lambda: as_explored(self._closed, found.steps)
         )
-        for number, (checked, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
+        for number, (told, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
+            checked = tuple(part for line in told for part in line.split("\n"))
             if checked != lines:
                 ours, theirs = difference(checked, lines)
                 reason = f"in step {number} the interpreter says `{ours}`, generated C `{theirs}`"

@@ -29,27 +29,33 @@ def unfinished(end: End, why: str, last: Mapping[str, int], seconds: float) -> M
     }
 
 
-def performed_steps(lines: list[str]) -> Iterator[tuple[Performed, tuple[str, ...]]]:
+def marked(text: str) -> Iterator[tuple[dict[str, Any], tuple[str, ...]]]:
+    """Yield the explorer's own lines, and after each of them those of the machines.
+
+    Its own begin with a NUL, which no line of a machine can hold: C ends a string with it. Only a
+    line feed ends a line: names may hold whatever else Unicode takes for an end.
+    """
+    for part in text.split("\0")[1:]:
+        own, _, told = part.partition("\n")
+        yield json.loads(own), tuple(told.removesuffix("\n").split("\n") if told else ())
+
+
+def performed_steps(text: str) -> Iterator[tuple[Performed, tuple[str, ...]]]:
     """Yield the steps of a path, and what the machines said in each."""
     step: Performed | None = None
-    found: list[str] = []
-    for line in lines:
-        if not line.startswith("{"):
-            found.append(line)
-            continue
-        told = json.loads(line)
+    found: tuple[str, ...] = ()
+    for told, lines in marked(text):
         if "timers" in told and step is not None:
             step = replace(step, timers=tuple(Armed(*timer) for timer in told["timers"]))
             continue
         if step is not None:
-            yield step, tuple(found)
-        told = told["step"]
-        choices = tuple(told["choices"])
-        taken = Step(Action(told["action"]), told["machine"], told["argument"], choices)
-        step = Performed(taken, told.get("waits", False), ())
-        found = []
+            yield step, found
+        own = told["step"]
+        choices = tuple(own["choices"])
+        taken = Step(Action(own["action"]), own["machine"], own["argument"], choices)
+        step, found = Performed(taken, own.get("waits", False), ()), lines
     if step is not None:
-        yield step, tuple(found)
+        yield step, found
 
 
 def difference(ours: tuple[str, ...], theirs: tuple[str, ...]) -> tuple[str, str]:

@@ -381,7 +381,7 @@ def _slots(chart: Chart, members: Namer) -> tuple[str, ...]:
 
     found = []
     for invocation in chart.invocations:
-        name = snake(invocation.id).strip("_") or "slot"
+        name = snake(invocation.id)[:60].strip("_") or "slot"  # files are called by it
         found.append(members.name(name if is_free(name) else f"invoked_{name}"))
     return tuple(found)
 

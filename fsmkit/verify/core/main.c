@@ -336,8 +336,8 @@ static int explore(fsm_composition *composition, options *o)
 static bool run_described(fsm_composition *composition, fsm_description what)
 {
     const fsm_machine *m = fsm_the_system.machines[what.machine];
-    printf("{\"step\": {\"action\": \"%s\", \"machine\": %" PRIu32 ", \"argument\": %" PRIu32 ", \"choices\": [",
-           fsm_action_name(what.action), what.machine, what.argument);
+    printf("%c{\"step\": {\"action\": \"%s\", \"machine\": %" PRIu32 ", \"argument\": %" PRIu32 ", \"choices\": [",
+           FSM_MARK, fsm_action_name(what.action), what.machine, what.argument);
     for (uint32_t i = 0; i < what.choice_count; i++)
         printf("%s%" PRIu32, i == 0 ? "" : ", ", what.choices[i]);
     printf("]}}\n");

@@ -10,6 +10,10 @@ extern const fsm_system fsm_the_system;
 enum { FSM_NO_MEMORY = 3 }; /* the exit code where there is none even to begin with */
 
 const char *fsm_outcome_name(fsm_outcome outcome);
+
+/* Begins each line of the explorer's own among those of the machines, which cannot hold it. */
+#define FSM_MARK 0
+
 const char *fsm_action_name(fsm_action action);
 
 /* What ends a search before its end, and whether it tells how far it has come. All seconds are of the wall. */

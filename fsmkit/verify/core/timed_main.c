@@ -183,10 +183,11 @@ static void list_parts(const fsm_timed *search)
     const fsm_system *system = search->composition->system;
     for (uint32_t part = 0; part < search->tuples.count; part++) {
         const uint32_t *tuple = fsm_store_at(&search->tuples, part);
-        printf("{\"part\": %" PRIu32 "}\n", part);
+        printf("%c{\"part\": %" PRIu32 "}\n", FSM_MARK, part);
         for (uint32_t i = 0; i < system->machine_count; i++)
             system->machines[i]->dump(fsm_local(search->composition, i, tuple[i]));
     }
+    printf("%c{}\n", FSM_MARK);
 }
 
 int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *options)
@@ -267,8 +268,8 @@ static bool run_described(const replay *self, fsm_description what)
     void *after = malloc(m->size);
     if (after == NULL)
         return false;
-    printf("{\"step\": {\"action\": \"%s\", \"machine\": %" PRIu32 ", \"argument\": %" PRIu32 ", \"choices\": ",
-           fsm_action_name(what.action), what.machine, what.argument);
+    printf("%c{\"step\": {\"action\": \"%s\", \"machine\": %" PRIu32 ", \"argument\": %" PRIu32 ", \"choices\": ",
+           FSM_MARK, fsm_action_name(what.action), what.machine, what.argument);
     print_steps(what.choices, what.choice_count);
     printf(", \"waits\": %s}}\n", self->waits ? "true" : "false");
     fsm_run_again(c, what, after);
@@ -276,7 +277,7 @@ static bool run_described(const replay *self, fsm_description what)
     uint32_t armed = m->view(after).armed;
     if (armed > 0)
         m->limits(after, limits);
-    printf("{\"timers\": [");
+    printf("%c{\"timers\": [", FSM_MARK);
     for (uint32_t i = 0; i < armed; i++)
         printf("%s[%" PRIu32 ", %" PRId32 ", %" PRId32 "]", i == 0 ? "" : ", ", c->clocks[i], limits[i].lower,
                limits[i].upper);

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Sequence
+from zlib import crc32
 
 from fsmkit.model.chart import OPEN_ENDED, Chart
 from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout, Timer
@@ -62,10 +63,22 @@ def shown_leaves(chart: Chart, snapshot: Snapshot) -> str:
     return active if snapshot.running else f"{active} finished"
 
 
+LONGEST = 80
+"""Characters of an identifier: SPIN 6 breaks off where it joins two of some 200."""
+
+
 def word(text: str) -> str:
-    """Return a text as an identifier: letters, digits and single underscores."""
+    """Return a text as an identifier: letters, digits and single underscores.
+
+    What is longer than `LONGEST` ends with a checksum of all of it, so that others that begin in
+    the same way still have names of their own.
+    """
     found = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
-    return found if found and not found[0].isdigit() else f"s_{found}"
+    if not found or found[0].isdigit():
+        found = f"s_{found}"
+    if len(found) <= LONGEST:
+        return found
+    return f"{found[: LONGEST - 9].strip('_')}_{crc32(text.encode('utf-8', 'replace')):08x}"
 
 
 def _facts(chart: Chart, snapshot: Snapshot, *, with_times: bool = True) -> Iterator[str]:

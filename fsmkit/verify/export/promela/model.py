@@ -16,10 +16,9 @@ from fsmkit.texts.c import comment
 from fsmkit.verify.closed import PATIENCE
 from fsmkit.verify.export.changes import Change, Joint, by_themselves, changes
 from fsmkit.verify.export.formula import condition_of, deadlock, goal_of
-from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Automaton, Move, Network, Place, Sent
 from fsmkit.verify.export.promela.options import options
-from fsmkit.verify.export.promela.spelling import Spelling
+from fsmkit.verify.export.promela.spelling import Spelling, claims
 from fsmkit.verify.moves import Action
 from fsmkit.verify.system import JUDGED_AT_STATES, Property, PropertyKind
 
@@ -311,9 +310,7 @@ class _Writer:
     def _properties(self) -> None:
         network, out = self._network, self._out
         properties = network.closed.system.properties
-        for name, property_ in zip(
-            identifiers(p.name for p in properties), properties, strict=True
-        ):
+        for name, property_ in zip(claims(properties), properties, strict=True):
             out.line(f"/* {comment(property_.name)}: {comment(property_.text)} */")
             try:
                 out.lines(self._property(name, property_))

@@ -6,7 +6,7 @@ Constants hold a double underscore, which no other name does; what is made from 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import assert_never
 
 from fsmkit.codegen.c.reserved import KEYWORDS
@@ -17,6 +17,7 @@ from fsmkit.verify.export.local_states import word
 from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Network
 from fsmkit.verify.export.parts import Parts
+from fsmkit.verify.system import Property
 
 WORDS = KEYWORDS | {
     *("active", "always", "assert", "atomic", "bit", "bool", "byte", "chan", "d_proctype"),
@@ -32,6 +33,22 @@ MACROS = (
     *("bad_", "begins_", "goal_"),
 )
 """How names of macros begin, which would stand for something else in a field."""
+
+
+OWN = ("_at", "_local", "_machine", "_queue")
+"""How names end that are made from machines."""
+
+
+def claims(properties: Iterable[Property]) -> tuple[str, ...]:
+    """Return for each property the name of its claim, by which SPIN is asked for it."""
+
+    def claim(name: str) -> str:
+        base = word(name)
+        is_taken = base in WORDS or base == "started"
+        is_taken = is_taken or base.startswith(MACROS) or base.endswith(OWN)
+        return f"{base}_holds" if is_taken else base
+
+    return identifiers(claim(property_.name) for property_ in properties)
 
 
 class Spelling:

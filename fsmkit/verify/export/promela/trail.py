@@ -18,11 +18,10 @@ from fsmkit.verify.engine import CEngine, compiler
 from fsmkit.verify.exploration import Trail
 from fsmkit.verify.export.collect import network_of
 from fsmkit.verify.export.exporter import Wanted
-from fsmkit.verify.export.names import identifiers
 from fsmkit.verify.export.network import Network
 from fsmkit.verify.export.promela.model import written
 from fsmkit.verify.export.promela.options import Walk, performers
-from fsmkit.verify.export.promela.spelling import Spelling
+from fsmkit.verify.export.promela.spelling import Spelling, claims
 from fsmkit.verify.global_steps import GlobalSteps
 from fsmkit.verify.moves import Action, Step
 from fsmkit.verify.system import Property, System
@@ -109,7 +108,7 @@ def _trail(network: Network, text: str, printed: str, path: Path) -> Trail:
 def _property(network: Network, printed: str) -> Property | None:
     match = CLAIM.search(printed)
     properties = network.closed.system.properties
-    names = dict(zip(identifiers(p.name for p in properties), properties, strict=True))
+    names = dict(zip(claims(properties), properties, strict=True))
     return None if match is None else names.get(match[1])
 
 
