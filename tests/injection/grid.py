@@ -6,9 +6,8 @@ payload stands in each place once. A text that fsmkit refuses there, with a find
 
 from __future__ import annotations
 
-import os
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import chdir
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,27 +16,38 @@ from fsmkit.composition.deployment import load_deployment
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load_with_findings
 from fsmkit.verify.reader import load_system
-from tests.injection.outputs import OUTPUTS, judge
+from tests.injection.outputs import OUTPUTS, Output, judge
 from tests.injection.payloads import CANARY, PAYLOADS
-from tests.injection.places import SHAPES, files, places
+from tests.injection.places import files, places
 
 NAMES = tuple(PAYLOADS)
 
 
 @dataclass
 class Count:
-    """What was tried: cells of the grid."""
+    """What was tried: cells of the grid, each a text in a place through an output."""
 
     right: int = 0
+    unread: int = 0
+    """Refused as the file is read: the text cannot stand there."""
     refused: int = 0
-    """By the place, or by an output that cannot express the chart."""
+    """By an output, which cannot express the chart with this text alone."""
     wrong: list[str] = field(default_factory=list)
+    failed: int = 0
+    """Cells in what was wrong."""
 
     def add(self, other: Count) -> None:
         """Add another count."""
         self.right += other.right
+        self.unread += other.unread
         self.refused += other.refused
         self.wrong += other.wrong
+        self.failed += other.failed
+
+    @property
+    def cells(self) -> int:
+        """Of any outcome."""
+        return self.right + self.unread + self.refused + self.failed
 
 
 def texts_of_round(shape: str, number: int) -> dict[str, str]:
@@ -83,15 +93,15 @@ def accepted(shape: str, texts: Mapping[str, str], folder: Path) -> dict[str, st
 def is_read(shape: str, texts: Mapping[str, str], folder: Path) -> bool:
     """Whether fsmkit reads the files; a refusal is a finding, nothing else."""
     findings = Findings()
-    path = write(shape, texts, folder)
     try:
+        path = write(shape, texts, folder)
         if shape == "deployment":
             load_deployment(path, findings)
         elif shape == "system":
             load_system(path, findings)
         else:
             load_with_findings(path, findings)
-    except FsmkitError:
+    except (FsmkitError, OSError):
         return False
     return True
 
@@ -99,46 +109,71 @@ def is_read(shape: str, texts: Mapping[str, str], folder: Path) -> bool:
 def write(shape: str, texts: Mapping[str, str], folder: Path) -> Path:
     """Write the files and return the one that is given to fsmkit."""
     folder.mkdir(exist_ok=True)
-    for name, text in files(shape, texts).items():
+    made = files(shape, texts)
+    for name, text in made.items():
         (folder / name).write_text(text, encoding="utf-8", errors="replace")
-    return folder / SHAPES[shape][1]
+    return folder / next(iter(made))
+
+
+def outputs_of(shape: str, *, is_quick: bool = False) -> list[Output]:
+    """Return the outputs that there are for a kind of files."""
+    return [o for o in OUTPUTS if shape in o.shapes and (o.is_quick or not is_quick)]
 
 
 def tried(
-    shape: str, texts: Mapping[str, str], folder: Path, *, is_quick: bool, name: str = ""
+    shape: str,
+    texts: Mapping[str, str],
+    folder: Path,
+    *,
+    is_quick: bool,
+    name: str = "",
+    names: Collection[str] = (),
 ) -> Count:
-    """Put texts into their places and make every output."""
-    os.environ["XDG_CACHE_HOME"] = str(folder / "cache")
-    count = Count()
+    """Put texts into their places and make every output, or those of some names."""
     stand = accepted(shape, texts, folder / "tried")
-    outputs = [o for o in OUTPUTS if shape in o.shapes and (o.is_quick or not is_quick)]
-    count.refused += (len(texts) - len(stand)) * len(outputs)
-    file = write(shape, stand, folder / "source")
+    outputs = [o for o in outputs_of(shape, is_quick=is_quick) if not names or o.name in names]
+    count = Count(unread=(len(texts) - len(stand)) * len(outputs))
     for output in outputs:
-        where = folder / output.name.replace(" ", "_")
-        try:
-            with chdir(folder):
-                if judge(output, file, where):
-                    count.right += len(stand)
-                else:
-                    count.refused += len(stand)
-        except Exception as error:  # noqa: BLE001  (whatever goes wrong is counted, with its cause)
-            kind = type(error).__name__
-            count.wrong.append(f"{name} {shape}, {output.name}: {kind}: {str(error)[:1500]}")
-        executed = [path for path in folder.rglob(CANARY) if path.is_file()]
-        if executed:
-            count.wrong.append(f"{name} {shape}, {output.name}: EXECUTED {executed}")
-            for path in executed:
-                path.unlink()
+        _through(output, shape, stand, folder, f"{name} {shape}, {output.name}", count)
     return count
 
 
-def summary(count: Count, rounds: int, shapes: Sequence[str]) -> str:
+def _through(
+    output: Output, shape: str, texts: Mapping[str, str], folder: Path, name: str, count: Count
+) -> None:
+    """Make an output of all texts; if it refuses them, of each half, until the cause is alone."""
+    where = folder / f"{output.name.replace(' ', '_')}_{count.cells}_{len(texts)}"
+    file = write(shape, texts, where.with_suffix(".source"))
+    is_made = False
+    try:
+        with chdir(folder):
+            is_made = judge(output, file, where)
+    except Exception as error:  # noqa: BLE001  (whatever goes wrong is counted, with its cause)
+        count.failed += len(texts)
+        count.wrong.append(f"{name}: {type(error).__name__}: {str(error)[:1500]} {dict(texts)}")
+        is_made = True
+    else:
+        count.right += len(texts) * is_made
+    executed = [path for path in folder.rglob(CANARY) if path.is_file()]
+    if executed:
+        count.wrong.append(f"{name}: EXECUTED {executed} {dict(texts)}")
+        for path in executed:
+            path.unlink()
+    if not is_made and len(texts) > 1:
+        half = len(texts) // 2
+        for part in (list(texts.items())[:half], list(texts.items())[half:]):
+            _through(output, shape, dict(part), folder, name, count)
+    elif not is_made:
+        count.refused += len(texts)
+
+
+def summary(count: Count, rounds: int, shapes: Sequence[str], *, is_quick: bool) -> str:
     """Return the figures in one line."""
     stands = sum(len(places(shape)) for shape in shapes)
+    outputs = {o.name for shape in shapes for o in outputs_of(shape, is_quick=is_quick)}
     executed = sum("EXECUTED" in wrong for wrong in count.wrong)
     return (
-        f"{stands} places x {rounds} rounds, {len(OUTPUTS)} outputs: "
-        f"{count.right + count.refused:,} cells, {count.right:,} right, {count.refused:,} refused "
-        f"with a finding, {executed} executed, {len(count.wrong) - executed} unparsable"
+        f"{stands} places x {rounds} texts, {len(outputs)} outputs: {count.cells:,} cells, "
+        f"{count.right:,} right, {count.unread:,} refused by the reader, {count.refused:,} by the "
+        f"output alone, {executed} executed, {len(count.wrong) - executed} unparsable"
     )

@@ -22,13 +22,19 @@ def _json(text: str) -> str:
     return json.dumps(text)
 
 
+def named(text: str, end: str = ".yaml") -> str:
+    """Return a text as the name of a file, shortened to what a file system takes of it."""
+    plain = text.replace("/", "_").replace("\0", "_").encode("utf-8", "replace")[:200]
+    return plain.decode("utf-8", "ignore") + end
+
+
 def in_yaml(at: Texts) -> Files:
     """Return a chart in YAML, and its base."""
     q = {place: _json(at[place]) for place in (
         "chart", "doc", "enumeration", "member", "record", "part", "constant", "data", "input",
         "output", "operation", "parameter", "event", "out event", "internal event", "field",
         "state", "state doc", "region", "lonely state", "transition", "base chart", "final",
-        "history",
+        "history", "trap",
     )}  # fmt: skip
     label, symbol, send = (_json(at[p]) for p in ("label", "symbol", "send"))
     do = f"n = 0; log {label}, n; sy = {symbol}; send go after 1s as {at['send']}; send out2(k = 1)"
@@ -43,7 +49,7 @@ states:
 """
     chart = f"""\
 chart: {q["chart"]}
-extends: base.yaml
+extends: {_json(named(at["base file"]))}
 doc: {q["doc"]}
 types:
   {q["enumeration"]}: [{q["member"]}, jam]
@@ -80,16 +86,17 @@ states:
           a: {{on: {{go: {q["final"]}}}}}
           {q["final"]}: {{final: true}}
           {q["history"]}: {{history: shallow, default: a}}
-      r2: {{initial: b, states: {{b: {{on: {{e2: {q["history"]}}}, after: {{1s: {q["state"]}}}}}}}}}
+      r2: {{initial: b, states: {{b: {{on: {{e2: {q["history"]}}}, after: {{1s: {q["trap"]}}}}}}}}}
+  {q["trap"]}: {{}}
 """
-    return {"chart.yaml": chart, "base.yaml": base}
+    return {named(at["file"]): chart, named(at["base file"]): base}
 
 
 def in_scxml(at: Texts) -> Files:
     """Return a chart in SCXML."""
     a = {place: quoteattr(at[place]) for place in (
         "chart", "data", "label", "send", "state", "event", "raised", "part", "final", "transition",
-        "variable", "target event", "history",
+        "variable", "target event", "history", "trap",
     )}  # fmt: skip
     symbol = quoteattr("'" + at["symbol"].replace("\\", "\\\\").replace("'", "\\'") + "'")
     chart = f"""\
@@ -111,24 +118,29 @@ def in_scxml(at: Texts) -> Files:
       <state id="q1"><transition event="go" cond="n == 1" target="t"/></state></state>
     <state id="r"><onexit><cancel sendid={a["send"]}/></onexit></state>
   </parallel>
-  <state id="t"><transition event={a["target event"]} target={a["history"]}/></state>
+  <state id="t"><transition event={a["target event"]} target={a["history"]}/>
+    <transition event="go" target={a["trap"]}/></state>
+  <state id={a["trap"]}/>
   <final id={a["final"]}/>
 </scxml>
 """
-    return {"chart.scxml": chart}
+    return {named(at["file"], ".scxml"): chart}
 
 
 def invoking(at: Texts) -> Files:
     """Return a chart that invokes another."""
-    q = {p: _json(at[p]) for p in ("invocation", "inner chart", "inner state", "chart", "state")}
+    q = {p: _json(at[p]) for p in (
+        "invocation", "inner chart", "inner state", "chart", "state", "trap",
+    )}  # fmt: skip
     chart = f"""\
 chart: {q["chart"]}
-events: {{in: [go]}}
+events: {{in: [go, stop]}}
 initial: {q["state"]}
 states:
   {q["state"]}:
-    invoke: {{id: {q["invocation"]}, src: inner.yaml, autoforward: true}}
-    on: {{go: {q["state"]}, {_json("done.invoke." + at["invocation"])}: {{}}}}
+    invoke: {{id: {q["invocation"]}, src: {_json(named(at["inner file"]))}, autoforward: true}}
+    on: {{go: {q["state"]}, stop: {q["trap"]}, {_json("done.invoke." + at["invocation"])}: {{}}}}
+  {q["trap"]}: {{}}
 """
     inner = f"""\
 chart: {q["inner chart"]}
@@ -138,7 +150,7 @@ states:
   {q["inner state"]}: {{on: {{go: over}}}}
   over: {{final: true}}
 """
-    return {"chart.yaml": chart, "inner.yaml": inner}
+    return {named(at["file"]): chart, named(at["inner file"]): inner}
 
 
 def plain(at: Texts) -> Files:
@@ -156,43 +168,59 @@ states:
     on: {{go: {{id: {q["id"]}, target: {q["state"]}}}}}
   {q["state"]}: {{on: {{go: a, {q["event"]}: a}}}}
 """
-    return {"chart.yaml": chart}
+    return {named(at["file"]): chart}
 
 
 def system(at: Texts) -> Files:
     """Return a system of two machines, with a variable that they share."""
-    found = deployment(at)
     shared = at["shared"]
-    found["system.yaml"] += f"shared: {{{_json(shared)}: 0..1 = 0}}\n"
-    found["side.yaml"] += f"data: {{{_json(shared)}: 0..1 = 0}}\n"
-    act = _json(f"{shared} = 1; send ping(n = 3)")
-    found["side.yaml"] = found["side.yaml"].replace("send ping(n = 3)", act)
-    return found
+    more = f"data: {{{_json(shared)}: 0..1 = 0}}\n"
+    whole = f"{_system(at)}shared: {{{_json(shared)}: 0..1 = 0}}\n"
+    side = _side(_json(f"{shared} = 1; send ping(n = 3)")) + more
+    return {named(at["file"]): whole, named(at["machine file"]): side}
 
 
 def deployment(at: Texts) -> Files:
-    """Return a system of two machines and a deployment of it."""
-    q = {p: _json(at[p]) for p in (
-        "system", "machine", "property", "node", "endpoint", "deployment doc", "system doc",
-        "monitored",
-    )}  # fmt: skip
-    left = at["machine"]
-    side = """\
+    """Return a deployment of a system of two machines."""
+    q = {p: _json(at[p]) for p in ("machine", "node", "endpoint", "deployment doc")}
+    text = f"""\
+doc: {q["deployment doc"]}
+system: {_json(named(at["system file"]))}
+nodes:
+  {q["node"]}: [{q["machine"]}]
+  b: [right]
+links:
+  endpoints: {{{q["node"]}: {q["endpoint"]}, b: "tcp://127.0.0.1:5572"}}
+"""
+    return {
+        named(at["file"]): text,
+        named(at["system file"]): _system(at),
+        named(at["machine file"]): _side("send ping(n = 3)"),
+    }
+
+
+def _side(do: str) -> str:
+    return f"""\
 chart: Side
-inputs: {other: bool}
-outputs: {busy: bool = true}
-events: {in: [go, pong(n 0..3)], out: [ping(n 0..3)]}
+inputs: {{other: bool}}
+outputs: {{busy: bool = true}}
+events: {{in: [go, pong(n 0..3)], out: [ping(n 0..3)]}}
 initial: idle
 states:
   idle:
     on:
-      go: {if: not other, do: send ping(n = 3)}
-      pong: {do: busy = event.n > 1}
+      go: {{if: not other, do: {do}}}
+      pong: {{do: busy = event.n > 1}}
 """
-    whole = f"""\
+
+
+def _system(at: Texts) -> str:
+    q = {p: _json(at[p]) for p in ("system", "machine", "property", "system doc", "monitored")}
+    left, side = at["machine"], _json(named(at["machine file"]))
+    return f"""\
 system: {q["system"]}
 doc: {q["system doc"]}
-machines: {{{q["machine"]}: side.yaml, right: side.yaml}}
+machines: {{{q["machine"]}: {side}, right: {side}}}
 connect:
   - {{{_json(f"{left}.ping -> right.pong")}: {{kind: lossy, loss: 1}}}}
   - {_json(f"right.ping -> {left}.pong")}
@@ -201,29 +229,19 @@ connect:
 environment: {{may: [{_json(f"{left}.go")}, right.go]}}
 properties:
   {q["property"]}: {{reachable: right.busy}}
-  {_json(at["monitored"])}: {{never: not right.busy}}
+  {q["monitored"]}: {{never: not right.busy}}
 """
-    deployment = f"""\
-doc: {q["deployment doc"]}
-system: system.yaml
-nodes:
-  {q["node"]}: [{q["machine"]}]
-  b: [right]
-links:
-  endpoints: {{{q["node"]}: {q["endpoint"]}, b: "tcp://127.0.0.1:5572"}}
-"""
-    return {"system.yaml": whole, "side.yaml": side, "deployment.yaml": deployment}
 
 
-SHAPES: dict[str, tuple[Callable[[Texts], Files], str]] = {
-    "yaml": (in_yaml, "chart.yaml"),
-    "scxml": (in_scxml, "chart.scxml"),
-    "invoking": (invoking, "chart.yaml"),
-    "plain": (plain, "chart.yaml"),
-    "system": (system, "system.yaml"),
-    "deployment": (deployment, "deployment.yaml"),
+SHAPES: dict[str, Callable[[Texts], Files]] = {
+    "yaml": in_yaml,
+    "scxml": in_scxml,
+    "invoking": invoking,
+    "plain": plain,
+    "system": system,
+    "deployment": deployment,
 }
-"""How the files of each kind are made, and which of them is given to fsmkit."""
+"""How the files of each kind are made; the first of them is given to fsmkit."""
 BENIGN = {"endpoint": "tcp://127.0.0.1:5571", "raised": "x", "member": "none", "send": "beat"}
 """What stands in places where their name cannot."""
 
@@ -231,10 +249,10 @@ BENIGN = {"endpoint": "tcp://127.0.0.1:5571", "raised": "x", "member": "none", "
 def places(shape: str) -> tuple[str, ...]:
     """Return the places of a kind of files."""
     asked = Asked()
-    SHAPES[shape][0](asked)
+    SHAPES[shape](asked)
     return tuple(asked)
 
 
 def files(shape: str, texts: Texts) -> Files:
     """Return the files of a kind with these texts in their places."""
-    return SHAPES[shape][0](Asked({**BENIGN, **texts}))
+    return SHAPES[shape](Asked({**BENIGN, **texts}))

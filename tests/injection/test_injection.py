@@ -10,13 +10,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import yaml
+from lxml import etree
 
 from fsmkit.cli import execute as command_line
+from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.pyext.generate import generate
 from fsmkit.loading import load
-from fsmkit.texts import Identifier, RawText, Written, c, printing, telling, written
+from fsmkit.texts import Identifier, RawText, Written, c, mermaid, printing, telling, written
+from fsmkit.verify.adapter_values import prefix_of
+from fsmkit.verify.engine_words import performed_steps
+from fsmkit.verify.export.local_states import word
 from tests.codegen.c.conftest import WARNINGS
-from tests.injection.grid import texts_of_round, tried
+from tests.injection.grid import texts_of_round, tried, write
 from tests.injection.places import SHAPES
 
 FINDINGS = Path(__file__).parent / "findings"
@@ -144,3 +150,58 @@ def test_findings_say_names_as_they_are() -> None:
 def test_an_identifier_is_one(text: str) -> None:
     with pytest.raises(RawText):
         Identifier(text)
+
+
+# --- found by the grid and the fuzzer ------------------------------------------------------------
+
+
+def test_an_entity_in_a_name_is_text_for_graphviz(tmp_path: Path) -> None:
+    """Graphviz reads entities in quoted texts, too, and wrote ``&;`` into the title as it was."""
+    (tmp_path / "c.yaml").write_text(
+        'chart: "&;n &lt; &#65;"\ninitial: "&;x"\nstates: {"&;x": {}}\n', encoding="utf-8"
+    )
+    assert command_line(["draw", str(tmp_path / "c.yaml"), "--out", str(tmp_path / "c.svg")]) == 0
+    texts = list(etree.fromstring((tmp_path / "c.svg").read_bytes()).itertext())
+    assert "&;n &lt; &#65;" in texts
+
+
+def test_the_title_of_mermaid_is_the_name() -> None:
+    name = '%%{init: {}}%% <script> "x" \\ end'
+    assert "%%" not in mermaid.title(name)
+    assert "<" not in mermaid.title(name)
+    assert yaml.safe_load(f"title: {mermaid.title(name)}")["title"] == name
+
+
+@pytest.mark.parametrize("length", [81, 200, 5_000])
+def test_long_names_stay_different_and_short_in_models(length: int) -> None:
+    names = ["x" * length, "x" * length + "y", "x" * length + "z"]
+    assert len({word(name) for name in names}) == 3
+    assert all(len(word(name)) <= 80 for name in names)
+    assert word("x" * 80) == "x" * 80
+
+
+def test_a_long_name_makes_no_name_of_a_file_too_long(tmp_path: Path) -> None:
+    chart = load(write("invoking", {"invocation": "m" * 900}, tmp_path / "source"))
+    files = generate_machine(chart, prefix_of(0, "m" * 4_000)).files
+    assert max(len(name) for name in files) < 200
+
+
+def test_no_line_of_a_machine_is_taken_for_one_of_the_explorer() -> None:
+    step = '\0{"step": {"action": "start", "machine": 0, "argument": 0, "choices": []}}\n'
+    ((performed, lines),) = performed_steps(f'{step}log "a\x85{{"step"\u2028b\n{{,"\n+ c\n')
+    assert performed.step.machine == 0
+    assert lines == ('log "a\x85{"step"\u2028b', '{,"', "+ c")
+
+
+def test_any_name_of_a_node_is_an_identifier_in_c(tmp_path: Path) -> None:
+    texts = {"node": "größe_ä"}
+    count = tried("deployment", texts, tmp_path, is_quick=True)
+    assert not count.wrong, "\n".join(count.wrong)
+    assert count.right == 2
+
+
+def test_a_property_may_be_called_as_a_word_of_promela(tmp_path: Path) -> None:
+    texts = {"property": "int", "monitored": "started"}
+    count = tried("system", texts, tmp_path, is_quick=True, names=("promela",))
+    assert not count.wrong, "\n".join(count.wrong)
+    assert count.right == 2
