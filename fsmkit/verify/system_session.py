@@ -12,7 +12,15 @@ from random import Random
 
 from fsmkit.expressions import Value, default_value
 from fsmkit.runtime.interpreter.macrostep import initial, start
-from fsmkit.runtime.interpreter.run import at_time, next_deadline, post, run, step_eventless
+from fsmkit.runtime.interpreter.run import (
+    at_time,
+    most_at_once,
+    next_deadline,
+    post,
+    run,
+    stands_still,
+    step_eventless,
+)
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
     Emitted,
@@ -167,11 +175,14 @@ class SystemSession:
         """Run machine after machine until none has anything to do."""
         done: list[Happening] = []
         moved = True
+        most = sum(map(most_at_once, self._charts))
         while moved:
             moved = False
             for index in self._order:
                 happened = list(self._run_one(index))
                 done += happened
+                if len(done) > most:
+                    raise stands_still(self._charts[index], [h.macrostep for h in happened])
                 moved = moved or bool(happened)
                 if happened:
                     break  # the environment answers before anybody else goes on

@@ -6,12 +6,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import assert_never
 
+from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.expressions import Value
 from fsmkit.model.chart import Chart
 from fsmkit.model.statements import Destination
+from fsmkit.runtime.clock import duration_text
 from fsmkit.runtime.interpreter.content import deliver
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.index import index_of
@@ -44,11 +47,18 @@ def has_room(chart: Chart, snapshot: Snapshot) -> bool:
     return len(snapshot.queue) + len(snapshot.deferred) < chart.capacities.queue
 
 
+MOST_AT_ONCE = 10_000
+"""Steps at one time before it counts as standing still, unless there are as many timers."""
+LAST = 64
+"""Macrosteps that are looked at for the names of the states on the way."""
+
+
 def run(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> tuple[Macrostep, ...]:
     """Do all that is to be done until the time ``now``; see the package for the order.
 
     The last macrostep's ``after`` is the machine afterwards; without any, nothing has changed but
-    the time (see `at_time`).
+    the time (see `at_time`). Raises `FsmkitError` (``livelock``) where time stands still: timers
+    without delay that follow each other for ever, to which SCXML 3.13 sets no bound.
     """
     done: list[Macrostep] = []
     current = at_time(snapshot, now)
@@ -58,6 +68,7 @@ def run(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> tuple[Macrost
             done.append(tried)
             current = tried.after
     allowance = len(current.queue) + len(current.deferred) + chart.capacities.microsteps
+    at_once = 0
     while current.running:
         following = step_event(chart, current, host) if allowance > 0 else None
         if following is not None:
@@ -65,6 +76,9 @@ def run(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> tuple[Macrost
         elif _is_due(current, now):
             following = step_timer(chart, current, host)
             allowance = chart.capacities.microsteps
+            at_once = at_once + 1 if done and following and done[-1].at == following.at else 0
+            if at_once > most_at_once(chart):
+                raise stands_still(chart, done)
         if following is None:
             break
         done.append(following)
@@ -72,6 +86,28 @@ def run(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> tuple[Macrost
     if done and current.now != now:
         done[-1] = replace(done[-1], after=at_time(current, now))
     return tuple(done)
+
+
+def most_at_once(chart: Chart) -> int:
+    """Return how many timers may fire at one time, one after the other: all, and some more."""
+    return max(MOST_AT_ONCE, 2 * len(chart.transitions))
+
+
+def stands_still(chart: Chart, done: Sequence[Macrostep]) -> FsmkitError:
+    """Return the error for macrosteps without end at one time, of which the last are given."""
+    small = [one for step in done[-LAST:] for one in step.microsteps]
+    taken = sorted({number for one in small for number in one.transitions})
+    entered = [state for one in small for state in one.entered]
+    leaves = (s for s in sorted(done[-1].after.configuration) if chart.states[s].is_leaf)
+    names = dict.fromkeys(chart.states[state].id for state in entered or leaves)
+    return fail(
+        "livelock",
+        f"time stands still at {duration_text(done[-1].at * chart.capacities.tick)}: "
+        f"`{chart.name}` takes more than {most_at_once(chart):,} steps at one time, in "
+        f"{', '.join(f'`{name}`' for name in names)}",
+        chart.transitions[taken[0]].span if taken else None,
+        help="give one of the delays a length, or let one of the steps wait for an event",
+    )
 
 
 def step_eventless(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None:
