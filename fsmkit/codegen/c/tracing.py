@@ -83,8 +83,11 @@ $PUT
     fsm_log_record(kind, bytes, (size_t)(w->at - bytes));
 }
 
+/* Within a step they do nothing, and nothing is to be done again. */
 void @_start(@ *m, uint32_t now)
 {
+[guarded]    if (m->busy)
+[guarded]        return;
     fsm_@_log_call(FSM_LOG_START, m, NULL, now);
     fsm_@_plain_start(m, now);
     fsm_log_record(FSM_LOG_END, NULL, 0u);
@@ -92,6 +95,8 @@ void @_start(@ *m, uint32_t now)
 
 [runs]void @_run(@ *m, uint32_t now)
 [runs]{
+[runs][guarded]    if (m->busy)
+[runs][guarded]        return;
 [runs]    const bool is_idle = $IDLE;
 [runs]    if (!is_idle)
 [runs]        fsm_@_log_call(FSM_LOG_RUN, m, NULL, now);
@@ -103,6 +108,8 @@ void @_start(@ *m, uint32_t now)
 fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
 {
     fsm_result result;
+[guarded]    if (m->busy)
+[guarded]        return FSM_BUSY;
     fsm_@_log_call(FSM_LOG_DISPATCH, m, e, now);
     result = fsm_@_plain_dispatch(m, e, now);
     fsm_log_record(FSM_LOG_END, NULL, 0u);

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 
@@ -57,8 +58,13 @@ Job = tuple[Chart, Sequence[str]]
 Write = Callable[[Path, Mapping[str, str]], Path]
 
 
-def logged(folder: Path, jobs: Sequence[Job]) -> list[tuple[bytes, bytes]]:
-    """Play scripts on machines that are logged; return the log and the ring of each."""
+def logged(
+    folder: Path, jobs: Sequence[Job], hosts: Mapping[str, str] = MappingProxyType({})
+) -> list[tuple[bytes, bytes]]:
+    """Play scripts on machines that are logged; return the log and the ring of each.
+
+    ``hosts``: what stands in the driver, and what is to stand there instead.
+    """
     machines = [generate_machine(chart, f"x{i}", TRACED) for i, (chart, _) in enumerate(jobs)]
     harness._write(folder, machines)
     for name in ("fsm_trace.h", "fsm_trace.c"):
@@ -76,6 +82,9 @@ def logged(folder: Path, jobs: Sequence[Job]) -> list[tuple[bytes, bytes]]:
         after = "".join(f"#undef {table}\n" for table in inner)  # of files that are one here
         traced = f'{before}#include "{prefix}_trace.c"\n{after}'
         text = text.replace(f'#include "{prefix}.c"\n', traced)
+        for old, new in hosts.items():
+            assert old in text
+            text = text.replace(old, new)
         driver.write_text(text)
         play = f"{prefix}_play();"
         main = main.replace(play, f'open_log("{prefix}.log"); {play} close_log("{prefix}.ring");')
@@ -147,6 +156,24 @@ def from_restored(log: bytes) -> bytes:
     while log[at] != RESTORE:
         at += 3 + int.from_bytes(log[at + 1 : at + 3], "little")
     return log[at:]
+
+
+def test_what_is_refused_within_a_step_is_not_logged(tmp_path: Path) -> None:
+    (tmp_path / "lamp.yaml").write_text(LAMP)
+    chart = load(tmp_path / "lamp.yaml")
+    script = ["start 5", "input dark 1", "post press 9", "run 6", "run 30", "post ask", "run 31"]
+    within = """op %s", "click");
+    x0_event ask = {0};
+    ask.event = X0_EVENT_ASK;
+    x0_start(m, 1u);
+    x0_run(m, 1000u);
+    if (x0_dispatch(m, &ask, 1000u) != FSM_BUSY)
+        abort();
+"""
+    misused = {'op %s", "click");\n': within}
+    (plain,) = logged(tmp_path, [(chart, script)])
+    assert logged(tmp_path, [(chart, script)], misused) == [plain]
+    assert list(replay(chart, plain[0])) == run_script(chart, script)
 
 
 @pytest.mark.cc
