@@ -110,6 +110,23 @@ print(door.state, door.opened)
     ]
 
 
+@pytest.mark.parametrize(
+    ("call", "method"), [("lamp(True)", "lamp"), ("send_moved(1)", "send_moved")]
+)
+def test_who_leaves_out_a_method_of_the_host_learns_which(
+    call: str, method: str, door: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "door_machine.py").write_text(
+        fsmkit.compile(door, "transitions")["door_machine.py"]
+    )
+    use = f"from door_machine import DoorModel\nDoorModel().{call}"
+    ran = subprocess.run(
+        [sys.executable, "-c", use], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    told = ran.stderr.splitlines()[-1]
+    assert told == f"NotImplementedError: define `{method}` in a subclass of `DoorModel`"
+
+
 @pytest.mark.cc
 def test_is_typed(door: Path, tmp_path: Path) -> None:
     (tmp_path / "door_machine.py").write_text(
