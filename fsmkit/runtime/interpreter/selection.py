@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 
 from fsmkit.expressions import ContentError, RangeFault, evaluate
 from fsmkit.model.chart import Transition
 from fsmkit.model.document import Trigger
 from fsmkit.runtime.interpreter.globals import Globals
-from fsmkit.runtime.interpreter.structure import active_below, get_transition_domain
+from fsmkit.runtime.interpreter.structure import get_transition_domain, places_below
 
 Enabled = tuple[Transition, ...]
 """An optimal enabled set, in the order of the states that selected its members."""
@@ -117,18 +118,25 @@ def remove_conflicting_transitions(g: Globals, enabled: Sequence[Transition]) ->
     if len(enabled) < 2:
         return tuple(enabled)
     filtered: dict[int, Transition] = {}
-    exits_of: dict[int, Sequence[int]] = {}
-    # The exit sets of those that are left have no state in common: one exits each state.
-    exited_by: dict[int, Transition] = {}
     active = sorted(g.configuration)
+    # The exit sets of those that are left, as places among the active states: no two of them meet,
+    # so they lie one behind the other.
+    starts: list[int] = []
+    exits: list[tuple[int, Transition]] = []
     for t1 in enabled:
-        exits = exits_of[t1.index] = active_below(g, get_transition_domain(g, t1), active)
-        others = {t2.index: t2 for state in exits if (t2 := exited_by.get(state))}.values()
+        exit_set = places_below(g, get_transition_domain(g, t1), active)
+        if not exit_set:
+            filtered[t1.index] = t1
+            continue
+        end = bisect_left(starts, exit_set.stop)
+        begin = bisect_right(starts, exit_set.start)
+        if begin and exits[begin - 1][0] > exit_set.start:
+            begin -= 1
+        others = [t2 for _, t2 in exits[begin:end]]
         if all(g.chart.is_descendant(t1.source, t2.source) for t2 in others):
             for t2 in others:
                 del filtered[t2.index]
-                for state in exits_of[t2.index]:
-                    del exited_by[state]
             filtered[t1.index] = t1
-            exited_by |= dict.fromkeys(exits, t1)
+            starts[begin:end] = [exit_set.start]
+            exits[begin:end] = [(exit_set.stop, t1)]
     return tuple(filtered.values())

@@ -68,10 +68,16 @@ def compute_exit_set(g: Globals, transitions: Iterable[Transition]) -> set[int]:
 
 def active_below(g: Globals, domain: int | None, active: Sequence[int]) -> Sequence[int]:
     """Return those of the active states, in document order, that lie below a domain."""
+    below = places_below(g, domain, active)
+    return active[below.start : below.stop]
+
+
+def places_below(g: Globals, domain: int | None, active: Sequence[int]) -> range:
+    """Return where, among the active states in document order, those below a domain are."""
     if domain is None:
-        return ()
+        return range(0)
     last = g.chart.states[domain].last_descendant
-    return active[bisect_right(active, domain) : bisect_right(active, last)]
+    return range(bisect_right(active, domain), bisect_right(active, last))
 
 
 def get_proper_ancestors(g: Globals, state: int, limit: int | None) -> tuple[int, ...]:
