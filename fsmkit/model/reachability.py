@@ -36,10 +36,12 @@ def reachable_states(chart: Chart) -> frozenset[int]:
     return frozenset(reached)
 
 
-def entered(chart: Chart, targets: Iterable[int]) -> frozenset[int]:
+def entered(chart: Chart, targets: Iterable[int], domain: int | None = None) -> frozenset[int]:
     """Return every state that entering the targets can make active, default entry included.
 
-    A history adds its default; what it remembers has been entered before (SCXML 3.10).
+    Given the ``domain`` of the transition, which lies above all targets: only the states below it.
+    The domain and all around it stay active (SCXML Appendix D, exitStates), so none of it is
+    looked at. A history adds its default; what it remembers has been entered before (SCXML 3.10).
     """
     found: set[int] = set()
     pending = list(targets)
@@ -53,9 +55,11 @@ def entered(chart: Chart, targets: Iterable[int]) -> frozenset[int]:
             pending += chart.transitions[state.initial].targets
         if state.kind is Kind.PARALLEL:
             pending += [c for c in state.children if not chart.states[c].is_history]
-        for ancestor in chart.ancestors(index):
-            if chart.states[ancestor].kind is Kind.PARALLEL:
-                pending.append(ancestor)
+        above = state.parent
+        while above is not None and above != domain and above not in found:
+            if chart.states[above].kind is Kind.PARALLEL:
+                pending.append(above)
             else:
-                found.add(ancestor)
+                found.add(above)
+            above = chart.states[above].parent
     return frozenset(found)

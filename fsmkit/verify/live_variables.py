@@ -171,15 +171,14 @@ class _Tree:
 
     def entered(self, transition: Transition) -> frozenset[int]:
         """Return the states that a transition can enter, and the histories on the way."""
-        chart, wanted = self.chart, frozenset(transition.targets)
+        wanted = frozenset(transition.targets)
+        domain = self._domain(transition)
         while True:
-            found = entered(chart, wanted)
+            found = entered(self.chart, wanted, domain)
             more = wanted.union(*(self._beside(state) for state in found))
             if more == wanted:
-                break
+                return found
             wanted = more
-        domain = self._domain(transition)
-        return frozenset(s for s in found if domain is None or chart.is_descendant(s, domain))
 
     def _beside(self, number: int) -> range:
         """Return all that a history can stand for; of other states nothing."""

@@ -59,7 +59,7 @@ def _cycle(chart: Chart, always: dict[int, Transition], start: int) -> list[int]
         if not transition.targets:
             return path if path == [start] else None
         domain = lcca(chart, (transition.source, *transition.targets))
-        reached = {s for s in entered(chart, transition.targets) if chart.is_descendant(s, domain)}
+        reached = entered(chart, transition.targets, domain)
         if start in reached:
             return path
         following = sorted(s for s in reached if s in always and s not in path)
