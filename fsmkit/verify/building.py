@@ -37,12 +37,16 @@ class Builder:
         """Give free what is kept, and remove what is not."""
         self._held.close()
 
-    def program(self, core: Mapping[str, str], files: Mapping[str, str]) -> Path:
+    def program(
+        self, core: Mapping[str, str], files: Mapping[str, str], options: Sequence[str] = ()
+    ) -> Path:
         """Return the program of all these texts; the objects of the core serve other programs, too.
+
+        The ``options`` are for the files alone.
 
         Raises `FsmkitError` where it cannot be made, `TimeUp` where the compiler takes too long.
         """
-        name = self._name([core, files])
+        name = self._name([core, files, dict.fromkeys(options, "")])
         found = self._find(name)
         if found is not None:
             return found / PROGRAM
@@ -51,7 +55,8 @@ class Builder:
             folder = self._folder()
             headers = {name: text for name, text in core.items() if name.endswith(".h")}
             sources = _write({**headers, **files}, folder)
-            self._compile([*sources, *map(str, objects), "-o", PROGRAM], folder, [PROGRAM])
+            arguments = [*options, *sources, *map(str, objects), "-o", PROGRAM]
+            self._compile(arguments, folder, [PROGRAM])
             return self._keep(name, {PROGRAM: folder / PROGRAM}) / PROGRAM
 
     def _objects(self, core: Mapping[str, str]) -> list[Path]:

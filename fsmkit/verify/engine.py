@@ -49,6 +49,8 @@ from fsmkit.verify.wiring import system_file
 
 CORE = Path(__file__).parent / "core"
 FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="hooks.h"')
+FOR_LARGE = ("-include", "large.h")
+"""For the code of machines whose states are many: so that it is compiled in time."""
 NO_MEMORY = 3
 """Its exit code where there is not even memory to begin with."""
 MOST_FOR_PATHS = 2.0
@@ -108,7 +110,8 @@ class CEngine:
         core = {path.name: path.read_text() for path in sorted(CORE.glob("*.[ch]"))}
         self._builder = Builder((command, *FLAGS), self._deadline, findings)
         try:
-            self.program = self._builder.program(core, files)
+            is_large = any(options_for(chart).is_small for chart in closed.charts)
+            self.program = self._builder.program(core, files, FOR_LARGE if is_large else ())
         except BaseException:
             self.close()
             raise
