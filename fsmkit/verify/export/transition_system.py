@@ -8,12 +8,14 @@ passes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.runtime.interpreter.run import is_deferred
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot, Timeout
 from fsmkit.verify.closed import Closed, close
 from fsmkit.verify.counterexample import occurrence_text
+from fsmkit.verify.deadline import Stage
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.global_steps import Edge, GlobalSteps, State
 from fsmkit.verify.moves import Action, Step, TooManyChoices
@@ -51,8 +53,12 @@ def system_of(system: System, wanted: Wanted) -> TransitionSystem:
     """Explore a system by the interpreter, breadth first.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits: a part of a transition system
-    would pass for the whole of it.
+    would pass for the whole of it. Time also ends within a step, which may last long.
     """
+    return wanted.deadline.cut_off(Stage.EXPLORING, partial(_explored, system, wanted))
+
+
+def _explored(system: System, wanted: Wanted) -> TransitionSystem:
     closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
     steps = GlobalSteps(closed)
     numbers: dict[State, int] = {}
@@ -70,7 +76,6 @@ def system_of(system: System, wanted: Wanted) -> TransitionSystem:
         arrows += [Arrow(0, START, number_of(edge.to)) for edge in steps.initial()]
         at = 0
         while at < len(order):
-            wanted.deadline.look()
             if len(order) > wanted.most:
                 raise too_large(closed, len(order), wanted.most)
             if at % 256 == 0 and wanted.progress is not None:
