@@ -21,6 +21,7 @@ from fsmkit.verify.export.collect import network_of
 from fsmkit.verify.export.cspm.alphabet import Alphabet
 from fsmkit.verify.export.cspm.assertions import asserted
 from fsmkit.verify.export.cspm.model import written
+from fsmkit.verify.export.cspm.spelling import listed
 from fsmkit.verify.export.exporter import Wanted
 from fsmkit.verify.export.transition_system import START, TICK, _label
 from fsmkit.verify.global_steps import GlobalSteps, State
@@ -240,6 +241,14 @@ def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool)
     assert any(not local.running for local in network.automata[1].locals)
     assert "CALLED_QUEUE_CLOSED" in written(network)
     compared(system, untimed=untimed)
+
+
+def test_names_longer_than_a_line_are_listed() -> None:
+    names = [letter * 100 for letter in "abc"]
+    assert listed(names, "  ") == f"{{{names[0]},\n   {names[1]},\n   {names[2]}}}"
+    script = f"channel {names[0]} : {{0..1}}\nP = (({names[0]}.0 -> P)[[NAMES]])\n"
+    pairs = [f"{names[0]} <- {names[0]}"] * 2
+    assert not list(broken_rules(script.replace("[[NAMES]]", listed(pairs, "  ", "[[", "]]"))))
 
 
 SCRIPT = "channel go : {0..3}\nP(n) = (go.n -> P(n))\nassert P(0) :[deadlock free [F]]\n"

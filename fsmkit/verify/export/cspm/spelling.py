@@ -53,7 +53,7 @@ def listed(names: list[str], indent: str, opening: str = "{", closing: str = "}"
     lines, line = [], ""
     for name in names:
         piece = name if not line else f", {name}"
-        if len(line) + len(piece) > 88 - len(indent):
+        if line and len(line) + len(piece) > 88 - len(indent):
             lines.append(f"{line},")
             piece, line = name, ""
         line += piece
