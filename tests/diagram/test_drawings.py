@@ -187,6 +187,19 @@ states:
 """
 
 
+def test_plantuml_draws_the_arrow_of_a_region_to_itself_within_it(tmp_path: Path) -> None:
+    path = tmp_path / "chart.yaml"
+    regions = "{one: {on: {e: one}}, two: {initial: a, states: {a: {on: {e: a}}}}}"
+    path.write_text(
+        f"chart: C\nevents: {{in: [e]}}\ninitial: p\nstates: {{p: {{regions: {regions}}}}}"
+    )
+    chart = load(path)
+    lines = drawn("plantuml", chart).splitlines()
+    one, inside = (f"s{chart.state_index[name]}" for name in ("one", "a"))
+    assert lines.index(f"  {one} --> {one} : e") < lines.index("  --")
+    assert f"{inside} --> {inside} : e" in lines
+
+
 def test_plantuml_draws_no_arrow_across_the_border_of_a_region(tmp_path: Path) -> None:
     """PlantUML refuses a diagram with one: it ends at the parallel state, and says so."""
     (tmp_path / "crossing.yaml").write_text(CROSSING)

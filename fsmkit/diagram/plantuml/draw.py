@@ -40,6 +40,8 @@ def _lines(chart: Chart, active: frozenset[int]) -> Iterator[str]:
     yield from STYLE
     yield from _children(chart, chart.root, active, "")
     for transition in chart.transitions:
+        if _is_of_a_region(chart, transition):
+            continue
         if transition.trigger is not Trigger.INITIAL or chart.states[transition.source].is_history:
             yield from _arrows(chart, transition)
     yield "@enduml"
@@ -51,6 +53,9 @@ def _children(chart: Chart, state: State, active: frozenset[int], margin: str) -
         if state.kind is Kind.PARALLEL and child in regions[1:]:
             yield f"{margin}--"
         yield from _state(chart, child, active, margin)
+        for transition in (chart.transitions[number] for number in child.transitions):
+            if _is_of_a_region(chart, transition):
+                yield from (margin + line for line in _arrows(chart, transition))
     if state.initial is not None and state.kind is not Kind.PARALLEL:
         transition = chart.transitions[state.initial]
         around = _regions_around(chart, state.index)
@@ -101,6 +106,19 @@ def _arrows(chart: Chart, transition: Transition) -> Iterator[str]:
     for target in dict.fromkeys(ends.values()):
         more = _words(chart, "to", ends, target)
         yield f"{fork} {arrow} s{target}{_after_colon(more)}"
+
+
+def _is_of_a_region(chart: Chart, transition: Transition) -> bool:
+    """Whether an arrow leads from a region to itself.
+
+    PlantUML refuses that of a first region without states in it, unless it is drawn in the region.
+    """
+    parent = chart.states[transition.source].parent
+    return (
+        transition.targets == (transition.source,)
+        and parent is not None
+        and chart.states[parent].kind is Kind.PARALLEL
+    )
 
 
 def _regions_around(chart: Chart, state: int) -> tuple[int, ...]:
