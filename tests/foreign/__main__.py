@@ -11,7 +11,8 @@ import sys
 import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from tests.foreign.readers import READERS
@@ -19,19 +20,22 @@ from tests.foreign.trials import Trial, Tried, charts_below
 
 
 def try_all(charts: Sequence[Path], root: Path, place: Path, workers: int) -> list[Tried]:
-    """Try each chart in a copy of its own of the folder it lies in; let others read the files."""
+    """Try each chart in a copy of its own of the folder it lies in; let others read the files.
 
-    def one(number_and_chart: tuple[int, Path]) -> Tried:
-        number, chart = number_and_chart
-        folder = place / f"{number:04}"
-        shutil.copytree(chart.parent, folder / "beside", ignore=_subfolders)
-        tried = Trial(folder / "beside" / chart.name, folder, str(chart.relative_to(root))).all()
-        say(f"{'no' if tried.problems else 'ok':3} {tried.chart}", *tried.problems)
-        return tried
-
-    with ThreadPoolExecutor(workers) as pool:
-        tried = list(pool.map(one, enumerate(charts)))
+    In processes: of two threads, one can read the exit code of a command that the other began, and
+    the other then finds none.
+    """
+    with ProcessPoolExecutor(workers) as pool:
+        tried = list(pool.map(partial(_try, root, place), range(len(charts)), charts))
     read_by_others(tried)
+    return tried
+
+
+def _try(root: Path, place: Path, number: int, chart: Path) -> Tried:
+    folder = place / f"{number:04}"
+    shutil.copytree(chart.parent, folder / "beside", ignore=_subfolders)
+    tried = Trial(folder / "beside" / chart.name, folder, str(chart.relative_to(root))).all()
+    say(f"{'no' if tried.problems else 'ok':3} {tried.chart}", *tried.problems)
     return tried
 
 

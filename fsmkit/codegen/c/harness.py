@@ -122,6 +122,7 @@ def _machine(out: Emitter, names: Names) -> None:
     out.line(f"static void {p}_show_event(const {p}_event *e);")
     now = "m->now" if names.does["now"] else f"{p}_now"
     hooks = HOOKS.replace("@", p).replace("$PATH", quoted(path)).replace("$NOW", now)
+    hooks = hooks.replace("$STATES", str(len(names.chart.states)))
     out.lines(hooks.strip("\n").split("\n"))
     out.line(f'#include "{p}.c"')
     out.line()

@@ -1,6 +1,8 @@
 """C of the harness in which only the prefix of the machine changes; ``@`` stands for it.
 
-``$PATH`` stands for what every line begins with: the slots in which the machine lies.
+``$PATH`` stands for what every line begins with: the slots in which the machine lies; ``$NOW`` for
+its time; ``$STATES`` for the number of its states, all of which may be active (65,535 are too many
+for a stack).
 """
 
 HOOKS = r"""
@@ -58,12 +60,12 @@ static void @_hook_begin(@ *m, int cause, unsigned index)
 static void @_hook_end(@ *m)
 {
     uint16_t count = 0;
-    @_state states[4096];
+    static @_state states[$STATES];
     if (pending[0] != 0) {
         pending[0] = 0;
         return;
     }
-    count = @_active(m, states, 4096);
+    count = @_active(m, states, $STATES);
     @_begun();
     printf("=");
     for (uint16_t i = 0; i < count; i++)
