@@ -43,6 +43,7 @@ def main(
             for wrong in found.wrong:
                 click.echo(wrong)
         number += 1
+        click.echo(f"{number - first} rounds: {count.cells:,} cells", err=True)
     click.echo(summary(count, number - first, wanted, is_quick=quick))
     sys.exit(1 if count.wrong else 0)
 

@@ -6,6 +6,7 @@ import ast
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,6 +31,14 @@ QUICK = {"yaml": 4, "scxml": 9, "plain": 14, "invoking": 19, "system": 24, "depl
 """A round for each kind of files; all rounds with all outputs: `make injection`."""
 
 
+@pytest.fixture(autouse=True, scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Compile the core of the explorer once, and keep nothing in the user's cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.mark.slow
 @pytest.mark.external
 @pytest.mark.parametrize("shape", SHAPES)
@@ -45,7 +54,6 @@ def test_the_name_of_a_chart_is_not_executed_by_the_explorer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assert command_line(["check", str(FINDINGS / "chart_name.yaml")]) == 0
     assert not (tmp_path / "owned").exists()
 
@@ -155,6 +163,7 @@ def test_an_identifier_is_one(text: str) -> None:
 # --- found by the grid and the fuzzer ------------------------------------------------------------
 
 
+@pytest.mark.external
 def test_an_entity_in_a_name_is_text_for_graphviz(tmp_path: Path) -> None:
     """Graphviz reads entities in quoted texts, too, and wrote ``&;`` into the title as it was."""
     (tmp_path / "c.yaml").write_text(
@@ -193,6 +202,7 @@ def test_no_line_of_a_machine_is_taken_for_one_of_the_explorer() -> None:
     assert lines == ('log "a\x85{"step"\u2028b', '{,"', "+ c")
 
 
+@pytest.mark.cc
 def test_any_name_of_a_node_is_an_identifier_in_c(tmp_path: Path) -> None:
     texts = {"node": "größe_ä"}
     count = tried("deployment", texts, tmp_path, is_quick=True)
@@ -200,6 +210,7 @@ def test_any_name_of_a_node_is_an_identifier_in_c(tmp_path: Path) -> None:
     assert count.right == 2
 
 
+@pytest.mark.external
 def test_a_property_may_be_called_as_a_word_of_promela(tmp_path: Path) -> None:
     texts = {"property": "int", "monitored": "started"}
     count = tried("system", texts, tmp_path, is_quick=True, names=("promela",))
