@@ -72,6 +72,7 @@ def judge(output: Output, file: Path, folder: Path) -> bool:
     found = made(output, file, folder)
     assert found.code in (0, 1), f"exit code {found.code}: {found.errors[-2000:]}"
     assert "Traceback" not in found.errors, found.errors
+    assert "time limit" not in found.errors, found.errors
     assert "explorer-build" not in found.errors + found.printed, found.errors + found.printed
     if found.code == 1 and output.arguments[0] != "check":
         assert found.errors.strip(), "refused without a finding"
@@ -96,12 +97,12 @@ def _compile(name: str, *more: str) -> tuple[str, ...]:
 
 
 def _export(kind: str, end: str) -> tuple[str, ...]:
-    bounded = ("--most", "20000", "--timeout", "10s")
+    bounded = ("--most", "20000", "--timeout", "300s")
     return ("export", "FILE", "--to", kind, "--out", f"OUT/x.{end}", *bounded)
 
 
 def _check(*more: str) -> tuple[str, ...]:
-    return ("check", "FILE", "--timeout", "20s", *more)
+    return ("check", "FILE", "--timeout", "300s", *more)
 
 
 def _convert(kind: str) -> tuple[str, ...]:
