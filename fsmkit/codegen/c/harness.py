@@ -122,7 +122,8 @@ def _machine(out: Emitter, names: Names) -> None:
     out.line(f"static void {p}_show_event(const {p}_event *e);")
     now = "m->now" if names.does["now"] else f"{p}_now"
     hooks = HOOKS.replace("@", p).replace("$PATH", quoted(path)).replace("$NOW", now)
-    hooks = hooks.replace("$STATES", str(len(names.chart.states)))
+    room = min(len(names.chart.states), 0xFFFF)  # the root, which is the one more, is no leaf
+    hooks = hooks.replace("$STATES", str(room))
     out.lines(hooks.strip("\n").split("\n"))
     out.line(f'#include "{p}.c"')
     out.line()

@@ -1,7 +1,7 @@
 """C of the harness in which only the prefix of the machine changes; ``@`` stands for it.
 
 ``$PATH`` stands for what every line begins with: the slots in which the machine lies; ``$NOW`` for
-its time; ``$STATES`` for the number of its states, all of which may be active (65,535 are too many
+its time; ``$STATES`` for the leaves that may be active at most: all its states (65,535 are too many
 for a stack).
 """
 
