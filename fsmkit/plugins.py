@@ -2,7 +2,8 @@
 
 A folder under ``fsmkit`` that holds a ``plugin.py`` is a plug-in; the module defines one constant,
 ``PLUGIN``. Packages outside this tree register theirs as entry points of the group
-``fsmkit.plugins``.
+``fsmkit.plugins``. Such a module imports what does the work within the methods that do it, as all
+plug-ins are imported to find one.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, Protocol, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 from fsmkit.diagnostics import Findings, Source, Text, fail
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Document
+
+if TYPE_CHECKING:
+    from fsmkit.model.chart import Chart
+    from fsmkit.model.document import Document
 
 
 @runtime_checkable

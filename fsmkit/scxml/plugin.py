@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from fsmkit.diagnostics import Findings, Source
-from fsmkit.model.document import Document
-from fsmkit.scxml.nodes import decode
-from fsmkit.scxml.reader import read_document
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fsmkit.diagnostics import Findings, Source
+    from fsmkit.model.document import Document
 
 
 class Scxml:
@@ -16,10 +17,14 @@ class Scxml:
 
     def decode(self, content: bytes, name: str, findings: Findings) -> Source | None:
         """Return the text of a file."""
+        from fsmkit.scxml.nodes import decode
+
         return decode(content, name, findings)
 
     def read(self, source: Source, findings: Findings) -> Document | None:
         """Return the document of a text."""
+        from fsmkit.scxml.reader import read_document
+
         return read_document(source, findings)
 
     def write(self, document: Document) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from fsmkit.diagnostics import Findings, Source
-from fsmkit.model.document import Document
-from fsmkit.yaml.encoding import decode
-from fsmkit.yaml.reader import read_document
-from fsmkit.yaml.writer import write_document
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fsmkit.diagnostics import Findings, Source
+    from fsmkit.model.document import Document
 
 
 class Yaml:
@@ -17,14 +17,20 @@ class Yaml:
 
     def decode(self, content: bytes, name: str, findings: Findings) -> Source | None:
         """Return the text of a file."""
+        from fsmkit.yaml.encoding import decode
+
         return decode(content, name, findings)
 
     def read(self, source: Source, findings: Findings) -> Document | None:
         """Return the document of a text."""
+        from fsmkit.yaml.reader import read_document
+
         return read_document(source, findings)
 
     def write(self, document: Document) -> str:
         """Return a document as YAML."""
+        from fsmkit.yaml.writer import write_document
+
         return write_document(document)
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.codegen.c.harness import run_many
-from fsmkit.codegen.c.limits import report_limits
-from fsmkit.codegen.c.options import read_options, report_missing
 from fsmkit.diagnostics import Findings
-from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated
+
+if TYPE_CHECKING:
+    from fsmkit.model.chart import Chart
 
 
 class C:
@@ -27,6 +26,10 @@ class C:
         Options: ``prefix`` replaces the chart's name; ``without``: some of `PARTS`, with commas
         between them.
         """
+        from fsmkit.codegen.c.generate import generate_machine
+        from fsmkit.codegen.c.limits import report_limits
+        from fsmkit.codegen.c.options import read_options, report_missing
+
         chosen = read_options(options)
         report_limits(chart, findings)
         report_missing(chart, chosen, findings)
@@ -42,6 +45,9 @@ class C:
 
     def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         """Build several charts at once and return the trace of each one's script."""
+        from fsmkit.codegen.c.harness import run_many
+        from fsmkit.codegen.c.limits import report_limits
+
         findings = Findings()
         for chart, _ in pairs:
             report_limits(chart, findings)

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from fsmkit.codegen.c.limits import report_limits
-from fsmkit.codegen.pyext.build import build, suffix
-from fsmkit.codegen.pyext.generate import generate, source_name
-from fsmkit.codegen.pyext.harness import run_many
-from fsmkit.codegen.pyext.limits import report_names
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated
+
+if TYPE_CHECKING:
+    from fsmkit.model.chart import Chart
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +29,11 @@ class ExtensionTarget:
         ``on``, gives the machine a `trace`; ``prefix`` names module and class; ``with`` may be
         ``save``.
         """
+        from fsmkit.codegen.c.limits import report_limits
+        from fsmkit.codegen.pyext.build import build, suffix
+        from fsmkit.codegen.pyext.generate import generate, source_name
+        from fsmkit.codegen.pyext.limits import report_names
+
         extras = read_extras(options, ("save",))
         report_limits(chart, findings)
         report_names(chart, findings)
@@ -52,6 +55,10 @@ class ExtensionTarget:
 
     def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         """Build several charts at once and return the trace of each one's script."""
+        from fsmkit.codegen.c.limits import report_limits
+        from fsmkit.codegen.pyext.harness import run_many
+        from fsmkit.codegen.pyext.limits import report_names
+
         findings = Findings()
         for chart, _ in pairs:
             report_limits(chart, findings)

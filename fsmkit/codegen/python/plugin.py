@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from fsmkit.codegen.python.generate import module_text
-from fsmkit.codegen.python.harness import run
-from fsmkit.codegen.python.limits import check
-from fsmkit.codegen.python.names import file_name
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated
+
+if TYPE_CHECKING:
+    from fsmkit.model.chart import Chart
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +28,10 @@ class PythonTarget:
         Options: ``trace``, if it is ``on``, gives the machine a `trace`; ``prefix`` names module
         and class instead of the chart; ``with`` may be ``save``.
         """
+        from fsmkit.codegen.python.generate import module_text
+        from fsmkit.codegen.python.limits import check
+        from fsmkit.codegen.python.names import file_name
+
         extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
         for name in sorted(extras - {"save"}):
             raise fail("unknown-part", f"there is no part `{name}` to add", help="there is `save`")
@@ -50,6 +53,8 @@ class PythonTarget:
 
     def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
         """Run the generated machine by a script and return its trace."""
+        from fsmkit.codegen.python.harness import run
+
         return run(chart, script_lines)
 
 

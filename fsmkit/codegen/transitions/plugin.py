@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from fsmkit.codegen.transitions.generate import module_text
-from fsmkit.codegen.transitions.limits import check
-from fsmkit.codegen.transitions.names import file_name
 from fsmkit.diagnostics import Findings
-from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated
+
+if TYPE_CHECKING:
+    from fsmkit.model.chart import Chart
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +24,10 @@ class TransitionsTarget:
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
         """Return the module, or None after saying what the library cannot express."""
+        from fsmkit.codegen.transitions.generate import module_text
+        from fsmkit.codegen.transitions.limits import check
+        from fsmkit.codegen.transitions.names import file_name
+
         del options
         if not check(chart, findings):
             return None

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from fsmkit.diagram.mermaid.draw import draw
-from fsmkit.model.chart import Chart
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fsmkit.model.chart import Chart
 
 
 class Mermaid:
@@ -14,6 +16,8 @@ class Mermaid:
 
     def draw(self, chart: Chart, active: frozenset[int]) -> str:
         """Return a diagram in which the given states stand out."""
+        from fsmkit.diagram.mermaid.draw import draw
+
         return draw(chart, active)
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from fsmkit.codegen.c.harness import OPTIONS, run_many
-from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings
-from fsmkit.model.chart import Chart
 
-SMALL = replace(OPTIONS, is_small=True)
+if TYPE_CHECKING:
+    from fsmkit.model.chart import Chart
 
 
 class SmallC:
@@ -25,11 +24,14 @@ class SmallC:
 
     def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         """Build several charts at once and return the trace of each one's script."""
+        from fsmkit.codegen.c.harness import OPTIONS, run_many
+        from fsmkit.codegen.c.limits import report_limits
+
         findings = Findings()
         for chart, _ in pairs:
             report_limits(chart, findings)
         findings.stop_on_errors()
-        return run_many(pairs, SMALL)
+        return run_many(pairs, replace(OPTIONS, is_small=True))
 
 
 PLUGIN = SmallC()
