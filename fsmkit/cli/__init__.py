@@ -15,15 +15,16 @@ from importlib import import_module
 from pathlib import Path
 
 import click
+from click.shell_completion import CompletionItem
 
 import fsmkit
 from fsmkit.cli._exhausted import exhausted
 from fsmkit.cli._interrupts import listen, received
 from fsmkit.cli._options import OneOf, no_such
+from fsmkit.cli._summaries import listed
 from fsmkit.cli.console import WrongOptionError, crash, interrupted, report, reported, set_up
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity
-from fsmkit.diagnostics.sarif import sarif_log
 
 OK, FINDINGS, USAGE, BUG, INTERRUPTED = 0, 1, 2, 3, 130
 COLLECT_AFTER = 100_000
@@ -45,7 +46,7 @@ NO_VERBS = {"console", "writing"}
 
 
 class Verbs(click.Group):
-    """The group of verbs; a verb's module is imported when the verb is used or listed."""
+    """The group of verbs; a verb's module is imported when the verb is used, not when listed."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all verbs."""
@@ -62,6 +63,19 @@ class Verbs(click.Group):
         own = {parameter.name for parameter in command.params}
         command.params += [option for option in EVERYWHERE if option.name not in own]
         return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write a line for each verb."""
+        names = self.list_commands(ctx)
+        limit = formatter.width - 6 - max(map(len, names))
+        with formatter.section("Commands"):
+            formatter.write_dl([(n, listed(n).get_short_help_str(limit)) for n in names])
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Return the verbs and the options that begin so."""
+        names = [name for name in self.list_commands(ctx) if name.startswith(incomplete)]
+        verbs = [CompletionItem(name, help=listed(name).get_short_help_str()) for name in names]
+        return [*verbs, *click.Command.shell_complete(self, ctx, incomplete)]
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -167,6 +181,8 @@ def execute(arguments: list[str]) -> int:
 
 
 def _write_sarif(path: Path) -> int:
+    from fsmkit.diagnostics.sarif import sarif_log
+
     log = sarif_log(reported, fsmkit.__version__)
     write_files({path: json.dumps(log, indent=2, ensure_ascii=False) + "\n"})
     return OK

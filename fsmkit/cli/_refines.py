@@ -46,7 +46,7 @@ def compare(file: Path, base: Path, deadline: Deadline, reading: Reading, *, as_
         return 1
     columns = SpinnerColumn(), TextColumn("{task.description}")
     hidden = not err.is_terminal or as_json
-    with Progress(*columns, console=err, transient=True, disable=hidden) as bar:
+    with Progress(*columns, console=err.console, transient=True, disable=hidden) as bar:
         task = bar.add_task(f"comparing {charts[0].name}")
 
         def progress(pairs: int, steps: int, _: int) -> None:

@@ -281,7 +281,7 @@ def judged(
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
-        console=err,
+        console=err.console,
         transient=True,
         disable=not err.is_terminal or is_quiet,
     ) as bar:

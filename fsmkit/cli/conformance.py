@@ -90,7 +90,7 @@ def run(
     """Run each test and try each chart; print a line for those that end in a way to be told."""
     verdicts: list[Verdict] = []
     readings: list[Reading] = []
-    with Progress(console=err, transient=True, disable=not err.is_terminal) as progress:
+    with Progress(console=err.console, transient=True, disable=not err.is_terminal) as progress:
         for case in progress.track(cases, description="tests"):
             for verdict in judge(case, chosen, limit):
                 verdicts.append(verdict)

@@ -13,80 +13,62 @@ import tempfile
 import traceback
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, Final, Literal
-
-from rich.console import Console, ConsoleOptions, RenderableType
-from rich.segment import Segment
-from rich.text import Text
+from typing import TYPE_CHECKING, Any
 
 import fsmkit
 from fsmkit.diagnostics import Diagnostic, FsmkitError, Severity, render
 
+if TYPE_CHECKING:
+    from fsmkit.cli._styled import Styled
+
 STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.NOTE: "bold cyan"}
-COLOR_SYSTEMS: Final[dict[str, Literal["auto", "256"] | None]] = {
-    "auto": "auto",
-    "always": "256",
-    "never": None,
-}
 
 
 class WrongOptionError(FsmkitError):
     """Diagnostics about the value of an option: the command line is used wrongly."""
 
 
-class Stream(Console):
-    """A stream of styled text, set up anew for each command line."""
+class Stream:
+    """A stream of styled text, set up anew for each command line.
+
+    The library that styles is imported when the first line is printed: it takes as long as the
+    rest of a short command line.
+    """
 
     def __init__(self, *, stderr: bool = False, width: int | None = None) -> None:
-        """Open standard output, or standard error; ``width`` is that of the terminal, or given."""
+        """Take standard output, or standard error; ``width`` is that of the terminal, or given."""
         self._is_error, self._wide = stderr, width
         self.set_up()
 
-    def set_up(self, color: str = "auto") -> None:
-        """Print in colours always, never, or on terminals (``auto``)."""
-        super().__init__(
-            stderr=self._is_error,
-            highlight=False,
-            soft_wrap=self._wide is None,
-            width=self._wide,
-            no_color=True if color == "never" else None,
-            color_system=COLOR_SYSTEMS[color],
-        )
-        self._is_styled = self.is_terminal or color == "always" or self._wide is not None
+    def set_up(self, color: str = "auto", *, quiet: bool = False) -> None:
+        """Print in colours always, never, or on terminals (``auto``); nothing if ``quiet``."""
+        self._color, self._quiet = color, quiet
+        self._console: Styled | None = None
+
+    @property
+    def console(self) -> Styled:
+        """The console of rich, for what draws on one."""
+        if self._console is None:
+            from fsmkit.cli._styled import Styled
+
+            self._console = Styled(stderr=self._is_error, width=self._wide, color=self._color)
+            self._console.quiet = self._quiet
+        return self._console
+
+    @property
+    def is_terminal(self) -> bool:
+        """Whether somebody may be looking."""
+        return self.console.is_terminal
+
+    @property
+    def width(self) -> int:
+        """Characters of a line."""
+        return self.console.width
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """Print as `rich.console.Console.print` does, but plain text in a pipe as it is.
-
-        A run of a large chart prints hundreds of thousands of lines; rich takes a millisecond for
-        each.
-        """
-        is_plain = (
-            not (self._is_styled or self.quiet)
-            and len(objects) == 1
-            and options.keys() <= {"markup", "style"}
-        )
-        text = objects[0] if is_plain else None
-        if isinstance(text, Text):
-            self.file.write(f"{_harmless(text.plain)}\n")
-        elif isinstance(text, str) and options.get("markup") is False:
-            self.file.write(f"{_harmless(text)}\n")
-        else:
-            super().print(*objects, **options)
-
-    def render(
-        self, renderable: RenderableType, options: ConsoleOptions | None = None
-    ) -> Iterable[Segment]:
-        """Yield what is printed; nothing in a text is a command to the terminal."""
-        for segment in super().render(renderable, options):
-            yield segment if segment.control else segment._replace(text=_harmless(segment.text))
-
-
-def _harmless(text: str) -> str:
-    if text.isprintable():
-        return text
-    return "".join(
-        c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text
-    )
+        """Print as `rich.console.Console.print` does, but plain text in a pipe as it is."""
+        if not self._quiet:
+            self.console.print(*objects, **options)
 
 
 LONGEST_LINE = 10_000
@@ -105,9 +87,9 @@ def set_up(color: str = "auto", how_much: int = 0) -> None:
     """Begin a command line."""
     global verbosity  # noqa: PLW0603  (one command line at a time, as of standard output)
     verbosity = how_much
-    for stream in (result, unwrapped, out, err):
+    for stream in (result, unwrapped, err):
         stream.set_up(color)
-    out.quiet = how_much < 0
+    out.set_up(color, quiet=how_much < 0)
 
 
 def report(diagnostics: Iterable[Diagnostic]) -> None:
@@ -116,6 +98,8 @@ def report(diagnostics: Iterable[Diagnostic]) -> None:
     reported.extend(found)
     if verbosity < 0:
         found = tuple(d for d in found if d.severity is Severity.ERROR)
+    if found:
+        from rich.text import Text
     for diagnostic in found:
         text = Text(render(diagnostic))
         text.stylize(STYLES[diagnostic.severity], 0, len(diagnostic.severity.value))
@@ -139,7 +123,7 @@ def print_json(document: object) -> None:
 
 def interrupted() -> int:
     """Say that the user stopped it; the exit code of a shell for SIGINT."""
-    err.print("interrupted")
+    sys.stderr.write("interrupted\n")  # at once: a second interrupt is not long in coming
     return 130
 
 

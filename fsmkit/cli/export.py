@@ -128,7 +128,7 @@ def command(
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
-        console=err,
+        console=err.console,
         transient=True,
         disable=not err.is_terminal or as_json,
     ) as bar:
