@@ -12,7 +12,7 @@ from fsmkit.model.chart import Chart
 from fsmkit.plan import lower
 from fsmkit.plugins import Target, plugin
 from fsmkit.texts import printing
-from fsmkit.texts.c import comment
+from fsmkit.texts.c import comment, quoted
 from fsmkit.verify.c_machine import MachineTest
 from fsmkit.verify.closed import Closed
 from fsmkit.verify.counterexample import TraceStep
@@ -27,7 +27,7 @@ HEAD = r"""
 #include <string.h>
 
 /* What the machine at hand did in a step, and what its operations are to answer. */
-static char done[4096];
+static char done[ROOM];
 static size_t length;
 static const unsigned *answers;
 static const char *path;
@@ -110,6 +110,7 @@ def in_c(
     out.line(f" *     cc -I generated {file} {' '.join(f'generated/{name}' for name in files)}")
     out.line(" * It returns 0 if all machines do in every step what is written here. */")
     out.lines(f'#include "{prefix}.h"' for prefix in writers)
+    out.line(f"#define ROOM {_room(closed, scenarios)}u /* bytes of what a step may do */")
     out.text(HEAD)
     by_machine = {n: writers[_prefix(charts[n])] for n in tested}
     paths = Emitter()
@@ -128,6 +129,20 @@ def in_c(
         out.lines(f"failed += {scenario.name}();" for scenario in scenarios)
         out.line("return failed == 0 ? 0 : 1;")
     return out.finish()
+
+
+LEAST_ROOM = 4096
+"""Bytes for what a machine does in a step, be it other than what is expected."""
+
+
+def _room(closed: Closed, scenarios: Sequence[Scenario]) -> int:
+    """Return how many bytes hold what any step is expected to do, twice."""
+    texts = (
+        "\n".join(_expected(closed.charts[command.machine], command.told))
+        for scenario in scenarios
+        for command in commands(closed, scenario.steps)
+    )
+    return max(LEAST_ROOM, *(2 * len(text.encode()) for text in texts), 0)
 
 
 def _prefix(chart: Chart) -> str:
@@ -174,11 +189,11 @@ def _scenario(
             told = _name(closed, command.machine) + ": " + command.told.cause
             out.line(f"/* {command.number}. {comment(told)} */")
             writer_.step(out, command, f"m{command.machine}", elapsed)
-            out.line(f"if (differs({command.number}, {_quoted(told)},")
+            out.line(f"if (differs({command.number}, {quoted(told)},")
             with out.indented():
                 lines = list(_expected(closed.charts[command.machine], command.told))
-                out.lines(_quoted(line, "\\n") for line in lines[:-1])
-                out.line(f"{_quoted(lines[-1], chr(92) + 'n')}) != 0)")
+                out.lines(quoted(f"{line}\n") for line in lines[:-1])
+                out.line(f"{quoted(lines[-1] + chr(10))}) != 0)")
                 out.line("return 1;")
         out.line("return 0;")
     out.line()
@@ -197,8 +212,3 @@ def _expected(chart: Chart, told: TraceStep) -> Iterator[str]:
             yield " ".join(("=", *names))
         elif what in SEEN:
             yield line
-
-
-def _quoted(text: str, end: str = "") -> str:
-    clean = "".join(c if c.isprintable() else "?" for c in text)
-    return '"' + clean.replace("\\", "\\\\").replace('"', '\\"').replace("??", "?\\?") + end + '"'

@@ -87,6 +87,26 @@ def test_a_chart_performs_again_what_was_found(
     assert "op hit" in c_fails(c, [chart])
 
 
+BELL = r"""
+chart: Bell
+events: {in: [go], out: ["told(s symbol)"]}
+operations: ["say(s symbol)"]
+initial: a
+states:
+  a: {on: {go: {target: b, do: "say('x\ty\u0007??/ ö'); send told(s = 'LONG')"}}}
+  b: {on: {go: c}}
+  c: {}
+"""
+
+
+@pytest.mark.cc
+def test_texts_are_expected_as_they_are(tmp_path: Path) -> None:
+    chart = written(tmp_path, {"bell": BELL.replace("LONG", "y" * 3000)})
+    c = tmp_path / "bell_again.c"
+    execute(["check", str(chart), "--save-test", str(c)])
+    assert c_fails(c, [chart]) == ""
+
+
 def test_a_delay_that_changed_is_told(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     require_tool("cc")
     chart = written(tmp_path, {"sender": CHART})
