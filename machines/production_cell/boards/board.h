@@ -1,7 +1,8 @@
 /* board.h: what is the same on all boards of the cell: the loop, the protocol, and when all is off.
  *
  * A board is a node of the deployment: its generated machines, the drives of its axes, and a table of
- * the signals that it reads and writes. board_a.c and board_b.c fill a `board_program` with these. */
+ * the signals that it reads and writes. board_program.h makes a `board_program` of the tables in
+ * board_a.c and board_b.c. */
 #ifndef BOARD_H
 #define BOARD_H
 
@@ -54,92 +55,6 @@ typedef struct {
     void (*power_up)(void);              /* machines that know of no power are told */
     unsigned (*lost)(void);              /* events between machines of this board that were refused */
 } board_program;
-
-/* A module without an axis: what others are told of it, from its generated functions. `member` is that of
- * the struct of the node. */
-#define BOARD_TELLS(X, UPPER, member)                                                              \
-    static const char *X##_told_name(uint16_t state)                                               \
-    {                                                                                              \
-        return X##_state_name((X##_state)state);                                                   \
-    }                                                                                              \
-    static uint16_t X##_told_leaf(void)                                                            \
-    {                                                                                              \
-        X##_state leaf = (X##_state)0;                                                             \
-        return X##_active(&(member), &leaf, 1) > 0 ? (uint16_t)leaf : 0u;                          \
-    }                                                                                              \
-    static unsigned X##_told_refused(void)                                                         \
-    {                                                                                              \
-        return (member).rejected;                                                                  \
-    }
-
-/* That a module is homed interests nobody. */
-#define BOARD_HOMES(X)                                                                             \
-    void X##_send_is_homed(X *m)                                                                   \
-    {                                                                                              \
-        (void)m;                                                                                   \
-    }
-
-#define BOARD_TELLS_FAULT(X, member)                                                               \
-    static uint8_t X##_told_fault(void)                                                            \
-    {                                                                                              \
-        return (member).fault_code;                                                                \
-    }
-
-#define BOARD_MACHINE(X, UPPER, fault)                                                             \
-    {#X, UPPER##_STATES, X##_told_name, X##_told_leaf, fault, X##_told_refused}
-
-/* The operations of a module that moves an axis. */
-#define BOARD_MOVES(X, its_drive)                                                                  \
-    void X##_motor_enable(X *m)                                                                    \
-    {                                                                                              \
-        (void)m;                                                                                   \
-        drive_enable(&(its_drive));                                                                \
-    }                                                                                              \
-    void X##_motor_disable(X *m)                                                                   \
-    {                                                                                              \
-        (void)m;                                                                                   \
-        drive_disable(&(its_drive));                                                               \
-    }                                                                                              \
-    void X##_hold(X *m)                                                                            \
-    {                                                                                              \
-        (void)m;                                                                                   \
-        drive_hold(&(its_drive));                                                                  \
-    }                                                                                              \
-    void X##_seek(X *m, uint8_t speed)                                                             \
-    {                                                                                              \
-        (void)m;                                                                                   \
-        drive_seek(&(its_drive), speed);                                                           \
-    }                                                                                              \
-    void X##_goto(X *m, uint16_t position, uint8_t speed)                                          \
-    {                                                                                              \
-        (void)m;                                                                                   \
-        drive_goto(&(its_drive), position, speed);                                                 \
-    }
-
-/* What the drive noticed, as events, and where it is, as an input. Without power it notices nothing. */
-#define BOARD_SENSE(X, UPPER, member, its_drive, encoder, limit, far_position)                     \
-    do {                                                                                           \
-        const unsigned noticed_ = drive_sense(&(its_drive), (encoder), (limit) != 0);              \
-        if ((noticed_ & DRIVE_STALL) != 0u)                                                        \
-            (void)X##_post_stall(&(member));                                                       \
-        if ((noticed_ & DRIVE_LIMIT) != 0u)                                                        \
-            (void)X##_post_limit(&(member));                                                       \
-        if ((noticed_ & DRIVE_ARRIVED) != 0u)                                                      \
-            (void)X##_post_arrived(&(member));                                                     \
-        (member).at = drive_is_at(&(its_drive), UPPER##_AT_HOME)         ? UPPER##_PLACE_HOME      \
-                      : drive_is_at(&(its_drive), UPPER##_AT_OFFSET)     ? UPPER##_PLACE_OFFSET    \
-                      : drive_is_at(&(its_drive), UPPER##_##far_position) ? UPPER##_PLACE_FAR      \
-                                                                         : UPPER##_PLACE_BETWEEN;  \
-    } while (0)
-
-/* What a machine is told when the emergency chain opens, and when a link fails. */
-#define BOARD_STOP(X, member) (void)X##_post_estop(&(member))
-#define BOARD_FAIL(X, UPPER, member) (void)X##_post_fault(&(member), UPPER##_FAULT_LINK)
-#define BOARD_POWER_UP(X, UPPER, member)                                                           \
-    do {                                                                                           \
-        if (X##_in(&(member), UPPER##_STATE_UNPOWERED))                                            \
-            (void)X##_post_power_ok(&(member));                                                    \
-    } while (0)
 
 extern const board_program board_this;
 
