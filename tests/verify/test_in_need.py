@@ -64,7 +64,7 @@ def test_an_interrupt_leaves_what_is_known_and_its_code(
     path = tmp_path / "counter.yaml"
     path.write_text(ENDLESS)
     code = (
-        "import os, sys; from fsmkit.verify import oracle; from fsmkit.cli import main\n"
+        "import os, sys; import fsmkit.verify.oracle as oracle; from fsmkit.cli import main\n"
         f"sys.argv[1:] = ['check', {str(path)!r}, '--engine', 'python', '--json']\n"
         "search = oracle.Oracle._search\n"
         "def hit(self, until):\n"
@@ -86,7 +86,8 @@ def test_an_interrupt_while_it_reads(tmp_path: Path) -> None:
     path = tmp_path / "counter.yaml"
     path.write_text(ENDLESS)
     code = (
-        "import os, signal, sys; from fsmkit.verify import explore; from fsmkit.cli import main\n"
+        "import os, signal, sys; import fsmkit.verify.explore as explore\n"
+        "from fsmkit.cli import main\n"
         f"sys.argv[1:] = ['check', {str(path)!r}]\n"
         "explore.load_any = lambda *_, **__: os.kill(os.getpid(), signal.SIGTERM)\n"
         "main()\n"
