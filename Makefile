@@ -12,7 +12,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-prices bench-scaling bench-explorer agreement fuzz injection fuzz-names clean
+.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -69,8 +69,8 @@ lint: $(VENV)/ready
 # Compares interpreter, C, Python and `transitions` on random charts; CHARTS=10000 for a long run.
 CHARTS ?= 1000
 differential: $(VENV)/ready
-	$(BIN)/python -m fsmkit.testing.differential --charts $(CHARTS)
-	$(BIN)/python -m fsmkit.testing.plain --charts $(CHARTS)
+	$(BIN)/python -m devtools.differential --charts $(CHARTS)
+	$(BIN)/python -m devtools.plain --charts $(CHARTS)
 
 # Simulated hours of each chart under random events and faults, in C, with an account of all events.
 HOURS ?= 24
@@ -78,13 +78,13 @@ SEED ?= 1
 ENDURED ?= $(patsubst %,machines/production_cell/%.yaml,feeder molder plant feeder_belt extractor \
   extraction_belt sorter camera rotator supervisor)
 endurance: $(VENV)/ready
-	$(BIN)/python -m fsmkit.testing.endurance $(ENDURED) --hours $(HOURS) --seed $(SEED) $(ENDURANCE)
+	$(BIN)/python -m devtools.endurance $(ENDURED) --hours $(HOURS) --seed $(SEED) $(ENDURANCE)
 
 # Attacks on links from the loopback, whole: subscriptions, long messages, impostors, restarts; the
 # memory of the victim before and after. `make test` has short forms.
 attacks: $(VENV)/ready
-	FSMKIT_ATTACKS=1 $(BIN)/pytest -q -s -n 0 tests/runtime/channels/test_attacks.py \
-	  tests/runtime/channels/test_restarts.py
+	FSMKIT_ATTACKS=1 $(BIN)/pytest -q -s -n 0 tests/runtime/links/test_attacks.py \
+	  tests/runtime/links/test_restarts.py
 
 # A million events for each runtime under all that a host must not do, with an account of each misuse.
 misuse: $(VENV)/ready
@@ -94,11 +94,11 @@ misuse: $(VENV)/ready
 bench: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]' || \
 	  echo 'packages to compare with could not be installed; those that are missing are left out'
-	$(BIN)/python -m benchmarks.yardstick $(BENCH)
+	$(BIN)/python -m benchmarks.comparison $(BENCH)
 
 # What queue, timers, guard, counters, traces and snapshots cost; written into docs/reference/benchmarks.md.
-bench-prices: $(VENV)/ready
-	$(BIN)/python -m benchmarks.prices --write
+bench-overhead: $(VENV)/ready
+	$(BIN)/python -m benchmarks.overhead --write
 
 # Seconds and calls of functions, stage by stage, for charts of 1,000 and 10,000 states.
 bench-scaling: $(VENV)/ready
@@ -111,7 +111,7 @@ bench-explorer: $(VENV)/ready
 # The explorer beside SPIN and Storm on the same systems: states, verdicts. Hours; AGREEMENT=examples
 # (or charts, cell, pairs, rings, mutants, random) is a part.
 agreement: $(VENV)/ready
-	@$(BIN)/python -m tests.verify.export.agreement $(AGREEMENT)
+	@$(BIN)/python -m tests.export.agreement $(AGREEMENT)
 
 # Every verb on every chart of the public test data, and others' readers on all that is written.
 FOREIGN ?= $(addprefix $(or $(FSMKIT_CONFORMANCE),../shared/conformance)/,corpus scripted w3c/ecma)
@@ -125,7 +125,7 @@ fuzz: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fuzz]'
 	for target in $(FUZZ); do \
 	  mkdir -p build/fuzz/$$target && \
-	  $(BIN)/python fuzz/fuzz_$$target.py -max_total_time=$(FUZZ_SECONDS) -timeout=30 \
+	  PYTHONPATH=. $(BIN)/python devtools/fuzz/fuzz_$$target.py -max_total_time=$(FUZZ_SECONDS) -timeout=30 \
 	    -rss_limit_mb=1024 -max_len=8192 -len_control=0 -artifact_prefix=build/fuzz/$$target- \
 	    build/fuzz/$$target || exit 1; \
 	done

@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
-from benchmarks.yardstick.folder import CHARTS, UnavailableError, find_folder
-from benchmarks.yardstick.python_machines import by_fsmkit
-from benchmarks.yardstick.streams import load_model, make_stream
+from benchmarks.comparison.folder import CHARTS, UnavailableError, find_folder
+from benchmarks.comparison.python_machines import by_fsmkit
+from benchmarks.comparison.streams import load_model, make_stream
 
 TARGETS = ("python", "pyext")
 ROOT = Path(__file__).resolve().parents[1]

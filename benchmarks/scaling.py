@@ -19,12 +19,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.cli import COLLECT_AFTER
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.model.chart import Chart
-from fsmkit.model.elaborate import elaborate
 from fsmkit.plan import lower
 from fsmkit.scxml.reader import read_document as read_scxml
 from fsmkit.yaml.reader import read_document as read_yaml

@@ -20,14 +20,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
+    from fsmkit.chart.chart import Chart
     from fsmkit.diagnostics import Findings, FsmkitError
     from fsmkit.loading import load
-    from fsmkit.model.chart import Chart
     from fsmkit.runtime.binding import Delivery
     from fsmkit.runtime.clock import Clock, SimulatedClock, WallClock
     from fsmkit.runtime.session import Outcome, Session
-    from fsmkit.verify.system import System
-    from fsmkit.verify.verdict import Report, Verdict
+    from fsmkit.system.system import System
+    from fsmkit.verify.report.verdict import Report, Verdict
 
 __version__ = "0.1.0"
 __all__ = [
@@ -51,16 +51,16 @@ __all__ = [
 
 Class = TypeVar("Class", bound=type)
 HOME_OF = {
-    "Chart": "model.chart",
+    "Chart": "chart.chart",
     "Delivery": "runtime.binding",
     "Findings": "diagnostics",
     "FsmkitError": "diagnostics",
     "Outcome": "runtime.session",
-    "Report": "verify.verdict",
+    "Report": "verify.report.verdict",
     "Session": "runtime.session",
     "SimulatedClock": "runtime.clock",
-    "System": "verify.system",
-    "Verdict": "verify.verdict",
+    "System": "system.system",
+    "Verdict": "verify.report.verdict",
     "WallClock": "runtime.clock",
     "load": "loading",
 }
@@ -120,7 +120,7 @@ def load_system(
     Warnings are left in ``findings``. Raises `FsmkitError` with every finding.
     """
     from fsmkit.diagnostics import Findings
-    from fsmkit.verify.reader import load_system as read
+    from fsmkit.system.reader import load_system as read
 
     replacing = {name: Path(file) for name, file in (replace or {}).items()}
     return read(Path(path), Findings() if findings is None else findings, replacing)
@@ -159,12 +159,12 @@ def check(
     The report's ``verdict`` is the worst of all, ``results`` has each with its counterexample,
     ``exploration`` the figures. Raises `FsmkitError` where the subject cannot be read or explored.
     """
+    from fsmkit.chart.chart import Chart
     from fsmkit.diagnostics import Findings
-    from fsmkit.model.chart import Chart
+    from fsmkit.system.system import system_of
     from fsmkit.verify.explore import Limits, Manner, check_file
     from fsmkit.verify.explore import check as explore
-    from fsmkit.verify.storage import read_storage
-    from fsmkit.verify.system import system_of
+    from fsmkit.verify.statespace.storage import read_storage
 
     found = Findings() if findings is None else findings
     limits = Limits(memory, timeout, cores)

@@ -6,13 +6,13 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
+from fsmkit.chart.passes.invoked_sources import has_invokes, invoked_sources
+from fsmkit.chart.passes.plan_invocations import is_service
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
+from fsmkit.document.document import DocInvoke, DocState, Document
 from fsmkit.importing import imported, is_reference
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import DocInvoke, DocState, Document
-from fsmkit.model.elaborate import elaborate
-from fsmkit.model.passes.invoked_sources import has_invokes, invoked_sources
-from fsmkit.model.passes.plan_invocations import is_service
 from fsmkit.plugins import ObjectReader, Reader, plugin_for, plugins
 
 LARGEST_FILE = 64 * 1024 * 1024

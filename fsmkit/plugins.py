@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 from fsmkit.diagnostics import Findings, Source, Text, fail
 
 if TYPE_CHECKING:
-    from fsmkit.model.chart import Chart
-    from fsmkit.model.document import Document
+    from fsmkit.chart.chart import Chart
+    from fsmkit.document.document import Document
 
 
 @runtime_checkable

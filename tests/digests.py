@@ -18,14 +18,14 @@ from pathlib import Path
 
 import click
 
+from devtools.differential import Case, random_case
+from devtools.plain import plain_case
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.model.chart import Chart
+from fsmkit.export.exporter import Exporter, Wanted
 from fsmkit.plugins import Drawing, FrontEnd, Target, plugin, plugins
-from fsmkit.testing.differential import Case, random_case
-from fsmkit.testing.plain import plain_case
-from fsmkit.verify.export.exporter import Exporter, Wanted
+from fsmkit.system.system import System, system_of
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.system import System, system_of
 
 MOST = 1_000
 """States that an export may explore: more is refused, and the refusal is digested."""

@@ -7,7 +7,8 @@ accounts for them; of several rounds, in which all take turns, the median is sho
 fastest exhaustive mode for each system: depth first for the philosophers, breadth first for the
 ring. Where it is not installed, its rows are missing.
 
-fsmkit leaves out steps of which it takes another order (``core/sleep.h``). It finds the same states
+fsmkit leaves out steps of which it takes another order (``core/search/sleep_sets.h``). It finds
+the same states
 so, at the same distances, and counts the same transitions; a second row has it take every step, and
 a third one lets two cores search.
 """
@@ -32,9 +33,9 @@ from rich.console import Console
 from rich.table import Table
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.closed import close
-from fsmkit.verify.engine import CEngine, compiler
-from fsmkit.verify.reader import load_system
+from fsmkit.system.reader import load_system
+from fsmkit.verify.engines.c.engine import CEngine, compiler
+from fsmkit.verify.statespace.closed_system import close
 
 HERE = Path(__file__).parent
 PHILOSOPHERS = """\

@@ -10,21 +10,21 @@ from rich.progress import Progress, SpinnerColumn, TextColumn
 from rich.table import Table
 from rich.text import Text
 
+from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import Reading
 from fsmkit.cli.console import err, print_json, report, result
 from fsmkit.diagnostics import Findings, Span, fail
-from fsmkit.expressions import Value
+from fsmkit.language import Value
+from fsmkit.language.values import show
 from fsmkit.loading import load_with_findings
-from fsmkit.model.chart import Chart
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Start, Timeout
-from fsmkit.runtime.values import show
-from fsmkit.verify.counterexample import leaves, occurrence_text
-from fsmkit.verify.deadline import Deadline, Stage, TimeUp
-from fsmkit.verify.reader import is_system_file
-from fsmkit.verify.refinement import Move, Refinement, refines
-from fsmkit.verify.refinement_words import Shown
-from fsmkit.verify.show import STYLES
-from fsmkit.verify.verdict import Verdict
+from fsmkit.system.reader import is_system_file
+from fsmkit.verify.properties.refinement import Move, Refinement, refines
+from fsmkit.verify.properties.refinement_view import Shown
+from fsmkit.verify.report.counterexample import leaves, occurrence_text
+from fsmkit.verify.report.show import STYLES
+from fsmkit.verify.report.verdict import Verdict
+from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 
 
 def compare(file: Path, base: Path, deadline: Deadline, reading: Reading, *, as_json: bool) -> int:

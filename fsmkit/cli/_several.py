@@ -15,9 +15,9 @@ from fsmkit.cli.console import crash, print_json, report, result
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import read_bytes, read_document
-from fsmkit.verify.show import STYLES
-from fsmkit.verify.system import System
-from fsmkit.verify.verdict import Report, Verdict
+from fsmkit.system.system import System
+from fsmkit.verify.report.show import STYLES
+from fsmkit.verify.report.verdict import Report, Verdict
 
 Judge = Callable[[Path], tuple[System, Report]]
 Document = Callable[[Report], Mapping[str, object]]

@@ -7,15 +7,15 @@ from pathlib import Path
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.counterexample import Counterexample, as_json
-from fsmkit.verify.exploration import End, Exploration
-from fsmkit.verify.export.exporter import Wanted
-from fsmkit.verify.export.network import Network
-from fsmkit.verify.export.promela.trail import counterexample_of
-from fsmkit.verify.save import saved
-from fsmkit.verify.show import counterexample
-from fsmkit.verify.system import Property, System
-from fsmkit.verify.verdict import Report, Result, Verdict
+from fsmkit.export.exporter import Wanted
+from fsmkit.export.network import Network
+from fsmkit.export.promela.trail import counterexample_of
+from fsmkit.system.system import Property, System
+from fsmkit.verify.report.counterexample import Counterexample, as_json
+from fsmkit.verify.report.show import counterexample
+from fsmkit.verify.report.verdict import Report, Result, Verdict
+from fsmkit.verify.statespace.exploration import End, Exploration
+from fsmkit.verify.testgen.save import saved
 
 
 def show_trail(

@@ -9,7 +9,7 @@ from rich.markup import escape
 
 from fsmkit.cli.console import print_json, report, result
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.cache import LIMIT, Cache, Entry, UnusableError, cache_folder
+from fsmkit.verify.engines.c.cache import LIMIT, Cache, Entry, UnusableError, cache_folder
 
 EPILOG = """\b
 Examples:

@@ -12,6 +12,7 @@ import click
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
+from fsmkit.chart.chart import Chart
 from fsmkit.cli._interrupts import began
 from fsmkit.cli._options import OneOf, Reading, option_value, reading_options
 from fsmkit.cli._quantities import read_size, read_span
@@ -20,24 +21,28 @@ from fsmkit.cli._several import check_several
 from fsmkit.cli._spin import show_trail
 from fsmkit.cli.console import err, out, print_json, report, result
 from fsmkit.cli.writing import write_files
-from fsmkit.composition.parts import named_charts
+from fsmkit.codegen.system.parts import named_charts
 from fsmkit.diagnostics import Diagnostic
-from fsmkit.model.chart import Chart
-from fsmkit.verify.counterexample import as_json
-from fsmkit.verify.cover import cover, told
-from fsmkit.verify.deadline import Deadline
-from fsmkit.verify.exploration import End, Exploration
+from fsmkit.export.exporter import Wanted, given_up_at
+from fsmkit.system.links import without_channels
+from fsmkit.system.system import System
 from fsmkit.verify.explore import REDUCTIONS, Limits, Manner, asking_only, check_file
-from fsmkit.verify.export.exporter import Wanted, given_up_at
-from fsmkit.verify.links import without_channels
-from fsmkit.verify.pictures import demand_notation, pictures
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.save import saved
-from fsmkit.verify.show import summary
-from fsmkit.verify.storage import LossyTable, Storage, expected_omissions, omission_probability
-from fsmkit.verify.suites import covering, demand_language, suite, traces
-from fsmkit.verify.system import System
-from fsmkit.verify.verdict import Report, Result, Verdict
+from fsmkit.verify.report.counterexample import as_json
+from fsmkit.verify.report.pictures import demand_notation, pictures
+from fsmkit.verify.report.show import summary
+from fsmkit.verify.report.verdict import Report, Result, Verdict
+from fsmkit.verify.resources.deadline import Deadline
+from fsmkit.verify.statespace.exploration import End, Exploration
+from fsmkit.verify.statespace.storage import (
+    LossyTable,
+    Storage,
+    expected_omissions,
+    omission_probability,
+)
+from fsmkit.verify.testgen.cover import cover, told
+from fsmkit.verify.testgen.save import saved
+from fsmkit.verify.testgen.suites import covering, demand_language, suite, traces
 
 EPILOG = """\b
 Examples:

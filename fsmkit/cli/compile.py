@@ -10,25 +10,25 @@ from pathlib import Path
 import click
 from rich.markup import escape
 
+from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli.console import out, print_json, report
 from fsmkit.cli.writing import write_files
-from fsmkit.composition.deployment import is_deployment_file, load_deployment
-from fsmkit.composition.glue import compose
-from fsmkit.composition.node import Node
-from fsmkit.composition.nodes import compose_node, nodes_of
-from fsmkit.composition.parts import named_charts
+from fsmkit.codegen.system.glue import compose
+from fsmkit.codegen.system.node import Node
+from fsmkit.codegen.system.nodes import compose_node, nodes_of
+from fsmkit.codegen.system.parts import named_charts
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import load_with_findings
-from fsmkit.model.chart import Chart
 from fsmkit.plugins import Generated, Target, plugin, plugins
+from fsmkit.system.deployment import is_deployment_file, load_deployment
+from fsmkit.system.links import without_channels
+from fsmkit.system.reader import is_system_file, load_system
+from fsmkit.system.system import System
 from fsmkit.verify.bounds import Proved, noted, proved
 from fsmkit.verify.explore import Manner
-from fsmkit.verify.links import without_channels
-from fsmkit.verify.reader import is_system_file, load_system
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.system import System
 
 EPILOG = """\b
 Examples:

@@ -13,12 +13,12 @@ from rich.text import Text
 from fsmkit.cli._options import OneOf
 from fsmkit.cli.console import err, out, print_json
 from fsmkit.cli.writing import write_files
+from fsmkit.conformance.charts import Reading, Stage, meaning, read_chart, totals
+from fsmkit.conformance.conformance import Case, Result, Verdict, judge
+from fsmkit.conformance.page import page, write_into
+from fsmkit.conformance.suites import find_cases, find_charts
 from fsmkit.diagnostics import fail
-from fsmkit.testing.conformance import Case, Result, Verdict, judge
-from fsmkit.testing.conformance_charts import Reading, Stage, meaning, read_chart, totals
-from fsmkit.testing.conformance_page import page, write_into
-from fsmkit.testing.conformance_suites import find_cases, find_charts
-from fsmkit.testing.harness import Harness, harness, harnesses, target_harnesses
+from fsmkit.runtime.harness import Harness, harness, harnesses, target_harnesses
 
 STYLES = {Result.PASSED: "green", Result.FAILED: "bold red", Result.SKIPPED: "yellow"}
 EPILOG = """\b

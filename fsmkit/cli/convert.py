@@ -13,8 +13,8 @@ from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli.console import print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.document.document import DocInvoke, DocState, Document
 from fsmkit.loading import load_with_findings, read_document
-from fsmkit.model.document import DocInvoke, DocState, Document
 from fsmkit.plugins import FrontEnd, plugin, plugins
 
 EPILOG = """\b

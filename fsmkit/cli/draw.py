@@ -9,12 +9,12 @@ from pathlib import Path
 
 import click
 
+from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import Reading, option_value, reading_options
 from fsmkit.cli.console import print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import fail
 from fsmkit.loading import load_with_findings
-from fsmkit.model.chart import Chart
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 
 IMAGES = (".svg", ".png", ".pdf")

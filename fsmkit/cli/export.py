@@ -17,17 +17,11 @@ from fsmkit.cli._refines import chart_alone
 from fsmkit.cli.check import read_replacements
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
+from fsmkit.export.exporter import Exported, Exporter, RefinementExporter, Wanted, given_up_at
 from fsmkit.plugins import plugin, plugins
-from fsmkit.verify.deadline import Deadline, Stage
 from fsmkit.verify.explore import asking_only
-from fsmkit.verify.export.exporter import (
-    Exported,
-    Exporter,
-    RefinementExporter,
-    Wanted,
-    given_up_at,
-)
 from fsmkit.verify.replay import load_any
+from fsmkit.verify.resources.deadline import Deadline, Stage
 
 EPILOG = """\b
 Examples:

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli._conversation import converse
+from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli._stepping import Stepper, script_lines
-from fsmkit.cli._system_stepping import SystemStepper
 from fsmkit.cli.console import print_json, report, result
+from fsmkit.cli.stepping.chart import Stepper, script_lines
+from fsmkit.cli.stepping.conversation import converse
+from fsmkit.cli.stepping.system import SystemStepper
 from fsmkit.diagnostics import Severity
 from fsmkit.loading import load_with_findings, read_bytes
-from fsmkit.model.chart import Chart
 from fsmkit.runtime import replaying
+from fsmkit.runtime.harness import harness, harnesses
 from fsmkit.runtime.recording import RING, ring_lines
-from fsmkit.testing.harness import harness, harnesses
-from fsmkit.verify.reader import is_system_file, load_system
+from fsmkit.system.reader import is_system_file, load_system
 
 EPILOG = """\b
 Examples:

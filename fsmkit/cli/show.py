@@ -7,18 +7,18 @@ from pathlib import Path
 import click
 from rich.tree import Tree
 
-from fsmkit.cli._chart_json import chart_document
-from fsmkit.cli._chart_tree import chart_tree
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.cli._options import Reading, reading_options
-from fsmkit.cli._origins import origins
-from fsmkit.cli._plan_tree import plan_document, plan_tree
-from fsmkit.cli._system_tree import system_document, system_tree
 from fsmkit.cli.console import print_json, report, result, unwrapped
+from fsmkit.cli.views.chart_json import chart_document
+from fsmkit.cli.views.chart_tree import chart_tree
+from fsmkit.cli.views.origins import origins
+from fsmkit.cli.views.plan_tree import plan_document, plan_tree
+from fsmkit.cli.views.system_tree import system_document, system_tree
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import read_documents
-from fsmkit.model.elaborate import elaborate
 from fsmkit.plan.lower import lower
-from fsmkit.verify.reader import is_system_file, load_system
+from fsmkit.system.reader import is_system_file, load_system
 
 EPILOG = """\b
 Examples:

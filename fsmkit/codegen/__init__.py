@@ -1,1 +1,1 @@
-"""What writes machines: one folder a target, none of which imports another."""
+"""What writes machines: a Plan in, files out; a folder for each target."""

@@ -1,1 +1,1 @@
-"""Charts as drawings: what all notations show, and a folder for each."""
+"""Diagrams: a Chart, or who sent what to whom, in; text or a picture out."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.model.document import Kind, Trigger
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan.entries import entry_by_default
 from fsmkit.plan.plan import Branch, Enter, Plan, Restore
 

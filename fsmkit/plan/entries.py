@@ -5,8 +5,8 @@ Only whether a history is recorded, and what it holds, is left to be asked at ru
 
 from __future__ import annotations
 
-from fsmkit.model.chart import Chart, Transition
-from fsmkit.model.document import Kind
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.document.document import Kind
 from fsmkit.plan.plan import Branch, Enter, Op, Restore
 
 

@@ -6,8 +6,8 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from hashlib import sha256
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span
-from fsmkit.model.chart import Chart
 
 MEMO = "_fingerprint"
 """Where a chart keeps its hash, like a cached property."""

@@ -33,7 +33,11 @@ from functools import cached_property
 from typing import assert_never
 from zlib import crc32
 
-from fsmkit.expressions import (
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Destination, Send
+from fsmkit.document.document import Trigger
+from fsmkit.language import (
     ArrayType,
     BoolType,
     DurationType,
@@ -48,10 +52,6 @@ from fsmkit.expressions import (
     Type,
     Value,
 )
-from fsmkit.model.chart import Chart
-from fsmkit.model.content import all_statements
-from fsmkit.model.document import Trigger
-from fsmkit.model.statements import Destination, Send
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import Plan

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 
-from fsmkit.model.chart import Chart, Transition
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.structure import is_internal, lcca
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.structure import is_internal, lcca
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan.entries import entries_below
 from fsmkit.plan.plan import Move, Plan, Region, Restore, Variant, Within
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from fsmkit.model.chart import Chart
-from fsmkit.model.histories import forgotten_histories
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.histories import forgotten_histories
 
 
 @dataclass(frozen=True, slots=True)

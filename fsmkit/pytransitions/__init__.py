@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from fsmkit.chart.chart import Chart
     from fsmkit.diagnostics import Findings
-    from fsmkit.model.chart import Chart
 
 
 def chart_of(machine: object, name: str = "machine", *, findings: Findings | None = None) -> Chart:
@@ -14,8 +14,8 @@ def chart_of(machine: object, name: str = "machine", *, findings: Findings | Non
 
     Warnings are left in ``findings``; `FsmkitError` with every finding where there is an error.
     """
+    from fsmkit.chart.elaborate import elaborate
     from fsmkit.diagnostics import Findings, FsmkitError
-    from fsmkit.model.elaborate import elaborate
     from fsmkit.pytransitions.plugin import PLUGIN
 
     found = Findings() if findings is None else findings

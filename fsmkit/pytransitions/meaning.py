@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     Block,
     Direction,
     DocCall,

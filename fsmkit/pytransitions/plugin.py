@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from fsmkit.diagnostics import Findings, Source
-    from fsmkit.model.document import Document
+    from fsmkit.document.document import Document
 
 
 class Transitions:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
+from fsmkit.chart.chart import OPEN_ENDED, Chart, Operation
 from fsmkit.diagnostics import Findings, FsmkitError, fail
-from fsmkit.expressions import Value
-from fsmkit.model.chart import OPEN_ENDED, Chart, Operation
-from fsmkit.runtime.values import from_python, to_python
+from fsmkit.language import Value
+from fsmkit.language.values import from_python, to_python
 
 
 @dataclass(frozen=True, slots=True)

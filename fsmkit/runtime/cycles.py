@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.model.chart import Chart, Transition
+from fsmkit.chart.chart import Chart, Transition
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 
 ROUNDS = 2

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
 
-from fsmkit.model.chart import Chart
+from fsmkit.chart.chart import Chart
 from fsmkit.runtime.binding import every_operation, find, missing_operations
 from fsmkit.runtime.clock import Clock, SimulatedClock
 from fsmkit.runtime.session import Session

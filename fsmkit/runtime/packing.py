@@ -5,8 +5,10 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator, Sequence
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.expressions import (
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import (
     ArrayType,
     BoolType,
     DurationType,
@@ -19,8 +21,6 @@ from fsmkit.expressions import (
     Type,
     Value,
 )
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan.image import (
     FAULTS,
     MAGIC,

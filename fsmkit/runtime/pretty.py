@@ -7,11 +7,12 @@ from typing import assert_never
 
 from rich.text import Text
 
+from fsmkit.chart.chart import Chart, Transition
 from fsmkit.diagnostics import Span
-from fsmkit.expressions import Field, Type, Value
-from fsmkit.model.chart import Chart, Transition
-from fsmkit.model.document import Trigger
-from fsmkit.runtime.clock import duration_text
+from fsmkit.document.document import Trigger
+from fsmkit.language import Field, Type, Value
+from fsmkit.language.microseconds import duration_text
+from fsmkit.language.values import show
 from fsmkit.runtime.cycles import cycle_text, taken_by
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
@@ -43,7 +44,6 @@ from fsmkit.runtime.interpreter.snapshot import (
     Unhandled,
     Within,
 )
-from fsmkit.runtime.values import show
 
 INDENT = " " * 10
 

@@ -6,9 +6,9 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.expressions import Field, Value
-from fsmkit.model.chart import Chart
+from fsmkit.language import Field, Value
 from fsmkit.plan.image import Image, codes, head, image_of, size_of
 from fsmkit.runtime.interpreter.trace import value_text
 from fsmkit.runtime.packing import unpack_values

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
-from fsmkit.expressions import Value
-from fsmkit.model.chart import Chart
+from fsmkit.language import Value
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.interpreter.snapshot import Called, Ran, Taken
 from fsmkit.runtime.interpreter.trace import trace_lines

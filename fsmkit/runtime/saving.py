@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from fsmkit.chart.chart import Chart, Data
+from fsmkit.chart.statements import Destination
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.expressions import Field, Value
-from fsmkit.model.chart import Chart, Data
-from fsmkit.model.statements import Destination
+from fsmkit.language import Field, Value
+from fsmkit.language.values import from_python, to_python
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.values import from_python, to_python
 
 __all__ = ["fingerprint", "restore", "save"]
 

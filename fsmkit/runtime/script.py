@@ -14,8 +14,9 @@ from dataclasses import replace
 from difflib import get_close_matches
 from typing import assert_never
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text, fail
-from fsmkit.expressions import (
+from fsmkit.language import (
     ArrayType,
     BoolType,
     DurationType,
@@ -27,12 +28,11 @@ from fsmkit.expressions import (
     Type,
     Value,
 )
-from fsmkit.model.chart import Chart
+from fsmkit.language.values import part_types, read_value, tokens
 from fsmkit.runtime import interpreter, packing
 from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
 from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines, value_text
-from fsmkit.runtime.values import part_types, read_value, tokens
 
 LARGEST_RANGE = 2**22
 """Wider ranges are sampled from this many of their least values."""

@@ -9,17 +9,18 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any
 
+from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.expressions import Value
-from fsmkit.model.chart import Chart, Data, Event
-from fsmkit.model.document import Direction
+from fsmkit.document.document import Direction
+from fsmkit.language import Value
+from fsmkit.language.microseconds import read_microseconds
+from fsmkit.language.values import from_python, to_python
 from fsmkit.runtime import interpreter, packing, saving
 from fsmkit.runtime.binding import BoundHost, Delivery, deliver
-from fsmkit.runtime.clock import Clock, SimulatedClock, read_microseconds
+from fsmkit.runtime.clock import Clock, SimulatedClock
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.script import help_of_prefix
-from fsmkit.runtime.values import from_python, to_python
 
 KEPT = 10_000
 """Macrosteps that a session remembers unless it is told otherwise."""

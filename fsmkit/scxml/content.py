@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from fsmkit.diagnostics import Findings, Severity, Text
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     Block,
     DocArgument,
     DocAssign,
@@ -26,7 +26,7 @@ from fsmkit.model.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.model.statement_text import read_statements
+from fsmkit.document.statement_text import read_statements
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.names import CONTENT, EXTENSION_CONTENT, PREFIX, XML
 from fsmkit.scxml.nodes import Element

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fsmkit.diagnostics import Text
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     REPLACEABLE,
     Block,
     DocArgument,
@@ -18,7 +18,7 @@ from fsmkit.model.document import (
     Kind,
     Trigger,
 )
-from fsmkit.model.literal_content import content_value
+from fsmkit.document.literal_content import content_value
 from fsmkit.scxml.content import read_block, read_content, read_params
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.names import CHILDREN, EXTENSION_CHILDREN, PLAIN_TYPES, PREFIX, STATES

@@ -8,7 +8,7 @@ from typing import Any
 from lxml import etree
 
 from fsmkit.diagnostics import Text
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     DocData,
     DocField,
     DocInvoke,

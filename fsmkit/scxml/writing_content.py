@@ -8,7 +8,7 @@ from typing import assert_never
 from lxml import etree
 
 from fsmkit.diagnostics import Text
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     Block,
     DocArgument,
     DocAssign,
@@ -24,7 +24,7 @@ from fsmkit.model.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.model.statement_text import statements_text
+from fsmkit.document.statement_text import statements_text
 from fsmkit.scxml.markup import add, extension, joined, put
 from fsmkit.scxml.names import XML
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from fsmkit.chart.chart import Capacities, Chart
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.model.chart import Capacities, Chart
-from fsmkit.model.content import all_statements
-from fsmkit.model.statements import Destination, Send
-from fsmkit.verify.closed import PATIENCE
-from fsmkit.verify.exploration import End, first_mark
+from fsmkit.system.system import System
 from fsmkit.verify.explore import Manner, Progress, check
-from fsmkit.verify.moves import FAULT, FULL
-from fsmkit.verify.system import System
-from fsmkit.verify.verdict import ENDS, Report
+from fsmkit.verify.report.verdict import ENDS, Report
+from fsmkit.verify.statespace.actions import FAULT, FULL
+from fsmkit.verify.statespace.closed_system import PATIENCE
+from fsmkit.verify.statespace.exploration import End, first_mark
 
 FROM_OUTSIDE = PATIENCE + 1
 """Events from outside that wait at once: one comes while at most `PATIENCE` others wait."""

@@ -10,22 +10,22 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.diagnostics.nearest import nearest
-from fsmkit.verify.closed import Closed, as_it_stands, beyond_zones, close
-from fsmkit.verify.counterexample import Counterexample, ReplayError, write
-from fsmkit.verify.deadline import Deadline, Stage, TimeUp
-from fsmkit.verify.dense import cycle_place, temporal_answers
-from fsmkit.verify.engine import CEngine, compiler
-from fsmkit.verify.exploration import DEADLOCK, End, Exploration, Trail, unexplored
-from fsmkit.verify.oracle import explore_in_python
+from fsmkit.system.system import JUDGED_AT_STATES, PropertyKind, System
+from fsmkit.verify.engines.c.engine import CEngine, compiler
+from fsmkit.verify.engines.python.oracle import explore_in_python
+from fsmkit.verify.properties.dense import cycle_place, temporal_answers
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.storage import Storage
-from fsmkit.verify.system import JUDGED_AT_STATES, PropertyKind, System
-from fsmkit.verify.verdict import Report, Result, Show, Verdict, conclude, tell
+from fsmkit.verify.report.counterexample import Counterexample, ReplayError, write
+from fsmkit.verify.report.verdict import Report, Result, Show, Verdict, conclude, tell
+from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
+from fsmkit.verify.statespace.closed_system import Closed, as_it_stands, beyond_zones, close
+from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
+from fsmkit.verify.statespace.storage import Storage
 
 DEAD = "dead"
-"""The reduction that resets data which nothing can read any more (`verify.dead_variables`)."""
+"""The reduction that resets data which nothing can read any more (`statespace.dead_variables`)."""
 SLEEP = "sleep"
-"""The one that takes only one of the orders of steps that do not see each other (core/sleep.h)."""
+"""Partial-order reduction by sleep sets (core/search/sleep_sets.h)."""
 REDUCTIONS = (DEAD, SLEEP)
 """The names of all reductions."""
 
@@ -67,7 +67,7 @@ class Manner:
     zones: bool = False
     """Time is dense; the engine in Python, which has no zones, lets it pass by units instead."""
     covers: bool = False
-    """A way to each transition and each state is kept, for `verify.cover`."""
+    """A way to each transition and each state is kept, for `verify.testgen.cover`."""
     without: frozenset[str] = frozenset()
     """Reductions (of `REDUCTIONS`) that are switched off; verdicts do not depend on them."""
     storage: Storage = Storage.EXACT

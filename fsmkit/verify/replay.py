@@ -9,12 +9,12 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.loading import load_with_findings
-from fsmkit.verify.closed import Closed, close
-from fsmkit.verify.counterexample import Replay, TraceStep
-from fsmkit.verify.moves import Action, Step
-from fsmkit.verify.python_again import in_python
-from fsmkit.verify.reader import is_system_file, load_system
-from fsmkit.verify.system import System, system_of
+from fsmkit.system.reader import is_system_file, load_system
+from fsmkit.system.system import System, system_of
+from fsmkit.verify.report.counterexample import Replay, TraceStep
+from fsmkit.verify.statespace.actions import Action, Step
+from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.testgen.replay_python import in_python
 
 
 def load_any(

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
-from fsmkit.model.declaration_text import DocSignature, read_signature
-from fsmkit.model.document import (
+from fsmkit.document.declaration_text import DocSignature, read_signature
+from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Text
-from fsmkit.model.document import DocInvoke, DocState, Document, Kind
+from fsmkit.document.document import DocInvoke, DocState, Document, Kind
 from fsmkit.yaml.layout import Prose, Short, Tree
 from fsmkit.yaml.transition_writer import initial, transitions
 from fsmkit.yaml.writing import arguments, data, handlers, mapping, statements

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.model.document import REPLACEABLE, DocArgument, DocInvoke, DocState, Document, Kind
+from fsmkit.document.document import REPLACEABLE, DocArgument, DocInvoke, DocState, Document, Kind
 from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, demand_mapping

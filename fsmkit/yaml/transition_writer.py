@@ -6,7 +6,7 @@ import re
 from itertools import groupby
 
 from fsmkit.diagnostics import Text
-from fsmkit.model.document import DocTransition, Trigger
+from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.yaml.layout import Short, Tree
 from fsmkit.yaml.writing import statements
 

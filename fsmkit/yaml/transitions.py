@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.model.document import DocTransition, Trigger
+from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields, names, words
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, demand_mapping

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import groupby
 
-from fsmkit.model.document import DocEvent, DocType, Document
+from fsmkit.document.document import DocEvent, DocType, Document
 from fsmkit.yaml.layout import Prose, Short, Tree, render
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial

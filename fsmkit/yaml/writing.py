@@ -5,15 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from fsmkit.diagnostics import Text, fail
-from fsmkit.model.document import (
-    Block,
-    DocArgument,
-    DocData,
-    DocField,
-    DocForEach,
-    DocIf,
-)
-from fsmkit.model.statement_text import statements_text
+from fsmkit.document.document import Block, DocArgument, DocData, DocField, DocForEach, DocIf
+from fsmkit.document.statement_text import statements_text
 from fsmkit.yaml.layout import Tree
 
 JOINED = 72

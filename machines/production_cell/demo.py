@@ -24,10 +24,10 @@ import fsmkit
 from fsmkit.cli.draw import picture
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.language.microseconds import duration_text
 from fsmkit.plugins import Drawing, Target, plugin
-from fsmkit.runtime.clock import duration_text
-from fsmkit.verify.engine import compiler
-from fsmkit.verify.save import saved
+from fsmkit.verify.engines.c.engine import compiler
+from fsmkit.verify.testgen.save import saved
 
 CELL = Path(__file__).resolve().parent
 ROOT = CELL.parents[1]

@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 import fsmkit
-from fsmkit.verify.system import PropertyKind
+from fsmkit.system.system import PropertyKind
 
 CELL = Path(__file__).resolve().parent
 HOLDS, VIOLATED = fsmkit.Verdict.HOLDS, fsmkit.Verdict.VIOLATED

@@ -12,17 +12,17 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from fsmkit.codegen.c import harness
+from devtools.differential import random_case
+from devtools.random_charts.choices import SeededChoices
+from devtools.random_charts.scripts import random_script
+from devtools.reduction import Script
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import Machine, generate_machine
+from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
-from fsmkit.testing.choices import SeededChoices
-from fsmkit.testing.differential import random_case
-from fsmkit.testing.harness import InterpreterHarness
-from fsmkit.testing.reduction import Script
-from fsmkit.testing.scripts import random_script
+from fsmkit.runtime.harness import InterpreterHarness
 from tests.boards.conftest import HOSTS, ROOT, RUNTIME
 
 CELL = ROOT / "machines/production_cell"

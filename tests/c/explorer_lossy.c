@@ -5,7 +5,7 @@
  * Puts so many states, all different, as a model numbers them: both halves small. Prints how many were added, how many
  * of them it knows, lines of a part, and, after as many other states were looked up, how many of those it takes for
  * known; then how full each part is. */
-#include "lossy.h"
+#include "store/hash_compaction.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -9,8 +9,8 @@
  * length of the shortest path to a deadlock (0: none), whether there is a cycle of internal steps, the
  * number of traps, meals, whether the set was dense, and the length of a path to the last state found. With lossy
  * storage the graph is not asked for livelocks, traps and that state. */
-#include "cycles.h"
-#include "path.h"
+#include "liveness/cycles.h"
+#include "search/path.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
  * definition on points of a grid. Constants are whole, so zones are unions of regions, and with up to
  * three clocks each region holds a point of which all values are quarters; what is only said to exist
  * may need eighths, and two values that are free sixteenths. Prints how many rounds were tried. */
-#include "zones.h"
+#include "zones/zones.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -14,10 +14,10 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.export.aut.text import read
+from fsmkit.export.exporter import Exporter
 from fsmkit.plugins import plugins
 from fsmkit.verify.explore import Manner, check
-from fsmkit.verify.export.aldebaran.text import read
-from fsmkit.verify.export.exporter import Exporter
 from fsmkit.verify.replay import load_any
 
 ROOT = Path(__file__).parents[2]

@@ -12,7 +12,7 @@ from click.shell_completion import ShellComplete
 from fsmkit.cli import cli
 from fsmkit.cli._summaries import listed
 
-HEAVY = {"lark", "lxml", "yaml", "rich", "fsmkit.model", "fsmkit.verify", "fsmkit.codegen"}
+HEAVY = {"lark", "lxml", "yaml", "rich", "fsmkit.chart", "fsmkit.verify", "fsmkit.codegen"}
 PROGRAM = """\
 import sys
 from fsmkit.cli import execute
@@ -48,7 +48,7 @@ def test_plug_ins_are_found_without_the_work_that_they_do() -> None:
     assert not modules & {
         "lxml", "yaml", "rich", "zmq", "fsmkit.codegen.c.generate",
         "fsmkit.codegen.python.generate",
-        "fsmkit.model.elaborate", "fsmkit.scxml.reader", "fsmkit.yaml.reader",
+        "fsmkit.chart.elaborate", "fsmkit.scxml.reader", "fsmkit.yaml.reader",
     }  # fmt: skip
 
 

@@ -11,8 +11,8 @@ import pytest
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.runtime.interpreter.trace import trace_lines
-from fsmkit.verify.reader import load_system
-from fsmkit.verify.system_session import SystemSession
+from fsmkit.runtime.system_session import SystemSession
+from fsmkit.system.reader import load_system
 
 CELL = str(Path(__file__).parents[2] / "machines/production_cell/cell.yaml")
 PAIR = """\

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.testing.conformance import Result
-from fsmkit.testing.conformance_charts import Reading, Stage, meaning, read_chart
-from fsmkit.testing.conformance_meaning import REFUSED
-from fsmkit.testing.conformance_suites import find_cases, find_charts
+from fsmkit.conformance.charts import Reading, Stage, meaning, read_chart
+from fsmkit.conformance.conformance import Result
+from fsmkit.conformance.meaning import REFUSED
+from fsmkit.conformance.suites import find_cases, find_charts
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"'
 GOOD = f'{HEAD}><state id="s"><transition event="e" target="s"/></state></scxml>'

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
+from fsmkit.conformance.conformance import Case, Result, judge, reason_of
+from fsmkit.conformance.expectations import ends_in_pass, follows, nearest_is_parallel
+from fsmkit.conformance.suites import find_cases, w3c_cases
+from fsmkit.conformance.traces import configurations, ends_in, faults
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
-from fsmkit.testing.conformance import Case, Result, judge, reason_of
-from fsmkit.testing.conformance_expectations import ends_in_pass, follows, nearest_is_parallel
-from fsmkit.testing.conformance_suites import find_cases, w3c_cases
-from fsmkit.testing.conformance_traces import configurations, ends_in, faults
-from fsmkit.testing.harness import InterpreterHarness, harness, harnesses
+from fsmkit.runtime.harness import InterpreterHarness, harness, harnesses
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"'
 PASS = f'{HEAD} initial="s"><state id="s"><onentry><send event="e" delay="30s"/></onentry>'

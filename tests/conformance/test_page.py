@@ -7,12 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fsmkit.cli import execute
-from fsmkit.testing.conformance import Case, Result, Verdict
-from fsmkit.testing.conformance_charts import Reading, Stage
-from fsmkit.testing.conformance_expectations import ends_in_pass
-from fsmkit.testing.conformance_page import BEGIN, END, page, write_into
-from fsmkit.testing.conformance_suites import find_cases
-from fsmkit.testing.harness import target_harnesses
+from fsmkit.conformance.charts import Reading, Stage
+from fsmkit.conformance.conformance import Case, Result, Verdict
+from fsmkit.conformance.expectations import ends_in_pass
+from fsmkit.conformance.page import BEGIN, END, page, write_into
+from fsmkit.conformance.suites import find_cases
+from fsmkit.runtime.harness import target_harnesses
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs/reference/scxml.md"

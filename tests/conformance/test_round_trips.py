@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
+from devtools.differential import random_case
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Source
+from fsmkit.document.document import Document
 from fsmkit.loading import base_documents, real, with_invoked
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Document
-from fsmkit.model.elaborate import elaborate
 from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.testing.differential import random_case
 
 Found = list[tuple[str, str]]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.testing.conformance import Result, judge
-from fsmkit.testing.conformance_charts import read_chart, totals
-from fsmkit.testing.conformance_suites import find_cases, find_charts
-from fsmkit.testing.harness import harness
+from fsmkit.conformance.charts import read_chart, totals
+from fsmkit.conformance.conformance import Result, judge
+from fsmkit.conformance.suites import find_cases, find_charts
+from fsmkit.runtime.harness import harness
 
 pytestmark = pytest.mark.slow
 

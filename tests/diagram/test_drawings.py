@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 
+from devtools.random_charts.charts import documents
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings
-from fsmkit.diagram.labels import MOST_LINES, WIDTH, box_lines, is_inside, label
+from fsmkit.diagram.states.labels import MOST_LINES, WIDTH, box_lines, is_inside, label
+from fsmkit.document.document import Document, Kind, Trigger
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Document, Kind, Trigger
-from fsmkit.model.elaborate import elaborate
 from fsmkit.plugins import Drawing, plugin, plugins
-from fsmkit.testing.charts import documents
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests/golden/diagram"

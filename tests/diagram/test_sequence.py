@@ -8,8 +8,8 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from fsmkit.diagram.sequence import mermaid, plantuml, svg, terminal
-from fsmkit.diagram.sequence.model import (
+from fsmkit.diagram.sequences import mermaid, plantuml, svg, terminal
+from fsmkit.diagram.sequences.model import (
     Arrow,
     Block,
     Cause,

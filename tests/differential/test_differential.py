@@ -1,6 +1,6 @@
 """The heart of the tests: on random charts, every target does what the interpreter does.
 
-The long run is ``python -m fsmkit.testing.differential --charts 1000``.
+The long run is ``python -m devtools.differential --charts 1000``.
 """
 
 from __future__ import annotations
@@ -12,10 +12,7 @@ from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fsmkit.diagnostics import fail
-from fsmkit.model.chart import Chart
-from fsmkit.testing.charts import documents
-from fsmkit.testing.differential import (
+from devtools.differential import (
     BATCH,
     Case,
     compare,
@@ -28,8 +25,11 @@ from fsmkit.testing.differential import (
     run_batch,
     target_names,
 )
-from fsmkit.testing.harness import harness
-from fsmkit.testing.scripts import scripts
+from devtools.random_charts.charts import documents
+from devtools.random_charts.scripts import scripts
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import fail
+from fsmkit.runtime.harness import harness
 
 CHARTS = {"python": 150, "pyext": 25}
 FEWER = 60

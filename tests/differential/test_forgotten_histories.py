@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.runtime import packing, saving
+from fsmkit.runtime.harness import Harness, InterpreterHarness, harnesses
 from fsmkit.runtime.script import Player, script_texts
-from fsmkit.testing.harness import Harness, InterpreterHarness, harnesses
 
 CHART = """
 chart: Player

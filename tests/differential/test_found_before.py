@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
-from fsmkit.testing.harness import Harness, harnesses
+from fsmkit.runtime.harness import Harness, harnesses
 
 FROM_WITHIN = """\
 chart: FromWithin

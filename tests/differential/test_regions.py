@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from devtools.differential import Case, compare_all, target_names
 from fsmkit.loading import load
+from fsmkit.runtime.harness import harness
 from fsmkit.runtime.script import run_script
-from fsmkit.testing.differential import Case, compare_all, target_names
-from fsmkit.testing.harness import harness
 
 CHARTS = Path(__file__).parent / "charts"
 CASES = sorted((Path(__file__).parents[1] / "runtime" / "cases").glob("*.case"))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.docs.test_hosts_and_boards import BLOCK, PUT
-from tests.runtime.channels.conftest import has_libzmq
+from tests.runtime.links.conftest import has_libzmq
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/how-to/links.md").read_text(encoding="utf-8")

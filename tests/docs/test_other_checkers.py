@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
+from tests.export.judges import has_storm
 from tests.needs import need
-from tests.verify.export.judges import has_storm
 
 pytestmark = pytest.mark.cc
 

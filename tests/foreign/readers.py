@@ -17,7 +17,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from tests.verify.export import cspm_format, uppaal_format
+from tests.export import cspm_format, uppaal_format
 
 NODE_MODULES = Path(__file__).parents[2] / "build" / "node" / "node_modules"
 """Where `make tools` puts Mermaid."""

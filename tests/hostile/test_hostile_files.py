@@ -12,7 +12,7 @@ import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load_with_findings
-from fsmkit.verify.reader import load_system
+from fsmkit.system.reader import load_system
 
 SECONDS = 60
 """Far over what each takes (5 s at most), for tests may share a slow computer."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.model.chart import Chart
-from fsmkit.model.elaborate import elaborate
 from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.testing.harness import harness
+from fsmkit.runtime.harness import harness
 
 CHART = """\
 <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="T" datamodel="ecmascript">

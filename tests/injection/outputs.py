@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from devtools.endurance.program import program, report_limits
 from fsmkit.cli import execute as command_line
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
-from fsmkit.testing.endurance.program import program, report_limits
 from tests.injection.judges import (
     Made,
     Refused,

@@ -17,11 +17,11 @@ from lxml import etree
 from fsmkit.cli import execute as command_line
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.pyext.generate import generate
+from fsmkit.export.local_states import word
 from fsmkit.loading import load
 from fsmkit.texts import Identifier, RawText, Written, c, mermaid, printing, telling, written
-from fsmkit.verify.adapter_values import prefix_of
-from fsmkit.verify.engine_words import performed_steps
-from fsmkit.verify.export.local_states import word
+from fsmkit.verify.engines.c.binding_values import prefix_of
+from fsmkit.verify.engines.c.output import performed_steps
 from tests.codegen.c.conftest import WARNINGS
 from tests.injection.grid import texts_of_round, tried, write
 from tests.injection.places import SHAPES

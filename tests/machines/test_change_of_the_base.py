@@ -9,8 +9,8 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
+from fsmkit.document.document import Origin
 from fsmkit.loading import load
-from fsmkit.model.document import Origin
 from fsmkit.plugins import Drawing, Target, plugin, plugins
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reader import load_system
 from fsmkit.verify.explore import Manner, check
-from fsmkit.verify.reader import load_system
 
 FOLDER = Path(__file__).parents[2] / "machines/philosophers"
 

@@ -15,9 +15,9 @@ import pytest
 
 import fsmkit
 from fsmkit.cli.writing import write_files
+from fsmkit.runtime.system_session import SystemSession
 from fsmkit.verify.replay import perform
-from fsmkit.verify.save import saved
-from fsmkit.verify.system_session import SystemSession
+from fsmkit.verify.testgen.save import saved
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from devtools.differential import random_case
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.structure import is_internal, lcca
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.structure import is_internal, lcca
 from fsmkit.plan import Branch, Enter, Op, Plan, Restore, lower
-from fsmkit.testing.differential import random_case
 
 PLANS = [lower(random_case(23, number).chart) for number in range(60)]
 

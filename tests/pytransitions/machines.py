@@ -11,12 +11,12 @@ from typing import Any
 from transitions import Machine
 from transitions.extensions import HierarchicalMachine
 
+from devtools.random_charts.choices import Choices, SeededChoices
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.model.chart import Chart
 from fsmkit.pytransitions import chart_of
+from fsmkit.runtime.harness import InterpreterHarness
 from fsmkit.runtime.script import SeededHost
-from fsmkit.testing.choices import Choices, SeededChoices
-from fsmkit.testing.harness import InterpreterHarness
 
 Configuration = dict[str, Any]
 TRIGGERS = ("e0", "e1", "e2", "e3")

@@ -6,15 +6,15 @@ import json
 import re
 from random import Random
 
+from devtools.random_charts.choices import SeededChoices
+from devtools.random_charts.scripts import random_script
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.diagnostics import Findings, FsmkitError, Source
-from fsmkit.model.elaborate import elaborate
 from fsmkit.pytransitions import chart_of
 from fsmkit.pytransitions.plugin import PLUGIN
-from fsmkit.testing.choices import SeededChoices
-from fsmkit.testing.harness import InterpreterHarness
-from fsmkit.testing.scripts import random_script
+from fsmkit.runtime.harness import InterpreterHarness
 from tests.pytransitions.machines import random_configuration
 
 WORDS = (

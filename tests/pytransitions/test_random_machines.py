@@ -8,9 +8,9 @@ from functools import cache
 
 import pytest
 
+from devtools.random_charts.choices import SeededChoices
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.pytransitions import chart_of
-from fsmkit.testing.choices import SeededChoices
 from tests.pytransitions.machines import (
     CONDITIONS,
     Comparison,

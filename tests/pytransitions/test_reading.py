@@ -19,10 +19,10 @@ from transitions.extensions.nesting import NestedState
 from transitions.extensions.states import Timeout, add_state_features
 
 import fsmkit
+from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute as run_command
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Kind, Trigger
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.pytransitions import chart_of
 from tests.pytransitions.machines import behaviour
 

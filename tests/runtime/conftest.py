@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 
 Build = Callable[[str], Chart]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.model.chart import Chart
+from fsmkit.chart.chart import Chart
 from fsmkit.runtime.script import run_script
 
 CASES = sorted((Path(__file__).parent / "cases").glob("*.case"))

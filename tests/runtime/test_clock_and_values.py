@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from fsmkit.expressions import (
+from fsmkit.language import (
     BOOL,
     DURATION,
     FLOAT64,
@@ -15,9 +15,10 @@ from fsmkit.expressions import (
     Type,
     Value,
 )
-from fsmkit.runtime.clock import SimulatedClock, duration_text, read_microseconds
+from fsmkit.language.microseconds import duration_text, read_microseconds
+from fsmkit.language.values import from_python, read_value, show, to_python, tokens
+from fsmkit.runtime.clock import SimulatedClock
 from fsmkit.runtime.interpreter.trace import value_text
-from fsmkit.runtime.values import from_python, read_value, show, to_python, tokens
 
 MODE = EnumType("Mode", ("off", "on"))
 PAIR = RecordType("Pair", (Field("a", IntType(0, 9)), Field("m", MODE)))

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.runtime import saving
 from fsmkit.runtime.binding import Delivery
 from fsmkit.runtime.clock import SimulatedClock

@@ -9,20 +9,20 @@ from functools import cache
 
 import pytest
 
+from devtools.random_charts.charts import random_document
+from devtools.random_charts.choices import SeededChoices
+from devtools.random_charts.scripts import random_script
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.expressions import Value
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Kind
-from fsmkit.model.elaborate import elaborate
+from fsmkit.document.document import Kind
+from fsmkit.language import Value
 from fsmkit.plan.image import image_of
 from fsmkit.runtime import interpreter, packing, saving
 from fsmkit.runtime.interpreter import Macrostep, Snapshot, Timeout
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.script import Player, SeededHost, script_texts
-from fsmkit.testing.charts import random_document
-from fsmkit.testing.choices import SeededChoices
-from fsmkit.testing.scripts import random_script
 
 SEEDS = range(40)
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.model.chart import Chart
 from fsmkit.runtime.clock import SimulatedClock, WallClock
 from fsmkit.runtime.decorate import bind
 from fsmkit.runtime.session import Session

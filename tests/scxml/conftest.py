@@ -11,7 +11,7 @@ from textwrap import dedent
 import pytest
 
 from fsmkit.diagnostics import Diagnostic, Findings, Severity, Source, Span, Text
-from fsmkit.model.document import Document
+from fsmkit.document.document import Document
 from fsmkit.scxml.reader import read_document
 
 HEAD = (

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     Direction,
     DocAssign,
     DocCall,

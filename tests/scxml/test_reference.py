@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.model.elaborate import elaborate
 from fsmkit.scxml.names import EXTENSION_ATTRIBUTES, EXTENSION_ELEMENTS
 from fsmkit.scxml.reader import read_document
 

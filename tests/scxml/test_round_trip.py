@@ -9,8 +9,9 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from devtools.random_charts.charts import documents
 from fsmkit.diagnostics import Findings, Source, Span, Text
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     DocArgument,
     DocAssign,
     DocCall,
@@ -27,7 +28,6 @@ from fsmkit.model.document import (
     Trigger,
 )
 from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.testing.charts import documents
 
 SCXML = plugin(FrontEnd, "scxml")
 ReadChart = Callable[..., Any]

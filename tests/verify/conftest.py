@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify import engine
+from fsmkit.system.system import System
+from fsmkit.verify.engines.c import engine
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.system import System
 
 Load = Callable[..., System]
 

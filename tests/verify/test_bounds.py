@@ -12,12 +12,12 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.system import system_of
 from fsmkit.verify.bounds import FROM_OUTSIDE, proved
 from fsmkit.verify.explore import Manner, check
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.system import system_of
 from tests.verify.systems import SYSTEMS
-from tests.verify.test_saved_tests import CHART, written
+from tests.verify.testgen.test_saved_tests import CHART, written
 
 
 def compiled(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, dict[str, int]]:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from fsmkit.composition.limits import report_limits
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.verify.closed import close
-from fsmkit.verify.engine import compiler
+from fsmkit.system.joinable import report_limits
+from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.explore import Manner, check
-from fsmkit.verify.verdict import Verdict
+from fsmkit.verify.report.verdict import Verdict
+from fsmkit.verify.statespace.closed_system import close
 from tests.verify.conftest import Load
+from tests.verify.engines.test_engines import both
 from tests.verify.random_systems import random_loop
-from tests.verify.test_engines import both
 
 ENGINES = ["python", *(["c"] if compiler() is not None else [])]
 

@@ -18,14 +18,14 @@ import pytest
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.verify import engine
-from fsmkit.verify.deadline import Deadline, Stage, TimeUp
-from fsmkit.verify.engine import CEngine
-from fsmkit.verify.exploration import End
+from fsmkit.verify.engines.c import engine
+from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.explore import Limits, Manner, check, check_file
-from fsmkit.verify.refinement import refines
+from fsmkit.verify.properties.refinement import refines
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.verdict import Verdict
+from fsmkit.verify.report.verdict import Verdict
+from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
+from fsmkit.verify.statespace.exploration import End
 from tests.verify.conftest import Load
 from tests.verify.systems import SYSTEMS
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.engine import compiler
+from fsmkit.system.system import System
+from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.explore import Manner, check
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.system import System
-from fsmkit.verify.verdict import Verdict
+from fsmkit.verify.report.verdict import Verdict
 from tests.verify.conftest import Load
-from tests.verify.test_engines import both
+from tests.verify.engines.test_engines import both
 
 FOUND = Path(__file__).parent / "found"
 ENGINES = ["python", *(["c"] if compiler() is not None else [])]

@@ -14,7 +14,7 @@ import pytest
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.verify import engine
+from fsmkit.verify.engines.c import engine
 from fsmkit.verify.explore import Manner, check
 from tests.needs import where
 from tests.verify.conftest import Load
@@ -64,7 +64,8 @@ def test_an_interrupt_leaves_what_is_known_and_its_code(
     path = tmp_path / "counter.yaml"
     path.write_text(ENDLESS)
     code = (
-        "import os, sys; import fsmkit.verify.oracle as oracle; from fsmkit.cli import main\n"
+        "import os, sys; import fsmkit.verify.engines.python.oracle as oracle\n"
+        "from fsmkit.cli import main\n"
         f"sys.argv[1:] = ['check', {str(path)!r}, '--engine', 'python', '--json']\n"
         "search = oracle.Oracle._search\n"
         "def hit(self, until):\n"

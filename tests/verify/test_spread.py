@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Diagnostic, Findings
-from fsmkit.verify.engine import compiler
+from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.explore import Limits, Manner, check
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.verdict import Verdict
+from fsmkit.verify.report.verdict import Verdict
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 pytestmark = pytest.mark.usefixtures("own_cache")

@@ -9,7 +9,7 @@ from textwrap import dedent
 import pytest
 
 from fsmkit.diagnostics import Diagnostic, Findings, Severity, Source
-from fsmkit.model.document import DocState, Document
+from fsmkit.document.document import DocState, Document
 from fsmkit.yaml.nodes import Node, read_nodes
 from fsmkit.yaml.reader import read_document
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     Direction,
     DocAssign,
     DocLog,

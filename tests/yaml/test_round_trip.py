@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from devtools.random_charts.charts import documents
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text, render
-from fsmkit.loading import read_document as read_file
-from fsmkit.model.document import (
+from fsmkit.document.document import (
     Block,
     Direction,
     DocArgument,
@@ -25,9 +26,8 @@ from fsmkit.model.document import (
     Kind,
     Trigger,
 )
-from fsmkit.model.elaborate import elaborate
+from fsmkit.loading import read_document as read_file
 from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.testing.charts import documents
 from fsmkit.yaml.layout import Prose, Short, Tree
 from fsmkit.yaml.layout import render as layout
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, Sequence, read_nodes

@@ -1,1 +1,4 @@
-"""C as a target: a table of contents in `generate`, one module for each kind of section."""
+"""C as a target: a Plan in, a header and sources out.
+
+`generate` is the table of contents. Nothing allocates; no behaviour is undefined.
+"""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fsmkit.codegen.c.expressions.types import integer_storage, interval
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.types import integer_storage, interval
 from fsmkit.emit import Emitter
-from fsmkit.expressions import ArrayType, BoolType, FloatType, RecordType, SymbolType, Type
+from fsmkit.language import ArrayType, BoolType, FloatType, RecordType, SymbolType, Type
 
 
 def print_allowed(out: Emitter, names: Names) -> None:

@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import fsmkit
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Reply
+from fsmkit.codegen.c.expressions.types import computed
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
 from fsmkit.codegen.c.layout import Member, Needs, members, timers_needed
 from fsmkit.codegen.c.names import Names, name_everything
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.pruning import touched
-from fsmkit.codegen.c.saving import saving_source
+from fsmkit.codegen.c.recording.saving import saving_source
+from fsmkit.codegen.c.recording.tracing import tracing_source
 from fsmkit.codegen.c.source import SourcePrinter
-from fsmkit.codegen.c.tracing import tracing_source
-from fsmkit.codegen.c.types import computed
-from fsmkit.expressions import Expr, FloatType, IntType
-from fsmkit.model.chart import Chart
-from fsmkit.model.content import all_statements
-from fsmkit.model.statements import Reply
+from fsmkit.language import Expr, FloatType, IntType
 from fsmkit.plan import lower
 from fsmkit.plan.image import image_of
 from fsmkit.texts import printing

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.codegen.c.expressions import Printer, literal_initializer
+from fsmkit.analysis.host_events import posted_events
+from fsmkit.codegen.c.expressions.expressions import Printer, literal_initializer
+from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import NARROW, Names
-from fsmkit.codegen.c.sharing import number_of
-from fsmkit.codegen.c.traffic import posted_events
-from fsmkit.codegen.c.types import storage
+from fsmkit.codegen.c.reactions.sharing import number_of
 from fsmkit.emit import Emitter
-from fsmkit.expressions import ArrayType, Field, RecordType
+from fsmkit.language import ArrayType, Field, RecordType
 from fsmkit.texts.c import quoted
 
 END = """

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.reserved import TO_INVOKE
-from fsmkit.codegen.c.sharing import RECORDED
-from fsmkit.codegen.c.types import storage
 from fsmkit.plan.image import timeouts_at_once
 
 WIDTH = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4}

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.statements import Reply
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.expressions import (
+from fsmkit.document.document import Trigger
+from fsmkit.language import (
     ArrayType,
     Binary,
     BinaryOp,
@@ -18,9 +21,6 @@ from fsmkit.expressions import (
     Literal,
     RecordType,
 )
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Trigger
-from fsmkit.model.statements import Reply
 
 LARGEST_CAPACITY = 250
 MOST_STATES = 65535

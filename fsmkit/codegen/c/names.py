@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import PurePath
 
-from fsmkit.codegen.c.forms import Form, form_of
+from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.c.options import Options
+from fsmkit.codegen.c.reactions.forms import Form, form_of
+from fsmkit.codegen.c.reactions.sharing import shared_bytes
 from fsmkit.codegen.c.reserved import (
     COUNTED,
     FAMILIES,
@@ -22,11 +24,9 @@ from fsmkit.codegen.c.reserved import (
     TO_INVOKE,
     unreserved,
 )
-from fsmkit.codegen.c.sharing import shared_bytes
+from fsmkit.document.document import Trigger
 from fsmkit.emit import Namer, legal, snake
-from fsmkit.expressions import EnumType, RecordType
-from fsmkit.model.chart import Chart, Operation
-from fsmkit.model.document import Trigger
+from fsmkit.language import EnumType, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
 from fsmkit.texts.c import comment
@@ -81,7 +81,7 @@ class Names:
     does: dict[str, bool] = field(default_factory=dict)
     """What the machine does at all; known when all content is printed (see `StepPrinter`)."""
     shared: dict[int, int] = field(default_factory=dict)
-    """By region: the history whose record its byte holds (`codegen.c.sharing`)."""
+    """By region: the history whose record its byte holds (`codegen.c.reactions.sharing`)."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
     """Numbers of the sets of slots that events are sent to."""
 

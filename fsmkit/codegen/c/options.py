@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Findings, Span, fail
-from fsmkit.model.chart import Chart
-from fsmkit.model.content import all_statements
-from fsmkit.model.statements import Destination, Send
 
 PARTS = {
     "queue": "the external queue, with what posts into it and steps through it",

@@ -9,7 +9,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.plugins import Generated
 
 if TYPE_CHECKING:
-    from fsmkit.model.chart import Chart
+    from fsmkit.chart.chart import Chart
 
 
 class C:
@@ -45,7 +45,7 @@ class C:
 
     def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         """Build several charts at once and return the trace of each one's script."""
-        from fsmkit.codegen.c.harness import run_many
+        from fsmkit.codegen.c.harness.harness import run_many
         from fsmkit.codegen.c.limits import report_limits
 
         findings = Findings()

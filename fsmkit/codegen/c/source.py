@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
+from fsmkit.analysis.host_events import sent_events
 from fsmkit.codegen.c.allowed import print_allowed
-from fsmkit.codegen.c.cases import case, default
-from fsmkit.codegen.c.content import ROUTES, ContentPrinter
-from fsmkit.codegen.c.deferral import print_is_deferred, print_is_kept
-from fsmkit.codegen.c.forms import Form
-from fsmkit.codegen.c.grid import GridPrinter
+from fsmkit.codegen.c.expressions.cases import case, default
+from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
+from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import NOTICE, event_type, parameters
 from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
-from fsmkit.codegen.c.invocation import InvocationPrinter
-from fsmkit.codegen.c.moves import MovePrinter
 from fsmkit.codegen.c.names import NO_STATE, Names, file_name
 from fsmkit.codegen.c.pruning import pruned
-from fsmkit.codegen.c.reactions import ReactionPrinter
-from fsmkit.codegen.c.selection import SelectionPrinter
+from fsmkit.codegen.c.reactions.deferral import print_is_deferred, print_is_kept
+from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
+from fsmkit.codegen.c.reactions.forms import Form
+from fsmkit.codegen.c.reactions.grid import GridPrinter
+from fsmkit.codegen.c.reactions.invocation import InvocationPrinter
+from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
+from fsmkit.codegen.c.reactions.selection import SelectionPrinter
+from fsmkit.codegen.c.reactions.steps import StepPrinter
+from fsmkit.codegen.c.reactions.transition_execution import ADD, CONFLICTS, RESPOND, SELECTION
 from fsmkit.codegen.c.small.plain import PlainPrinter, small_printer
 from fsmkit.codegen.c.small.printing import SmallPrinter
-from fsmkit.codegen.c.steps import StepPrinter
-from fsmkit.codegen.c.taking import ADD, CONFLICTS, RESPOND, SELECTION
-from fsmkit.codegen.c.traffic import sent_events
-from fsmkit.codegen.c.types import storage
+from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
-from fsmkit.expressions import RecordType
-from fsmkit.model.document import Trigger
+from fsmkit.language import RecordType
 from fsmkit.plan.entered import entered
 from fsmkit.texts.c import comment
 

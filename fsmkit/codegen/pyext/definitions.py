@@ -7,7 +7,7 @@ from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.generate import enumerations, host
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.sending import annotation
-from fsmkit.expressions import Field
+from fsmkit.language import Field
 from fsmkit.texts import printing, python
 
 IMPORTS = "from enum import IntEnum\nfrom typing import Any, Protocol"

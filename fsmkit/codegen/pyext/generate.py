@@ -6,10 +6,10 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.pyext.definitions import stub_text
 from fsmkit.codegen.pyext.members import Module, module_of
 from fsmkit.codegen.pyext.wrapper import wrapper_text
-from fsmkit.model.chart import Chart
 
 LIBRARY = Path(__file__).parent / "fsm_python.h"
 

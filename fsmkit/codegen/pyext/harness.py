@@ -10,13 +10,13 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from typing import Any
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.compiler import QUICKEST
 from fsmkit.codegen.pyext.build import OPTIMIZED, build, suffix
 from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
 from fsmkit.codegen.pyext.members import Module, module_of
 from fsmkit.codegen.pyext.wrapper import machine_part, python_part
 from fsmkit.codegen.python.harness import Driven, is_same
-from fsmkit.model.chart import Chart
 
 QUICK = ("-O0",)
 NUMBERS = itertools.count()

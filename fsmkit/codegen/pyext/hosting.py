@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from fsmkit.analysis.host_events import sent_events
+from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import declaration, parameters
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.traffic import sent_events
-from fsmkit.codegen.c.types import storage
 from fsmkit.codegen.pyext.members import Bound, Method, Module
 from fsmkit.codegen.pyext.tracing import show_value
 from fsmkit.codegen.pyext.values import Values
 from fsmkit.emit import Emitter
-from fsmkit.expressions import ArrayType, RecordType
+from fsmkit.language import ArrayType, RecordType
 from fsmkit.texts.c import quoted
 
 

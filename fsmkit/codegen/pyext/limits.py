@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.expressions import RecordType
-from fsmkit.model.chart import Chart
+from fsmkit.language import RecordType
 
 TAKEN = ("Py", "_Py", "METH_", "FSM_", "fsm_")
 """How the names of macros begin that the wrapper uses."""

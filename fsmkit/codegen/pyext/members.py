@@ -6,20 +6,20 @@ import ast
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from fsmkit.analysis.host_events import sent_events
+from fsmkit.chart.chart import Chart, Event
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Log, Reply
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
-from fsmkit.codegen.c.traffic import sent_events
 from fsmkit.codegen.python.family import Member, family_of
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.names import distinct, file_name, identifier
 from fsmkit.codegen.python.sending import has_peer
+from fsmkit.document.document import Direction
 from fsmkit.emit import snake
-from fsmkit.expressions import Field, Type
-from fsmkit.model.chart import Chart, Event
-from fsmkit.model.content import all_statements
-from fsmkit.model.document import Direction
-from fsmkit.model.statements import Log, Reply
+from fsmkit.language import Field, Type
 
 
 @dataclass(frozen=True, slots=True)

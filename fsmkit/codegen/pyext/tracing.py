@@ -7,15 +7,7 @@ from collections.abc import Callable
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.pyext.members import Bound, Module
 from fsmkit.emit import Emitter
-from fsmkit.expressions import (
-    ArrayType,
-    Field,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
+from fsmkit.language import ArrayType, Field, FloatType, IntType, RecordType, SymbolType, Type
 from fsmkit.texts.c import quoted
 
 ALWAYS = """

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import assert_never
 
+from fsmkit.codegen.c.expressions.types import interval, storage
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.types import interval, storage
 from fsmkit.emit import Emitter
-from fsmkit.expressions import (
+from fsmkit.language import (
     ArrayType,
     BoolType,
     DurationType,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fsmkit.chart.chart import Event
 from fsmkit.codegen.c.header import NOTICE, declaration
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.hosting import print_host
@@ -11,8 +12,7 @@ from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, WITH
 from fsmkit.codegen.pyext.tracing import fill, print_hook_functions, print_hooks
 from fsmkit.codegen.pyext.values import Values
 from fsmkit.emit import Emitter
-from fsmkit.expressions import ArrayType, BoolType, Type
-from fsmkit.model.chart import Event
+from fsmkit.language import ArrayType, BoolType, Type
 from fsmkit.texts import printing, telling
 from fsmkit.texts.c import comment, quoted
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from fsmkit.chart.chart import Transition
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import domain_of, is_dynamic, meeting
 from fsmkit.codegen.python.selection import bit, decimal
-from fsmkit.model.chart import Transition
-from fsmkit.model.document import Kind, Trigger
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan import Plan
 
 

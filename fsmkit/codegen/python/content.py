@@ -6,10 +6,28 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
+from fsmkit.chart.chart import Chart, State
+from fsmkit.chart.content import statements
+from fsmkit.chart.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Cancel,
+    Destination,
+    Fail,
+    ForEach,
+    If,
+    Invoke,
+    Log,
+    Raise,
+    Reply,
+    Send,
+    Statement,
+)
 from fsmkit.codegen.python.expressions import Printer, can_fail, parts_of, place, spell
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
-from fsmkit.expressions import (
+from fsmkit.language import (
     ArrayType,
     BoolType,
     Convert,
@@ -28,24 +46,6 @@ from fsmkit.expressions import (
     Type,
     Variable,
     default_value,
-)
-from fsmkit.model.chart import Chart, State
-from fsmkit.model.content import statements
-from fsmkit.model.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Cancel,
-    Destination,
-    Fail,
-    ForEach,
-    If,
-    Invoke,
-    Log,
-    Raise,
-    Reply,
-    Send,
-    Statement,
 )
 from fsmkit.texts.python import quoted
 

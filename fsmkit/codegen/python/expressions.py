@@ -10,10 +10,10 @@ from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any, assert_never
 
-from fsmkit.codegen.python import intervals
+from fsmkit.analysis import intervals
 from fsmkit.codegen.python.names import Names
 from fsmkit.diagnostics import Span
-from fsmkit.expressions import (
+from fsmkit.language import (
     LONGEST_DURATION,
     Apply,
     ArrayType,
@@ -235,7 +235,7 @@ class Printer:
 
 
 def _bounded(text: Fragment, source: Type | None, type_: IntType | DurationType) -> Fragment:
-    """Bring a number into bounds, as `fsmkit.expressions.converted` does."""
+    """Bring a number into bounds, as `fsmkit.language.converted` does."""
     lo, hi, overflow = 0, LONGEST_DURATION, Overflow.SATURATE
     if isinstance(type_, IntType):
         lo, hi, overflow = type_.lo, type_.hi, type_.overflow

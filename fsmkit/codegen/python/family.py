@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.statements import Destination, Send
 from fsmkit.codegen.python.expressions import parts_of
 from fsmkit.codegen.python.names import Names, distinct, identifier, names_of
 from fsmkit.codegen.python.template import BASES
-from fsmkit.model.chart import Chart
-from fsmkit.model.statements import Destination, Send
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.plain import CALLING, is_followed
 from fsmkit.codegen.python.relations import samples_inputs
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Trigger
+from fsmkit.document.document import Trigger
 
 TRACE = r"if .*self\.trace is not None:"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python import invoking, movement, plain, relations, saving, sending, template
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.family import Member, family_of, is_alone
@@ -22,9 +23,8 @@ from fsmkit.codegen.python.selection import (
 from fsmkit.codegen.python.straight import Straight
 from fsmkit.codegen.python.trees import Trees
 from fsmkit.codegen.python.trimming import trimmed, without_suites, without_trace
-from fsmkit.expressions import EnumType
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Trigger
+from fsmkit.document.document import Trigger
+from fsmkit.language import EnumType
 from fsmkit.plan import Plan, lower
 from fsmkit.plan.image import Image
 from fsmkit.texts import printing

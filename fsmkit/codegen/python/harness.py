@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.family import Member, family_of
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.template import arithmetic
 from fsmkit.diagnostics import fail
-from fsmkit.expressions import (
+from fsmkit.language import (
     ArrayType,
     BoolType,
     DurationType,
@@ -22,7 +23,6 @@ from fsmkit.expressions import (
     SymbolType,
     Type,
 )
-from fsmkit.model.chart import Chart
 
 WORDS = re.compile(r'"[^"]*"|[^\s\[\],"]+')
 """Of a line: brackets tell nothing that the types do not."""

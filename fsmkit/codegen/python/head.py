@@ -11,8 +11,8 @@ from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import decimal
-from fsmkit.expressions import ArrayType, RecordType
-from fsmkit.model.document import Trigger
+from fsmkit.document.document import Trigger
+from fsmkit.language import ArrayType, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan.image import Image
 

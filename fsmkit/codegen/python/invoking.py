@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from fsmkit.chart.chart import Chart, Invocation, Passage
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.sending import annotation
-from fsmkit.expressions import ArrayType, RecordType, default_value
-from fsmkit.model.chart import Chart, Invocation, Passage
+from fsmkit.language import ArrayType, RecordType, default_value
 
 
 def print_invocations(out: Lines, member: Member, content: ContentPrinter) -> None:

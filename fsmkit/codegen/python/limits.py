@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Trigger
+from fsmkit.document.document import Trigger
 
 
 def check(chart: Chart, findings: Findings) -> bool:

@@ -6,21 +6,16 @@ from collections.abc import Callable, Collection
 from functools import partial
 from typing import assert_never
 
+from fsmkit.chart.chart import State, Transition
+from fsmkit.chart.statements import Assign, CallOperation, Cancel, Log, Raise, Send
 from fsmkit.codegen.python.clashes import print_clashes
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.expressions import can_fail
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
-from fsmkit.codegen.python.relations import (
-    describe,
-    is_dynamic,
-    real_below,
-    real_children,
-)
+from fsmkit.codegen.python.relations import describe, is_dynamic, real_below, real_children
 from fsmkit.codegen.python.selection import bit, bits, has_regions, mask, payload_of
-from fsmkit.model.chart import State, Transition
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.statements import Assign, CallOperation, Cancel, Log, Raise, Send
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
 from fsmkit.plan.entries import entry_by_default
 from fsmkit.texts.python import quoted

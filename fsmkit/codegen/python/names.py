@@ -7,11 +7,11 @@ import sys
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.template import machine as template
 from fsmkit.emit import snake
 from fsmkit.emit.identifiers import legal
-from fsmkit.expressions import EnumType
-from fsmkit.model.chart import Chart
+from fsmkit.language import EnumType
 
 OFFERED = frozenset({"save", "restore"})
 """Methods of machines that are made so."""

@@ -6,10 +6,10 @@ import json
 import re
 from collections.abc import Collection
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Trigger
+from fsmkit.document.document import Trigger
 
 CALLING = r"self\.(?:_call_|_emit_|_log\(|log\(|reply)"
 """The host is called, and could call the machine; or a reply is to be reset."""

@@ -10,7 +10,7 @@ from fsmkit.diagnostics import Findings, fail
 from fsmkit.plugins import Generated
 
 if TYPE_CHECKING:
-    from fsmkit.model.chart import Chart
+    from fsmkit.chart.chart import Chart
 
 
 @dataclass(frozen=True, slots=True)

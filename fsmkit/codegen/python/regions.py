@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from fsmkit.chart.chart import State, Transition
+from fsmkit.chart.statements import Assign
 from fsmkit.codegen.python.expressions import can_fail, has_effect, parts_of
 from fsmkit.codegen.python.relations import LONG
 from fsmkit.codegen.python.selection import Groups, is_needing_memo
-from fsmkit.expressions import EventField, EventName, InState, Variable
-from fsmkit.model.chart import State, Transition
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.statements import Assign
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import EventField, EventName, InState, Variable
 from fsmkit.plan import Enter, Plan
 
 TIMED = (Trigger.AFTER, Trigger.EVERY)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from fsmkit.chart.chart import Chart, Transition
 from fsmkit.codegen.python.expressions import parts_of
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import has_regions
-from fsmkit.expressions import Storage, Variable
-from fsmkit.model.chart import Chart, Transition
-from fsmkit.model.document import Trigger
+from fsmkit.document.document import Trigger
+from fsmkit.language import Storage, Variable
 from fsmkit.plan import Plan
 from fsmkit.texts.lines import one_line
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 
+from fsmkit.chart.statements import Destination
 from fsmkit.codegen.python.content import ROUTES, Needs
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
-from fsmkit.expressions import (
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import (
     ArrayType,
     BoolType,
     DurationType,
@@ -18,8 +20,6 @@ from fsmkit.expressions import (
     SymbolType,
     Type,
 )
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.statements import Destination
 from fsmkit.plan.image import Image, code, head
 
 UNKNOWN = 0xFFFF

@@ -5,12 +5,12 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterable
 
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.deferral import shared_deferral
 from fsmkit.codegen.python.expressions import Printer, can_fail, has_effect, reads_event
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
-from fsmkit.model.chart import Chart, Transition
-from fsmkit.model.deferral import shared_deferral
-from fsmkit.model.document import Kind, Trigger
+from fsmkit.document.document import Kind, Trigger
 
 Step = Transition | None
 """A transition to try, or None: the search ends here because the state defers the event."""

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.content import Needs, shown
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
-from fsmkit.expressions import (
+from fsmkit.document.document import Direction
+from fsmkit.language import (
     ArrayType,
     BoolType,
     DurationType,
@@ -19,8 +21,6 @@ from fsmkit.expressions import (
     SymbolType,
     Type,
 )
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Direction
 from fsmkit.texts import Identifier
 from fsmkit.texts.python import inside
 

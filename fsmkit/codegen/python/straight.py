@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 
+from fsmkit.chart.chart import Chart, Transition
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.movement import Mover
@@ -29,8 +30,7 @@ from fsmkit.codegen.python.selection import (
     print_selection,
 )
 from fsmkit.codegen.python.trees import Trees, observes
-from fsmkit.model.chart import Chart, Transition
-from fsmkit.model.document import Kind, Trigger
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan import Content, Enter, Plan
 from fsmkit.texts.python import docstring, quoted
 

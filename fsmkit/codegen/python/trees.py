@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from fsmkit.chart.chart import Chart, State
+from fsmkit.chart.statements import CallOperation, Destination, Log, Send
 from fsmkit.codegen.python.expressions import parts_of
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.movement import Mover
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import real_children
-from fsmkit.expressions import Call, InState
-from fsmkit.model.chart import Chart, State
-from fsmkit.model.document import Kind
-from fsmkit.model.statements import CallOperation, Destination, Log, Send
+from fsmkit.document.document import Kind
+from fsmkit.language import Call, InState
 from fsmkit.texts.python import quoted
 
 MOST = 8

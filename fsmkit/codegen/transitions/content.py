@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.codegen.python.expressions import place
-from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.transitions.expressions import ModelPrinter
-from fsmkit.codegen.transitions.names import ModelNames, text
-from fsmkit.expressions import ArrayType, Element, Expr, Member, RecordType, Variable
-from fsmkit.model.chart import Chart
-from fsmkit.model.content import all_statements
-from fsmkit.model.statements import (
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import (
     Assign,
     Block,
     CallOperation,
@@ -23,6 +18,11 @@ from fsmkit.model.statements import (
     Send,
     Statement,
 )
+from fsmkit.codegen.python.expressions import place
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.transitions.expressions import ModelPrinter
+from fsmkit.codegen.transitions.names import ModelNames, text
+from fsmkit.language import ArrayType, Element, Expr, Member, RecordType, Variable
 
 
 def has_peer(chart: Chart, event: int) -> bool:

@@ -6,16 +6,7 @@ from dataclasses import dataclass
 
 from fsmkit.codegen.python.expressions import Fragment, Printer
 from fsmkit.codegen.transitions.names import ModelNames
-from fsmkit.expressions import (
-    Call,
-    Convert,
-    EventField,
-    EventName,
-    Expr,
-    InState,
-    IntType,
-    Overflow,
-)
+from fsmkit.language import Call, Convert, EventField, EventName, Expr, InState, IntType, Overflow
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from fsmkit.analysis.independence import NONE, done_event
+from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.content import all_statements, conditions, subexpressions
+from fsmkit.chart.statements import Destination, Log, Send
 from fsmkit.codegen.python import template
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.lines import Lines
@@ -13,16 +17,12 @@ from fsmkit.codegen.python.names import distinct, identifier, members_of
 from fsmkit.codegen.python.relations import describe
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.codegen.transitions.content import ContentPrinter, has_peer
-from fsmkit.codegen.transitions.effects import NONE, done_event
 from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.limits import is_raised
 from fsmkit.codegen.transitions.names import ModelNames, model_names, text
 from fsmkit.codegen.transitions.order import Order
-from fsmkit.expressions import ArrayType, EnumType, Field, RecordType
-from fsmkit.model.chart import Chart, State, Transition
-from fsmkit.model.content import all_statements, conditions, subexpressions
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.statements import Destination, Log, Send
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import ArrayType, EnumType, Field, RecordType
 from fsmkit.texts import printing
 from fsmkit.texts.python import docstring, paragraph
 
@@ -277,7 +277,7 @@ def _payload(chart: Chart, transition: Transition) -> dict[str, int]:
 
 def _given(out: Lines, chart: Chart) -> None:
     """Print what the model offers to its own methods."""
-    from fsmkit.expressions import InState
+    from fsmkit.language import InState
 
     asked = (part for guard in conditions(chart) for part in subexpressions(guard))
     if any(isinstance(part, InState) for part in asked):

@@ -14,16 +14,16 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.transitions.generate import entries, has_start, module_text
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.codegen.transitions.names import ModelNames, model_names
 from fsmkit.diagnostics import Findings, FsmkitError, Text
-from fsmkit.expressions import Value
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Kind
+from fsmkit.document.document import Kind
+from fsmkit.language import Value
+from fsmkit.language.values import tokens
 from fsmkit.runtime.interpreter.trace import value_text
 from fsmkit.runtime.script import SeededHost, read_event, read_input, script_texts, wrong_line
-from fsmkit.runtime.values import tokens
 
 LONGEST = 1000
 """Events in one macrostep, after which the library is not waited for."""

@@ -5,27 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fsmkit.codegen.python.expressions import can_fail, parts_of
-from fsmkit.codegen.transitions.effects import of_guard
-from fsmkit.codegen.transitions.order import Order, pairs
-from fsmkit.codegen.transitions.ranges import range_of
-from fsmkit.diagnostics import Findings, Span
-from fsmkit.expressions import (
-    Convert,
-    DurationType,
-    EventField,
-    EventName,
-    EventType,
-    Expr,
-    InState,
-    IntType,
-    Overflow,
-    fold,
-)
-from fsmkit.model.chart import Chart, State, Transition
-from fsmkit.model.content import statements, subexpressions, values
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.statements import (
+from fsmkit.analysis.independence import of_guard
+from fsmkit.analysis.ranges import range_of
+from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.content import statements, subexpressions, values
+from fsmkit.chart.statements import (
     Block,
     Cancel,
     Destination,
@@ -36,6 +20,22 @@ from fsmkit.model.statements import (
     Reply,
     Send,
     Statement,
+)
+from fsmkit.codegen.python.expressions import can_fail, parts_of
+from fsmkit.codegen.transitions.order import Order, pairs
+from fsmkit.diagnostics import Findings, Span
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import (
+    Convert,
+    DurationType,
+    EventField,
+    EventName,
+    EventType,
+    Expr,
+    InState,
+    IntType,
+    Overflow,
+    fold,
 )
 
 KINDS = {

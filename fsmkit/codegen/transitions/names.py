@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.names import Names, distinct, identifier, name_of_class
 from fsmkit.emit import snake
-from fsmkit.model.chart import Chart
 
 SEPARATORS = "/|:>~"
 """Between the names of a state and of its parent: the first that no state has in its name."""

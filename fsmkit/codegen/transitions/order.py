@@ -13,16 +13,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 
-from fsmkit.codegen.transitions.effects import (
-    Effects,
-    of_blocks,
-    of_entry,
-    of_guard,
-    union,
-)
-from fsmkit.model.chart import Chart, State, Transition
-from fsmkit.model.document import Kind, Trigger
-from fsmkit.model.structure import is_internal, lcca
+from fsmkit.analysis.independence import Effects, of_blocks, of_entry, of_guard, union
+from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.structure import is_internal, lcca
+from fsmkit.document.document import Kind, Trigger
 
 
 @dataclass(frozen=True)

@@ -5,20 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import assert_never
 
-from fsmkit.expressions import (
-    ContentError,
-    Element,
-    Expr,
-    Location,
-    Member,
-    RangeFault,
-    Value,
-    Variable,
-    evaluate,
-    store,
-)
-from fsmkit.model.chart import Transition
-from fsmkit.model.statements import (
+from fsmkit.chart.chart import Transition
+from fsmkit.chart.statements import (
     Assign,
     Block,
     CallOperation,
@@ -33,6 +21,18 @@ from fsmkit.model.statements import (
     Reply,
     Send,
     Statement,
+)
+from fsmkit.language import (
+    ContentError,
+    Element,
+    Expr,
+    Location,
+    Member,
+    RangeFault,
+    Value,
+    Variable,
+    evaluate,
+    store,
 )
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.globals import Globals

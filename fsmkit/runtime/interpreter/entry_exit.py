@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from fsmkit.expressions import ContentError, RangeFault, Value, default_value, evaluate
-from fsmkit.model.chart import State, Transition
-from fsmkit.model.document import Kind
+from fsmkit.chart.chart import State, Transition
+from fsmkit.document.document import Kind
+from fsmkit.language import ContentError, RangeFault, Value, default_value, evaluate
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.content import execute_block, execute_content
 from fsmkit.runtime.interpreter.globals import Globals

@@ -5,8 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 
-from fsmkit.expressions import ContentError, Value
-from fsmkit.model.chart import Chart
+from fsmkit.chart.chart import Chart
+from fsmkit.language import ContentError, Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Called,

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 
+from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.deferral import shared_deferral
+from fsmkit.chart.histories import forgotten_histories
+from fsmkit.chart.structure import is_internal, lcca
 from fsmkit.diagnostics import Span
-from fsmkit.expressions import Storage, Value, Variable, default_value
-from fsmkit.model.chart import Chart, State, Transition
-from fsmkit.model.deferral import shared_deferral
-from fsmkit.model.document import Trigger
-from fsmkit.model.histories import forgotten_histories
-from fsmkit.model.structure import is_internal, lcca
+from fsmkit.document.document import Trigger
+from fsmkit.language import Storage, Value, Variable, default_value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 
 MEMO = "_interpreter_index"

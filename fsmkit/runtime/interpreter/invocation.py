@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fsmkit.expressions import Value, default_value
-from fsmkit.model.chart import Invocation
+from fsmkit.chart.chart import Invocation
+from fsmkit.language import Value, default_value
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Overflowed, Ran

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from fsmkit.expressions import Value
-from fsmkit.model.chart import Chart
+from fsmkit.chart.chart import Chart
+from fsmkit.language import Value
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.content import execute_block, execute_transition_content
 from fsmkit.runtime.interpreter.entry_exit import done_payload, enter_states, exit_states, leave

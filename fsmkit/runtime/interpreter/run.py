@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import assert_never
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.statements import Destination
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.expressions import Value
-from fsmkit.model.chart import Chart
-from fsmkit.model.statements import Destination
-from fsmkit.runtime.clock import duration_text
+from fsmkit.language import Value
+from fsmkit.language.microseconds import duration_text
 from fsmkit.runtime.interpreter.content import deliver
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.index import index_of

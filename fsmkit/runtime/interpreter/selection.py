@@ -5,9 +5,9 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 
-from fsmkit.expressions import ContentError, RangeFault, evaluate
-from fsmkit.model.chart import Transition
-from fsmkit.model.document import Trigger
+from fsmkit.chart.chart import Transition
+from fsmkit.document.document import Trigger
+from fsmkit.language import ContentError, RangeFault, evaluate
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.structure import get_transition_domain, places_below
 
@@ -32,7 +32,7 @@ def select_eventless_transitions(g: Globals) -> Enabled:
 def select_transitions(g: Globals, event: int) -> tuple[Enabled, bool]:
     """Return the optimal set that an event enables (Appendix D, selectTransitions).
 
-    And whether it is deferred: then the set is empty (see `model.deferral`). Nobody is asked above
+    And whether it is deferred: then the set is empty (see `chart.deferral`). Nobody is asked above
     a state that is sure to defer the event.
     """
     table, defers, shared = g.index.by_event, g.index.defers, g.index.shared_deferral

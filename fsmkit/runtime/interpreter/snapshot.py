@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from fsmkit.expressions import Value
-from fsmkit.model.statements import Destination
+from fsmkit.chart.statements import Destination
+from fsmkit.language import Value
 
 # --- what a machine waits for and reacts to ---------------------------------------------------
 

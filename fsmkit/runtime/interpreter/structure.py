@@ -5,9 +5,9 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 
-from fsmkit.model.chart import Chart, Transition
-from fsmkit.model.document import Kind
-from fsmkit.model.structure import lcca
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.structure import lcca
+from fsmkit.document.document import Kind
 from fsmkit.runtime.interpreter.globals import Globals
 
 

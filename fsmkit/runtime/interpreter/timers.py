@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fsmkit.model.chart import OPEN_ENDED
-from fsmkit.model.document import Trigger
+from fsmkit.chart.chart import OPEN_ENDED
+from fsmkit.document.document import Trigger
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.snapshot import Chance, Delayed, Timeout, Timer
 

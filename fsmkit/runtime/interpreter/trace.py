@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import assert_never
 
-from fsmkit.expressions import Value
-from fsmkit.model.chart import Chart
+from fsmkit.chart.chart import Chart
+from fsmkit.language import Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Called,

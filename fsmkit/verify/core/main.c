@@ -5,13 +5,13 @@
  *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
  *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
-#include "cycles.h"
-#include "delays.h"
-#include "graph.h"
-#include "path.h"
+#include "liveness/cycles.h"
+#include "liveness/delays.h"
+#include "system/graph.h"
+#include "search/path.h"
 #include "report.h"
-#include "system.h"
-#include "timed_main.h"
+#include "system/system.h"
+#include "zones/timed_main.h"
 
 #include <inttypes.h>
 #include <signal.h>
@@ -41,7 +41,7 @@ typedef struct {
     const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
     fsm_pace pace;
     bool livelock, traps, list, graph;
-    bool sleepless;    /* no step sleeps (sleep.h) */
+    bool sleepless;    /* no step sleeps (sleep_sets.h) */
     bool timeless;     /* nothing ever takes time */
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
@@ -259,7 +259,7 @@ static bool choose_storage(fsm_search *search, const options *o)
     return false;
 }
 
-/* Of a lossy table: how full each part is, and how many bits it has, or lines (lossy.h). */
+/* Of a lossy table: how full each part is, and how many bits it has, or lines (hash_compaction.h). */
 static void print_table(const fsm_lossy *lossy)
 {
     if (lossy == NULL)
@@ -277,7 +277,7 @@ static int explore(fsm_composition *composition, options *o)
     if (!fsm_search_init(&search, fsm_composition_model(composition), o->memory))
         return FSM_NO_MEMORY;
     search.cores = o->cores;
-    search.sleepless = o->sleepless || o->graph; /* the graph has what every message does wherever it comes (sleep.h) */
+    search.sleepless = o->sleepless || o->graph; /* the graph has what every message does wherever it comes (sleep_sets.h) */
     if (o->share != NULL)
         read_share(&search, o->share);
     if (o->storage != NULL && !choose_storage(&search, o))

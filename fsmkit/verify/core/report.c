@@ -1,7 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "report.h"
 
-#include "spread.h"
+#include "system/spread.h"
 
 #include <inttypes.h>
 #include <stdio.h>

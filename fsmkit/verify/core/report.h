@@ -2,8 +2,8 @@
 #ifndef FSM_REPORT_H
 #define FSM_REPORT_H
 
-#include "search.h"
-#include "system.h"
+#include "search/search.h"
+#include "system/system.h"
 
 extern const fsm_system fsm_the_system;
 

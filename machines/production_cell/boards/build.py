@@ -17,8 +17,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import fsmkit
-from fsmkit.expressions import EnumType, Literal
-from fsmkit.model.chart import Chart
+from fsmkit.chart.chart import Chart
+from fsmkit.language import EnumType, Literal
 
 BOARDS = Path(__file__).resolve().parent
 CELL = BOARDS.parent
@@ -67,7 +67,7 @@ def sources() -> Iterator[Path]:
     for folder, patterns in (
         (CELL, ("*.yaml", "*.scxml", "plant/*.yaml", "boards/*", "controller/*.[ch]")),
         (RUNTIME, ("**/*.[ch]",)),
-        (RUNTIME.parents[1], ("codegen/c/**/*.py", "composition/*.py")),
+        (RUNTIME.parents[1], ("codegen/c/**/*.py", "codegen/system/*.py", "system/*.py")),
     ):
         for pattern in patterns:
             yield from (path for path in folder.glob(pattern) if path.is_file())

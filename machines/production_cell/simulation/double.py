@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import fsmkit
-from fsmkit.model.chart import Chart
-from fsmkit.verify.system import HEARD, Machine
+from fsmkit.chart.chart import Chart
+from fsmkit.system.system import HEARD, Machine
 
 from .protocol import Json, Values, serve
 from .signals import AXES, BUTTONS, COMMANDS, MEASUREMENTS, MODULES, PWM_FULL, Ports

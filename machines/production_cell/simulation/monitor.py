@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 import fsmkit
-from fsmkit.expressions import ContentError, Value, evaluate
-from fsmkit.verify.system import Property, PropertyKind, System
+from fsmkit.language import ContentError, Value, evaluate
+from fsmkit.system.system import Property, PropertyKind, System
 
 from .observed import Observed
 from .recording import Recording

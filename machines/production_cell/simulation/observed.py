@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from fsmkit.verify.system import Machine, System
+from fsmkit.system.system import Machine, System
 
 from .axes import PITCH
 from .recording import Recording

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import fsmkit
-from fsmkit.expressions import EnumType
+from fsmkit.language import EnumType
 
 from .axes import PITCH
 from .observed import NEAR, Column, starts

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from fsmkit.model.chart import Chart
-from fsmkit.model.document import Direction
+from fsmkit.chart.chart import Chart
+from fsmkit.document.document import Direction
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml" version="1.0"'

@@ -9,15 +9,15 @@ from textwrap import dedent
 
 import pytest
 
-from fsmkit.codegen.c import harness
+from devtools.differential import random_case
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
-from fsmkit.testing.differential import random_case
-from fsmkit.testing.harness import InterpreterHarness
+from fsmkit.runtime.harness import InterpreterHarness
 
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
 LAMP = """

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from devtools.differential import random_case
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings
+from fsmkit.document.document import Direction
 from fsmkit.loading import load
-from fsmkit.model.document import Direction
-from fsmkit.testing.differential import random_case
 
 ROOT = Path(__file__).parents[3]
 CELL = ROOT / "machines/production_cell"

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.codegen.c.forms import Form, form_of
+from devtools.differential import Case, compare_all, elaborated
+from devtools.random_charts.charts import random_document
+from devtools.random_charts.choices import SeededChoices
+from devtools.random_charts.scripts import random_script
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
-from fsmkit.codegen.c.shapes import Shapes
+from fsmkit.codegen.c.reactions.forms import Form, form_of
+from fsmkit.codegen.c.reactions.shapes import Shapes
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
 from fsmkit.plan import lower
-from fsmkit.testing.charts import random_document
-from fsmkit.testing.choices import SeededChoices
-from fsmkit.testing.differential import Case, compare_all, elaborated
-from fsmkit.testing.harness import harness
-from fsmkit.testing.scripts import random_script
+from fsmkit.runtime.harness import harness
 
 DENSE = """
 chart: Dense

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.codegen.c import harness
+from devtools.differential import elaborated
+from devtools.random_charts.choices import SeededChoices
+from devtools.random_charts.invoking import random_invoking
+from devtools.random_charts.scripts import random_script
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import Machine, generate_machine
+from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.plugin import PLUGIN
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.runtime.script import run_script
-from fsmkit.testing.choices import SeededChoices
-from fsmkit.testing.differential import elaborated
-from fsmkit.testing.invoking import random_invoking
-from fsmkit.testing.scripts import random_script
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 SCRIPTS = (

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.runtime.session import Session
 
 OVEN = """

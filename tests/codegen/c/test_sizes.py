@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.codegen.c import harness as c_harness
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c import limits
 from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.harness import harness as c_harness
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.plugins import Target, plugin
 from fsmkit.runtime.script import run_script
 from tests.codegen.c.conftest import SANITIZERS, WARNINGS

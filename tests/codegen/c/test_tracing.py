@@ -9,18 +9,18 @@ from types import MappingProxyType
 
 import pytest
 
+from devtools.differential import random_case
+from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
-from fsmkit.codegen.c import harness
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
+from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.plan.image import image_of
 from fsmkit.runtime.recording import RESTORE, calls, ring_lines
 from fsmkit.runtime.replaying import replay
 from fsmkit.runtime.script import run_script
-from fsmkit.testing.differential import random_case
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 TRACED = Options(extras=frozenset({"save", "trace"}))

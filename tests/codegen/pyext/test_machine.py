@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.pyext.harness import load_class
 from fsmkit.codegen.python.harness import load_machine
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from tests.codegen.pyext.press import PRESS, Host, script, seen
 
 

@@ -10,14 +10,14 @@ from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
+from devtools.random_charts.charts import random_document
+from devtools.random_charts.choices import Choices
+from fsmkit.chart.chart import Chart, Event, Invocation, Passage, State, Transition
+from fsmkit.chart.elaborate import elaborate
+from fsmkit.chart.statements import Assign, Block, Destination, Invoke, Send
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.expressions import Call, EventField, Field, Storage, Variable
-from fsmkit.model.chart import Chart, Event, Invocation, Passage, State, Transition
-from fsmkit.model.document import Direction, Kind, Trigger
-from fsmkit.model.elaborate import elaborate
-from fsmkit.model.statements import Assign, Block, Destination, Invoke, Send
-from fsmkit.testing.charts import random_document
-from fsmkit.testing.choices import Choices
+from fsmkit.document.document import Direction, Kind, Trigger
+from fsmkit.language import Call, EventField, Field, Storage, Variable
 
 ERROR = "error.communication"
 LEAVING = (Destination.PORT, Destination.SELF)

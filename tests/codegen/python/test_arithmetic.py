@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsmkit.expressions import BinaryOp, IntType, Overflow
-from fsmkit.expressions.arithmetic import compute, exact
-from fsmkit.expressions.conversion import rounded, within
+from fsmkit.language import BinaryOp, IntType, Overflow
+from fsmkit.language.arithmetic import compute, exact
+from fsmkit.language.conversion import rounded, within
 from fsmkit.runtime.python import arithmetic
 
 INTEGERS = st.integers(-(2**64), 2**64)

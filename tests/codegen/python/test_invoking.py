@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
+from devtools.random_charts.choices import SeededChoices
+from devtools.random_charts.scripts import random_script
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.harness import load_machine, run
 from fsmkit.codegen.python.plugin import PLUGIN
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.runtime.script import run_script
-from fsmkit.testing.choices import SeededChoices
-from fsmkit.testing.scripts import random_script
 from tests.codegen.python.families import random_family
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"

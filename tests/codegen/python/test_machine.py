@@ -11,15 +11,15 @@ from typing import Any
 
 import pytest
 
+from devtools.differential import random_case
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python import harness
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.harness import load_machine
 from fsmkit.codegen.python.plugin import PLUGIN
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.runtime.script import run_script
-from fsmkit.testing.differential import random_case
 
 PRESS = """\
 chart: Press
@@ -280,7 +280,7 @@ def test_it_imports_the_standard_library_only(chart: Chart) -> None:
 def test_the_text_is_the_same_every_time(chart: Chart) -> None:
     assert module_text(chart) == module_text(chart)
     code = (
-        "from fsmkit.testing.differential import random_case;"
+        "from devtools.differential import random_case;"
         "from fsmkit.codegen.python.generate import module_text;"
         "from hashlib import sha256;"
         "print(sha256(module_text(random_case(5, 3).chart).encode()).hexdigest())"

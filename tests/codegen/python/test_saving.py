@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.loading import load
-from fsmkit.model.chart import Chart
 from fsmkit.runtime.session import Session
 
 OVEN = """

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
 from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.codegen.transitions.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.model.chart import Chart
-from fsmkit.model.elaborate import elaborate
-from fsmkit.testing.harness import InterpreterHarness
+from fsmkit.runtime.harness import InterpreterHarness
 from fsmkit.yaml.reader import read_document
 
 HEAD = """\

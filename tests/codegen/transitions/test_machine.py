@@ -10,14 +10,14 @@ import pytest
 from click.testing import CliRunner
 
 import fsmkit
+from devtools.differential import compare_all, explain
+from devtools.plain import compare_plain, main, plain_case
 from fsmkit.codegen.transitions import limits
 from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.order import Order
 from fsmkit.codegen.transitions.plugin import PLUGIN
 from fsmkit.diagnostics import Findings
-from fsmkit.testing.differential import compare_all, explain
-from fsmkit.testing.harness import InterpreterHarness
-from fsmkit.testing.plain import compare_plain, main, plain_case
+from fsmkit.runtime.harness import InterpreterHarness
 
 DOOR = """\
 chart: Door

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from fsmkit.codegen.c.moves import MovePrinter
+from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.small.places import Places
+from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
-from fsmkit.model.document import Kind
 from fsmkit.plan import Branch, Content, Enter, Op, Restore
 from fsmkit.plan.entries import entry_by_default
 

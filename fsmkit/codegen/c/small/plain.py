@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from itertools import accumulate
 
-from fsmkit.codegen.c.content import ContentPrinter
-from fsmkit.codegen.c.leaving import ungrouped
+from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.selection import SelectionPrinter
+from fsmkit.codegen.c.reactions.exit_sets import ungrouped
+from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.codegen.c.small.text import FIND_PLAIN, TAKE_PLAIN
 from fsmkit.emit import Emitter

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from fsmkit.diagnostics import Findings
 
 if TYPE_CHECKING:
-    from fsmkit.model.chart import Chart
+    from fsmkit.chart.chart import Chart
 
 
 class SmallC:
@@ -24,7 +24,7 @@ class SmallC:
 
     def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         """Build several charts at once and return the trace of each one's script."""
-        from fsmkit.codegen.c.harness import OPTIONS, run_many
+        from fsmkit.codegen.c.harness.harness import OPTIONS, run_many
         from fsmkit.codegen.c.limits import report_limits
 
         findings = Findings()

@@ -11,14 +11,15 @@ from collections.abc import Callable, Sequence
 from itertools import accumulate
 from operator import attrgetter
 
-from fsmkit.codegen.c.content import ContentPrinter
-from fsmkit.codegen.c.forms import Form
+from fsmkit.chart.chart import Transition
+from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import WIDTH, narrowest
-from fsmkit.codegen.c.leaving import ungrouped
-from fsmkit.codegen.c.moves import MovePrinter
 from fsmkit.codegen.c.names import NARROW, Names
-from fsmkit.codegen.c.selection import SelectionPrinter, askable
+from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
+from fsmkit.codegen.c.reactions.exit_sets import ungrouped
+from fsmkit.codegen.c.reactions.forms import Form
+from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.small.paths import Lines, Paths
 from fsmkit.codegen.c.small.places import Places
 from fsmkit.codegen.c.small.text import (
@@ -34,9 +35,8 @@ from fsmkit.codegen.c.small.text import (
     WALK,
     WALK_PLAIN,
 )
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
-from fsmkit.model.chart import Transition
-from fsmkit.model.document import Kind, Trigger
 from fsmkit.plan import Content, Enter, Op
 from fsmkit.texts.c import comment
 

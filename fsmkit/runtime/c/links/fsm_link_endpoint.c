@@ -1,5 +1,5 @@
 /* fsm_link_endpoint.c: whether what is said at an endpoint can leave this computer; the same as
- * fsmkit/runtime/channels/endpoints.py. */
+ * fsmkit/runtime/links/endpoints.py. */
 #include "fsm_link_zmq.h"
 
 #include <string.h>

@@ -1,0 +1,137 @@
+"""Machines in Python that run a chart: by hand and by fsmkit; how any machine is run and judged."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from benchmarks.comparison.folder import Folder, UnavailableError
+from benchmarks.comparison.generated_c import chart_of
+from benchmarks.comparison.streams import FNV_OFFSET, FNV_PRIME, MASK, Digests, Stream, digest
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.plugins import Target, plugin
+
+BY_HAND = "MatchM"
+"""The class of match/case in the modules written by hand."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A machine that has been started."""
+
+    prepare: Callable[[bytes], Sequence[Any]]
+    """Look up what a host would hold anyway: a bound method, a number or a name for each event."""
+    send: Callable[[Any], object] | None
+    """Takes one of what was prepared; None if that is called itself."""
+    values: Callable[[], list[int]]
+    """All variables in the order of the digest; the first is ``n``."""
+
+    def feed(self, prepared: Sequence[Any]) -> None:
+        """Process events: the only part of which the time is taken."""
+        send = self.send
+        if send is None:
+            for call in prepared:
+                call()
+        else:
+            for event in prepared:
+                send(event)
+
+
+@dataclass(frozen=True, slots=True)
+class Contender:
+    """A machine that can be started as often as needed."""
+
+    name: str
+    kind: str
+    start: Callable[[], Run]
+    has_history: bool = True
+    """If not, its chart is entered by default where the history would be."""
+
+
+def did(run: Run, events: bytes) -> tuple[str, str]:
+    """Run events one by one; return the digests of the work and of the path."""
+    path = FNV_OFFSET
+    for event in run.prepare(events):
+        run.feed((event,))
+        path = ((path ^ (run.values()[0] & 0xFF)) * FNV_PRIME) & MASK
+    return digest(run.values()), f"{path:08x}"
+
+
+def is_correct(contender: Contender, events: bytes, expected: Digests) -> bool:
+    """Return whether a machine does what the model does."""
+    return did(contender.start(), events) == (expected.work, expected.path)
+
+
+def import_file(path: Path, name: str) -> ModuleType:
+    """Return a module of a file; `UnavailableError` if it is not there."""
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise UnavailableError(f"there is no module {path}")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def by_hand(folder: Folder, stream: Stream, kind: str) -> Contender:
+    """Return match/case written by hand, which is sent numbers."""
+    path = folder.by_hand_in_python(stream.letter)
+    machine_class = getattr(import_file(path, f"by_hand_{stream.letter}"), BY_HAND)
+    declared = [name for name in stream.variables if not _is_counter(name)]
+
+    def start() -> Run:
+        machine = machine_class()
+        data = machine.u
+        return Run(
+            list, machine.send, lambda: [*(getattr(data, name) for name in declared), *data.c]
+        )
+
+    return Contender("match/case", kind, start)
+
+
+def by_fsmkit(
+    folder: Folder, stream: Stream, work: Path, kind: str, target: str = "python"
+) -> Contender:
+    """Return the generated machine, whose method for each event is called.
+
+    ``target``: ``python``, or ``pyext`` for the generated C as an extension module.
+    """
+    chart = chart_of(folder.chart(stream.letter))
+    findings = Findings()
+    try:
+        made = plugin(Target, target).generate(chart, findings, {"build": "on"})
+    except FsmkitError as error:  # no compiler, or no headers of Python
+        raise UnavailableError(f"{target}: {error}") from error
+    if made is None or findings.has_errors:
+        raise UnavailableError("; ".join(finding.message for finding in findings))
+    if made.built:
+        ((file, content),) = made.built.items()
+    else:
+        ((file, text),) = made.files.items()
+        content = text.encode()
+    path = work / target / file
+    path.parent.mkdir(exist_ok=True)
+    path.unlink(missing_ok=True)  # a file that is loaded must not be written over
+    path.write_bytes(content)
+    # an extension module is known by its own name, a module of Python by any
+    name = f"generated_{stream.letter}" if not made.built else file.partition(".")[0]
+    machine_class = getattr(import_file(path, name), chart.name)
+
+    def start() -> Run:
+        machine = machine_class()
+        machine.start(0)
+        calls = [getattr(machine, f"dispatch_{name}") for name in stream.names]
+        return Run(
+            lambda events: [calls[event] for event in events],
+            None,
+            lambda: [getattr(machine, name) for name in stream.variables],
+        )
+
+    return Contender("fsmkit" if target == "python" else f"fsmkit, {target}", kind, start)
+
+
+def _is_counter(name: str) -> bool:
+    return name[0] == "c" and name[1:].isdigit()

@@ -1,4 +1,0 @@
-"""What each part of a generated machine costs where it is used, and that it is free elsewhere.
-
-``python -m benchmarks.prices`` prints the table of ``docs/reference/benchmarks.md``.
-"""

@@ -1,4 +1,0 @@
-"""The yardstick: what generated machines cost beside machines written by hand for the same work.
-
-Run it as ``python -m benchmarks.yardstick``; ``docs/reference/benchmarks.md`` says what is counted.
-"""

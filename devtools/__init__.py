@@ -1,0 +1,1 @@
+"""What develops fsmkit and is not shipped: random charts, the differential test, endurance runs."""

@@ -1,0 +1,303 @@
+"""The differential test: every target does what the interpreter does, on random charts.
+
+``python -m devtools.differential --charts 1000 --seed 0`` is the long run. A chart is a
+function of the seed and its number, so that a divergence can be looked at again:
+``--first 537 --charts 1``.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import traceback
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from typing import Protocol, runtime_checkable
+
+import click
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from devtools.random_charts.charts import random_document, random_family
+from devtools.random_charts.choices import Choices, SeededChoices
+from devtools.random_charts.ecmascript import random_ecmascript
+from devtools.random_charts.invoking import random_invoking
+from devtools.random_charts.scripts import random_script
+from devtools.reduction import Documents, Script, reduce_example
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
+from fsmkit.diagnostics import Findings, FsmkitError, Severity
+from fsmkit.document.document import Document
+from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.runtime.harness import Harness, InterpreterHarness, TargetHarness, harness, harnesses
+
+BATCH = 25
+"""Charts that one process generates, builds and compares at a time."""
+CONTEXT = 8
+"""Lines of the trace shown before the first that differs."""
+LIMITS = frozenset({"abstract-chart", "c-limit", "python-sometimes", "transitions-limit"})
+"""The rules by which a target refuses a chart; any other error is a fault of the target."""
+
+Trace = Sequence[str]
+
+
+@runtime_checkable
+class Batched(Protocol):
+    """A target that is faster on several charts at once, for instance with one compiler call."""
+
+    def harness_run_all(self, jobs: Sequence[tuple[Chart, Script]]) -> list[list[str]]:
+        """Return the trace of each job."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A chart, as written and as it means, and what its host does."""
+
+    documents: Documents
+    """The chart as written, and after it those it extends, nearest first."""
+    chart: Chart
+    script: Script
+    name: str = "example"
+
+
+@dataclass(frozen=True, slots=True)
+class Divergence:
+    """The first line in which a target differs from the interpreter."""
+
+    target: str
+    line: int
+    expected: str
+    got: str
+    before: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        context = "".join(f"    {line}\n" for line in self.before)
+        return (
+            f"line {self.line + 1} of the trace differs\n{context}"
+            f"  interpreter: {self.expected}\n  {self.target}: {self.got}"
+        )
+
+
+@dataclass
+class Totals:
+    """What a run compared."""
+
+    charts: int = 0
+    macrosteps: int = 0
+    refused: int = 0
+    """Charts that a target said it cannot express."""
+    divergences: list[tuple[str, Divergence]] = field(default_factory=list)
+
+    def add(self, other: Totals) -> None:
+        """Add what another process compared."""
+        self.charts += other.charts
+        self.macrosteps += other.macrosteps
+        self.refused += other.refused
+        self.divergences += other.divergences
+
+
+def random_case(seed: int, number: int, *, is_saved: bool = False) -> Case:
+    """Return one example; the same for the same seed and number."""
+    choices = SeededChoices(f"{seed}:{number}")
+    documents = random_documents(choices)
+    chart = elaborated(documents)
+    script = random_script(choices, chart, is_saved=is_saved)
+    return Case(documents, chart, script, f"chart {number} of seed {seed}")
+
+
+def random_documents(choices: Choices) -> Documents:
+    """Return a chart of any kind, with those it extends."""
+    kind = choices.integer(0, 9)
+    if kind == 4:
+        return (random_invoking(choices),)
+    if kind in (5, 6):
+        return random_family(choices)
+    if kind >= 7:
+        return (random_ecmascript(choices),)
+    return (random_document(choices),)
+
+
+def elaborated(documents: Documents) -> Chart:
+    """Return the chart of random documents, which has no errors by construction."""
+    findings = Findings()
+    chart = elaborate(documents, findings)
+    findings.stop_on_errors()
+    if chart is None:
+        raise FsmkitError(findings)
+    return chart
+
+
+def first_difference(target: str, expected: Trace, got: Trace) -> Divergence | None:
+    """Return where two traces part, if they do."""
+    for place, (a, b) in enumerate(zip_longest(expected, got, fillvalue="(the end)")):
+        if a != b:
+            before = tuple(expected[max(0, place - CONTEXT) : place])
+            return Divergence(target, place, a, b, before)
+    return None
+
+
+def compare(case: Case, target: Harness) -> Divergence | None:
+    """Run a case on the interpreter and on a target; where they part, if they do."""
+    expected = InterpreterHarness().run(case.chart, case.script)
+    return first_difference(target.name, expected, _attempt(target, case))
+
+
+def compare_all(cases: Sequence[Case], targets: Sequence[Harness]) -> Totals:
+    """Compare several cases on several targets, in batches where a target likes that."""
+    totals = Totals(charts=len(cases))
+    expected = [_attempt(InterpreterHarness(), case) for case in cases]
+    for trace in expected:
+        totals.macrosteps += sum(line.startswith("@") for line in trace)
+    for target in targets:
+        for case, wanted, got in zip(cases, expected, _traces(target, cases), strict=True):
+            if got is None:
+                totals.refused += 1
+                continue
+            divergence = first_difference(target.name, wanted, got)
+            if divergence is not None:
+                totals.divergences.append((case.name, divergence))
+    return totals
+
+
+def _traces(target: Harness, cases: Sequence[Case]) -> list[list[str] | None]:
+    if isinstance(target, TargetHarness) and isinstance(target.target, Batched):
+        jobs = [(case.chart, case.script) for case in cases]
+        try:
+            return list(target.target.harness_run_all(jobs))
+        except FsmkitError:  # one of them: find out which
+            pass
+    return [_attempt_or_refuse(target, case) for case in cases]
+
+
+def _attempt_or_refuse(target: Harness, case: Case) -> list[str] | None:
+    try:
+        return target.run(case.chart, case.script)
+    except FsmkitError as error:
+        rules = {d.rule.name for d in error.diagnostics if d.severity is Severity.ERROR}
+        return None if rules <= LIMITS else [f"(refused: {error})"]
+    except Exception:  # noqa: BLE001  (whatever it is, it is a divergence to be shown)
+        return [f"(crashed: {traceback.format_exc(limit=-3)})"]
+
+
+def _attempt(target: Harness, case: Case) -> list[str]:
+    return _attempt_or_refuse(target, case) or []
+
+
+def written(document: Document) -> str:
+    """Return a document as YAML, the shorter notation to read."""
+    return plugin(FrontEnd, "yaml").write(document)
+
+
+def explain(case: Case, divergence: Divergence) -> str:
+    """Return everything needed to look into a divergence."""
+    script = "\n".join(case.script)
+    text = "\n--- extends\n".join(written(document) for document in case.documents)
+    return f"{case.name}\n\n{text}\n--- script\n{script}\n---\n{divergence}"
+
+
+def reduced(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, Divergence | None]:
+    """Return a smaller case on which the target still diverges; to refuse a chart is not that."""
+
+    def attempt(documents: Documents, script: Script) -> Divergence | None:
+        try:
+            smaller = Case(documents, elaborated(documents), script)
+            expected = InterpreterHarness().run(smaller.chart, script)
+        except FsmkitError:  # no valid chart, or a script that is not one for it
+            return None
+        got = _attempt_or_refuse(target, smaller)
+        return None if got is None else first_difference(target.name, expected, got)
+
+    documents, script = reduce_example(
+        case.documents, case.script, lambda d, s: attempt(d, s) is not None, budget
+    )
+    small = Case(documents, elaborated(documents), script, f"{case.name}, reduced")
+    return small, compare(small, target)
+
+
+# --- the long run -----------------------------------------------------------------------------
+
+
+def run_batch(
+    seed: int, numbers: Sequence[int], targets: Sequence[str], *, is_saved: bool = False
+) -> Totals:
+    """Compare some charts of a seed; what one process does at a time."""
+    cases = [random_case(seed, number, is_saved=is_saved) for number in numbers]
+    return compare_all(cases, [harness(name) for name in targets])
+
+
+def run_many(
+    seed: int, first: int, charts: int, targets: Sequence[str], processes: int
+) -> Iterator[Totals]:
+    """Yield what each batch compared, as they finish."""
+    numbers = range(first, first + charts)
+    batches = [numbers[start : start + BATCH] for start in range(0, charts, BATCH)]
+    if processes == 1:
+        yield from (run_batch(seed, batch, targets) for batch in batches)
+        return
+    with ProcessPoolExecutor(processes) as pool:
+        yield from pool.map(run_batch, [seed] * len(batches), batches, [targets] * len(batches))
+
+
+def target_names(chosen: str | None) -> tuple[str, ...]:
+    """Return the names of the targets to compare: those chosen, or all that have a harness."""
+    if chosen:
+        return tuple(harness(name.strip()).name for name in chosen.split(","))
+    return tuple(h.name for h in harnesses() if h.name != "interpreter")
+
+
+@click.command()
+@click.option("--charts", default=1000, show_default=True, help="How many random charts.")
+@click.option("--seed", default=0, show_default=True, help="Which thousand.")
+@click.option("--first", default=0, show_default=True, help="The number of the first chart.")
+@click.option("--targets", default=None, help="By name, with commas; all that have a harness.")
+@click.option("--processes", default=min(2, os.cpu_count() or 1), show_default=True)
+@click.option("--no-reduce", is_flag=True, help="Show a divergence as it was found.")
+def main(
+    charts: int, seed: int, first: int, targets: str | None, processes: int, *, no_reduce: bool
+) -> None:
+    """Compare every target with the interpreter on random charts."""
+    names = target_names(targets)
+    totals = Totals()
+    began = time.monotonic()
+    with _progress() as progress:
+        task = progress.add_task(f"{', '.join(names)} against the interpreter", total=charts)
+        for part in run_many(seed, first, charts, names, processes):
+            totals.add(part)
+            progress.update(task, completed=totals.charts)
+    seconds = time.monotonic() - began
+    click.echo(
+        f"{totals.charts} charts on {', '.join(names)}: {totals.macrosteps} macrosteps compared, "
+        f"{len(totals.divergences)} divergences, {totals.refused} refused, {seconds:.1f} s"
+    )
+    _show(totals.divergences, seed, no_reduce=no_reduce)
+    sys.exit(1 if totals.divergences else 0)
+
+
+def _show(divergences: Iterable[tuple[str, Divergence]], seed: int, *, no_reduce: bool) -> None:
+    found = list(divergences)
+    for name, divergence in found[1:10]:
+        click.echo(f"{name}: {divergence.target} {divergence.expected!r} {divergence.got!r}")
+    for name, divergence in found[:1]:
+        case = random_case(seed, int(name.split()[1]))
+        small, shown = case, divergence
+        if not no_reduce:
+            small, less = reduced(case, harness(divergence.target))
+            shown = less or divergence
+        click.echo(explain(small, shown))
+
+
+def _progress() -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        transient=True,
+    )
+
+
+if __name__ == "__main__":
+    main()

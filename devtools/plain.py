@@ -1,0 +1,319 @@
+"""Random charts of the plain kind: what the library `transitions` can mostly express.
+
+No timers, histories, eventless transitions or deferral, numbers that wrap around; transitions with
+one target. ``python -m devtools.plain --charts 1000`` compares the target on them.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+
+import click
+
+from devtools.differential import Case, Totals, compare_all, elaborated, explain
+from devtools.random_charts.choices import Choices, SeededChoices
+from devtools.random_charts.content import PLACE, SOURCE, text
+from devtools.random_charts.scripts import random_script
+from devtools.random_charts.tree import LETTERS, Node
+from fsmkit.codegen.transitions.harness import TransitionsHarness
+from fsmkit.codegen.transitions.limits import check
+from fsmkit.diagnostics import Findings
+from fsmkit.document.document import (
+    Block,
+    Direction,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCall,
+    DocCapacity,
+    DocData,
+    DocEvent,
+    DocField,
+    DocForEach,
+    DocIf,
+    DocLog,
+    DocOperation,
+    DocRaise,
+    DocSend,
+    DocState,
+    DocStatement,
+    DocTransition,
+    Document,
+    Kind,
+    Trigger,
+)
+
+NUMBERS = ("uint8", "int16", "int32", "0..9 wrap", "-3..12 wrap")
+TURNS = "turns"
+"""The counter that bounds what content raises, so that every macrostep ends."""
+BATCH = 50
+
+
+def random_plain(choices: Choices) -> Document:
+    """Return a document of about a dozen states at most."""
+    return _Author(choices).document()
+
+
+def plain_case(seed: int, number: int) -> Case:
+    """Return one example; the same for the same seed and number."""
+    choices = SeededChoices(f"plain {seed}:{number}")
+    documents = (random_plain(choices),)
+    chart = elaborated(documents)
+    return Case(documents, chart, random_script(choices, chart, 60), f"chart {number} of {seed}")
+
+
+@dataclass
+class _Author:
+    """Writes one document."""
+
+    choices: Choices
+    made: int = 0
+    numbers: list[str] = field(default_factory=list)
+    flags: list[str] = field(default_factory=list)
+    events: dict[str, bool] = field(default_factory=dict)
+    """What the machine receives; whether a number goes with it."""
+    states: list[Node] = field(default_factory=list)
+    content_chance: int = 20
+
+    def document(self) -> Document:
+        pick = self.choices.pick
+        types = ["uint8", pick(NUMBERS), pick(NUMBERS)][: self.choices.integer(0, 3)]
+        self.numbers = [f"v{n}" for n in range(len(types))]
+        self.flags = ["b0", "b1"][: self.choices.integer(0, 2)]
+        self.events = {f"e{n}": n == 1 for n in range(self.choices.integer(1, 5))}
+        self.content_chance = pick((20, 8, 40))
+        root = Node("", Kind.COMPOUND, None)
+        self._fill(root, self.choices.integer(2, 9))
+        self.states = root.below()
+        inputs = (DocData(text("i0"), text("bool"), None), DocData(text("i1"), text("0..9"), None))
+        number = (DocField(text("n"), text("0..9")),)
+        operations = (
+            DocOperation(text("act"), (DocField(text("x"), text("int32")),), None),
+            DocOperation(text("ask"), (), text("bool")),
+            DocOperation(text("get"), (), text("0..9")),
+        )
+        data = [DocData(text(f"v{n}"), text(type_), text("1")) for n, type_ in enumerate(types)]
+        data += [DocData(text(name), text("bool"), text("false")) for name in self.flags]
+        data += [
+            DocData(text(TURNS), text("uint8"), text("0")),
+            DocData(text("a"), text("uint8[3]"), text("2")),
+        ]
+        return Document(
+            SOURCE,
+            text("Plain"),
+            self._state(root),
+            data=tuple(data),
+            inputs=inputs,
+            outputs=(DocData(text("o0"), text("bool"), text("false")),),
+            operations=operations,
+            events=(
+                *(
+                    DocEvent(text(name), number if has else (), Direction.IN)
+                    for name, has in self.events.items()
+                ),
+                DocEvent(text("n0"), (), Direction.INTERNAL),
+                DocEvent(text("out0"), number, Direction.OUT),
+            ),
+            # wide: the library has no such bounds, so none may be reached
+            capacities=(
+                DocCapacity(text("internal"), text("64")),
+                DocCapacity(text("microsteps"), text("1000")),
+            ),
+        )
+
+    # --- the tree ---------------------------------------------------------------------------
+
+    def _fill(self, node: Node, budget: int) -> None:
+        is_parallel = node.kind is Kind.PARALLEL
+        count = 2 if is_parallel else max(1, self.choices.integer(1, 4))
+        for place in range(count):
+            self.made += 1
+            kind = Kind.ATOMIC
+            if budget > 2 and node.depth < 4:
+                wish = self.choices.integer(0, 9)
+                kind = Kind.COMPOUND if wish < (8 if is_parallel else 3) else kind
+                kind = Kind.PARALLEL if wish >= 8 else kind
+            if kind is Kind.ATOMIC and place and not is_parallel and self.choices.chance(20):
+                kind = Kind.FINAL
+            child = Node(f"{LETTERS[kind]}{self.made}", kind, node)
+            node.children.append(child)
+            if kind in (Kind.COMPOUND, Kind.PARALLEL):
+                self._fill(child, budget // 2)
+
+    def _state(self, node: Node) -> DocState:
+        has_content = node.parent is not None
+        is_top_final = node.kind is Kind.FINAL and node.depth == 1
+        initial = None
+        if node.kind is Kind.COMPOUND:
+            first = self.choices.pick([c for c in node.children if c.kind is not Kind.FINAL])
+            initial = DocTransition(Trigger.INITIAL, PLACE, targets=(text(first.id),))
+        return DocState(
+            text(node.id) if node.id else None,
+            node.kind,
+            PLACE,
+            initial=initial,
+            children=tuple(self._state(child) for child in node.children),
+            transitions=self._transitions(node),
+            entry=self._handlers() if has_content else (),
+            exit=self._handlers() if has_content and not is_top_final else (),
+        )
+
+    # --- transitions ------------------------------------------------------------------------
+
+    def _transitions(self, node: Node) -> tuple[DocTransition, ...]:
+        if not node.has_behaviour:
+            return ()
+        found = [self._transition(node) for _ in range(self.choices.pick((1, 2, 0, 3)))]
+        ended = [c for c in node.children if c.kind is Kind.FINAL]
+        if node.kind is Kind.COMPOUND and ended and self.choices.chance(50):
+            found.append(self._leading(node, (f"done.state.{node.id}",)))
+        return tuple(found)
+
+    def _transition(self, node: Node) -> DocTransition:
+        kind = self.choices.integer(0, 11)
+        names = list(self.events)
+        if kind == 11:
+            return self._leading(node, ("*",))
+        if kind == 10:
+            return self._leading(node, self.choices.some(names, 2))
+        if kind == 9:
+            return self._leading(node, ("n0",))
+        return self._leading(node, (self.choices.pick(names),))
+
+    def _leading(self, node: Node, events: tuple[str, ...]) -> DocTransition:
+        targets = self._targets(node)
+        if events[0] == "*" or events[0].startswith("done."):  # or they might go on for ever
+            targets = tuple(n for n in targets if n.kind is Kind.ATOMIC)
+        has_number = len(events) == 1 and self.events.get(events[0], False)
+        is_inner = bool(targets) and targets[0].is_below(node)
+        return DocTransition(
+            Trigger.EVENT,
+            PLACE,
+            events=tuple(text(name) for name in events),
+            guard=text(self._test(has_number)) if self.choices.chance(35) else None,
+            targets=tuple(text(target.id) for target in targets),
+            internal=is_inner and node.kind is Kind.COMPOUND,
+            content=self._block(has_number) if self.choices.chance(50) else None,
+            ordered=True,
+        )
+
+    def _targets(self, node: Node) -> tuple[Node, ...]:
+        kind = self.choices.integer(0, 9)
+        if kind == 0:
+            return ()
+        if kind == 1:
+            return (node,)
+        if kind == 2 and node.children:
+            return (self.choices.pick(node.children),)
+        if kind == 3:
+            return (self.choices.pick(self.states),)
+        here = node
+        while here.parent is not None and here.parent.kind is Kind.PARALLEL:
+            here = here.parent
+        assert here.parent is not None  # noqa: S101  (the root is not parallel)
+        near = [n for n in here.parent.children if n is not here] or [here]
+        inner = [n for n in near if n.kind is Kind.COMPOUND]
+        if kind == 4 and inner:
+            return (self.choices.pick(self.choices.pick(inner).children),)
+        return (self.choices.pick(near),)
+
+    # --- content ----------------------------------------------------------------------------
+
+    def _handlers(self) -> tuple[Block, ...]:
+        return (self._block(False),) if self.choices.chance(self.content_chance) else ()
+
+    def _block(self, has_number: bool) -> Block:
+        count = self.choices.integer(1, 2)
+        return tuple(self._statement(has_number, 1) for _ in range(count))
+
+    def _statement(self, has_number: bool, depth: int) -> DocStatement:
+        number = self._number(has_number, 1)
+        kind = self.choices.integer(0, 11)
+        if kind <= 3 and self.numbers:
+            return DocAssign(text(self.choices.pick(self.numbers)), text(number), PLACE)
+        if kind == 4 and self.flags:
+            flag = self.choices.pick(self.flags)
+            return DocAssign(text(flag), text(self._truth(has_number)), PLACE)
+        if kind == 5:
+            return DocCall(text(f"act({number})"), PLACE)
+        if kind == 6:
+            name = self.choices.pick([*self.events, "n0"])
+            arguments = self._arguments() if self.events.get(name, False) else ()
+            counted = DocAssign(text(TURNS), text("1"), PLACE, "+")
+            raised = DocRaise(text(name), arguments, PLACE)
+            return DocIf((DocBranch(text(f"{TURNS} < 30"), (counted, raised)),), PLACE)
+        if kind == 7:
+            return DocSend(PLACE, event=text("out0"), arguments=self._arguments())
+        if kind == 8 and depth > 0:
+            branch = DocBranch(text(self._truth(has_number)), (self._statement(has_number, 0),))
+            other = DocBranch(None, (self._statement(has_number, 0),))
+            return DocIf((branch, other)[: self.choices.integer(1, 2)], PLACE)
+        if kind == 9 and "v0" in self.numbers and depth > 0:
+            body = (self._statement(has_number, 0),)
+            return DocForEach(text("a"), text("v0"), None, body, PLACE)
+        if kind == 10:
+            index = self.choices.integer(0, 2)
+            return DocAssign(text(f"a[{index}]"), text(number), PLACE)
+        if kind == 11:
+            return DocAssign(text("o0"), text(self._truth(has_number)), PLACE)
+        return DocLog(text("at"), (text(number),), PLACE)
+
+    def _arguments(self) -> tuple[DocArgument, ...]:
+        value = self.choices.pick(("3", "0", "get()", "min(9, max(0, a[1]))"))
+        return (DocArgument(text("n"), text(value)),)
+
+    def _number(self, has_number: bool, depth: int) -> str:
+        leaves = ["1", "3", "a[1]", "i1", *self.numbers, *self.numbers]
+        leaves += ["event.n"] * 2 if has_number else []
+        one = self.choices.pick(leaves)
+        if depth == 0 or self.choices.chance(40):
+            return one
+        other = self._number(has_number, depth - 1)
+        how = self.choices.pick(("{} + {}", "{} - {}", "{} * {}", "max({}, {})", "({} & {})"))
+        return how.format(one, other)
+
+    def _truth(self, has_number: bool) -> str:
+        compared = f"{self._number(has_number, 1)} {self.choices.pick(('<', '==', '>='))} 3"
+        return self.choices.pick((compared, compared, *self.flags, "i0", "true"))
+
+    def _test(self, has_number: bool) -> str:
+        kind = self.choices.integer(0, 9)
+        if kind == 0 or kind == 9:
+            return "ask()"
+        if kind == 1:
+            return f"not In({self.choices.pick(self.states).id})"
+        if kind == 2:
+            return f"{self._truth(has_number)} and not In({self.choices.pick(self.states).id})"
+        return self._truth(has_number)
+
+
+def compare_plain(seed: int, first: int, charts: int) -> Totals:
+    """Compare the target with the interpreter on those charts of a seed that it can express."""
+    cases = [plain_case(seed, number) for number in range(first, first + charts)]
+    accepted = [case for case in cases if check(case.chart, Findings())]
+    totals = compare_all(accepted, [TransitionsHarness()])
+    totals.refused += len(cases) - len(accepted)
+    return totals
+
+
+@click.command()
+@click.option("--charts", default=1000, show_default=True, help="How many random charts.")
+@click.option("--seed", default=0, show_default=True, help="Which thousand.")
+@click.option("--first", default=0, show_default=True, help="The number of the first chart.")
+def main(charts: int, seed: int, first: int) -> None:
+    """Compare the target `transitions` with the interpreter on random plain charts."""
+    totals = Totals()
+    for start in range(first, first + charts, BATCH):
+        totals.add(compare_plain(seed, start, min(BATCH, first + charts - start)))
+    click.echo(
+        f"{totals.charts} charts on transitions: {totals.macrosteps} macrosteps, "
+        f"{len(totals.divergences)} divergences; {totals.refused} others refused"
+    )
+    for name, divergence in totals.divergences[:1]:
+        click.echo(explain(plain_case(seed, int(name.split()[1])), divergence))
+    sys.exit(1 if totals.divergences else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,129 @@
+"""Random statecharts, valid by construction: `random_document` and the strategy `documents`.
+
+They hold whatever the two notations can say of a chart, in combinations nobody would write by hand;
+`random_family` gives one with those it extends. `run` on them always ends: immediate sends to the
+own queue are counted, and every delay is at least a tick.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hypothesis import strategies as st
+
+from devtools.random_charts.behaviour import Behaviour
+from devtools.random_charts.choices import Choices, DrawnChoices
+from devtools.random_charts.content import SENT, SOURCE, TURNS, Content, text
+from devtools.random_charts.declarations import Declared, declare
+from devtools.random_charts.derived import derive
+from devtools.random_charts.tree import Grower
+from devtools.random_charts.vocabulary import Names
+from fsmkit.document.document import (
+    DocCapacity,
+    DocConstant,
+    DocData,
+    DocEvent,
+    DocField,
+    DocOperation,
+    DocState,
+    DocType,
+    Document,
+)
+from fsmkit.language import EnumType, Field
+
+if TYPE_CHECKING:
+    from hypothesis.strategies import DrawFn
+
+
+@st.composite
+def documents(draw: DrawFn, states: int = 16) -> Document:
+    """Draw a random document of about that many states at most."""
+    return random_document(DrawnChoices(draw), states)
+
+
+def random_document(choices: Choices, states: int = 16) -> Document:
+    """Return a document of about that many states at most."""
+    return _random(choices, states)[0]
+
+
+def random_family(choices: Choices, states: int = 10) -> tuple[Document, ...]:
+    """Return a document after one or two that extend it, the most derived first."""
+    base, content = _random(choices, states)
+    documents, content = derive(choices, (base,), content)
+    if choices.chance(30):
+        documents, _ = derive(choices, documents, content)
+    return documents
+
+
+def _random(choices: Choices, states: int) -> tuple[Document, Content]:
+    root = Grower(choices, choices.integer(1, states)).root()
+    declared = declare(choices)
+    ids = tuple(node.id for node in root.below() if node.is_real)
+    names = Names(declared.variables, ids, declared.operations, declared.constants)
+    content = Content(choices, names, declared.events)
+    state = Behaviour(choices, root, content).state(root)
+    return _assemble(choices, declared, state), content
+
+
+def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
+    types = tuple(
+        DocType(text(type_.name), tuple(text(m) for m in type_.members))
+        if isinstance(type_, EnumType)
+        else DocType(text(type_.name), fields=_fields(type_.fields))
+        for type_ in declared.types
+    )
+    return Document(
+        SOURCE,
+        text("Random"),
+        root,
+        types=types,
+        constants=tuple(DocConstant(text(n), text(str(v))) for n, v in declared.constants),
+        data=(
+            *(_data(name, type_, init) for name, type_, init in declared.data),
+            DocData(text(SENT), text("0..100"), text("0")),
+            DocData(text(TURNS), text("0..100"), text("0")),
+        ),
+        inputs=tuple(_data(name, type_, None) for name, type_, _ in declared.inputs),
+        outputs=tuple(_data(name, type_, init) for name, type_, init in declared.outputs),
+        operations=tuple(
+            DocOperation(
+                text(o.name),
+                _fields(o.parameters),
+                None if o.result is None else text(str(o.result)),
+            )
+            for o in declared.operations
+        ),
+        events=tuple(
+            DocEvent(
+                text(e.name),
+                _fields(e.fields),
+                direction,
+                None if e.reply is None else text(str(e.reply)),
+            )
+            for e in declared.events
+            for direction in sorted(e.directions, key=lambda d: d.value)
+        ),
+        capacities=_capacities(choices),
+    )
+
+
+def _data(name: str, type_: object, init: str | None) -> DocData:
+    return DocData(text(name), text(str(type_)), None if init is None else text(init))
+
+
+def _fields(fields: tuple[Field, ...]) -> tuple[DocField, ...]:
+    return tuple(DocField(text(f.name), text(str(f.type))) for f in fields)
+
+
+def _capacities(choices: Choices) -> tuple[DocCapacity, ...]:
+    def maybe(name: str, percent: int, *values: int) -> list[DocCapacity]:
+        if not choices.chance(percent):
+            return []
+        return [DocCapacity(text(name), text(str(choices.pick(values))))]
+
+    return (
+        *maybe("queue", 40, 8, 4, 2, 1),
+        *maybe("internal", 85, 24, 16, 16, 12, 3),
+        *maybe("delayed", 40, 4, 3, 1),
+        *maybe("microsteps", 30, 100, 40, 12),
+    )

@@ -1,0 +1,235 @@
+"""Random executable content, valid by construction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from devtools.random_charts.choices import Choices
+from devtools.random_charts.terms import Terms
+from devtools.random_charts.vocabulary import Names
+from fsmkit.diagnostics import Source, Span, Text
+from fsmkit.document.document import (
+    Block,
+    Direction,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCall,
+    DocCancel,
+    DocForEach,
+    DocIf,
+    DocLog,
+    DocRaise,
+    DocReply,
+    DocSend,
+    DocStatement,
+)
+from fsmkit.language import ArrayType, DurationType, Field, IntType, RecordType, Type
+
+SOURCE = Source("<random>", "")
+PLACE = Span(SOURCE, 0, 0)
+SENT = "sent"
+"""The counter that bounds immediate sends to the own queue, so that `run` always ends."""
+SENDS = 12
+TURNS = "turns"
+"""The counter that ends most loops of eventless transitions."""
+MOST_TURNS = 20
+DELAYS = ("1ms", "2ms", "5ms", "10ms", "10ms", "20ms", "35ms")
+"""Few different ones, so that several timers often fall due at once."""
+
+
+def text(value: str) -> Text:
+    """Return a text that stands nowhere."""
+    return Text(value, PLACE)
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An event declared by the random chart."""
+
+    name: str
+    fields: tuple[Field, ...]
+    directions: frozenset[Direction]
+    reply: Type | None = None
+
+    @property
+    def is_received(self) -> bool:
+        """Whether the machine itself can receive it."""
+        return self.directions != {Direction.OUT}
+
+
+@dataclass(frozen=True)
+class Content:
+    """Makes random statements."""
+
+    choices: Choices
+    names: Names
+    events: tuple[Event, ...]
+    terms: Terms = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "terms", Terms(self.choices, self.names))
+
+    def at(self, event: Event | None) -> Content:
+        """Return the same with the payload of an event at hand."""
+        if event is None:
+            return self
+        return Content(self.choices, replace(self.names, fields=event.fields), self.events)
+
+    def block(self, *, reply: Type | None = None, most: int = 3) -> Block:
+        """Return one to ``most`` statements."""
+        count = self.choices.integer(1, most)
+        found = [self.statement(2) for _ in range(count)]
+        if reply is not None and self.choices.chance(80):
+            found.append(DocReply(text(self.terms.value(reply)), PLACE))
+        return tuple(found)
+
+    def statement(self, depth: int) -> DocStatement:
+        """Return one statement, with up to ``depth`` levels of statements in it."""
+        kind = self.choices.integer(0, 23)
+        match kind:
+            case 0 | 1 | 2 | 9:
+                return DocLog(text("at"), (text(self.terms.integer(1).text),), PLACE)
+            case 3 | 4 | 5 | 6 | 7 | 8:
+                return self._assign()
+            case 10 | 11:
+                return self._raise()
+            case 12 | 13:
+                return self._send_out()
+            case 14 | 15 | 16:
+                return self._delayed_send()
+            case 17:
+                return DocCancel(text(f"id{self.choices.integer(0, 2)}"), None, PLACE)
+            case 18 | 19 if depth > 0:
+                return self._if(depth)
+            case 20 if depth > 0:
+                return self._for_each(depth)
+            case 21 if depth > 0:
+                return self._bounded_send()
+            case _:
+                return self._call()
+
+    def _log(self) -> DocStatement:
+        return DocLog(text("here"), (), PLACE)
+
+    def _assign(self) -> DocStatement:
+        writable = [v for v in self.names.variables if v.writable]
+        if not writable:
+            return self._log()
+        target = self.choices.pick(writable)
+        whole = isinstance(target.type, RecordType | ArrayType) and self.choices.chance(35)
+        others = [v for v in self.terms.same(target.type) if v != target.name]
+        if whole and others:
+            return DocAssign(text(target.name), text(self.choices.pick(others)), PLACE)
+        if isinstance(target.type, RecordType):
+            part = self.choices.pick(target.type.fields)
+            value = self.terms.value(part.type)
+            return DocAssign(text(f"{target.name}.{part.name}"), text(value), PLACE)
+        if isinstance(target.type, ArrayType):
+            index = self.terms.index(target.type.length)
+            value = self.terms.value(target.type.element)
+            return DocAssign(text(f"{target.name}[{index}]"), text(value), PLACE)
+        if isinstance(target.type, IntType) and self.choices.chance(40):
+            operator = self.choices.pick(("+", "-", "*"))
+            step = str(self.choices.integer(1, 3))
+            return DocAssign(text(target.name), text(step), PLACE, operator)
+        results = [o for o in self.names.operations if o.result == target.type]
+        if results and self.choices.chance(25):
+            return DocAssign(
+                text(target.name), text(self.terms.called(self.choices.pick(results))), PLACE
+            )
+        return DocAssign(text(target.name), text(self.terms.value(target.type)), PLACE)
+
+    def _call(self) -> DocStatement:
+        if not self.names.operations:
+            return self._log()
+        return DocCall(text(self.terms.called(self.choices.pick(self.names.operations))), PLACE)
+
+    def _arguments(self, event: Event) -> tuple[DocArgument, ...]:
+        return tuple(
+            DocArgument(text(f.name), text(self.terms.value(f.type, 1))) for f in event.fields
+        )
+
+    def _raise(self) -> DocStatement:
+        raised = [e for e in self.events if e.is_received]
+        if not raised:
+            return self._log()
+        event = self.choices.pick(raised)
+        statement: DocStatement = DocRaise(text(event.name), self._arguments(event), PLACE)
+        if Direction.OUT not in event.directions and self.choices.chance(15):
+            statement = self._send(event, None, "#_internal")
+        if self.choices.chance(15):
+            return statement
+        return self._counted(TURNS, MOST_TURNS, statement)
+
+    def _counted(self, counter: str, most: int, statement: DocStatement) -> DocStatement:
+        """Return a statement that is executed a number of times at most."""
+        count = DocAssign(text(counter), text("1"), PLACE, "+")
+        return DocIf((DocBranch(text(f"{counter} < {most}"), (count, statement)),), PLACE)
+
+    def _send_out(self) -> DocStatement:
+        sent = [e for e in self.events if Direction.OUT in e.directions]
+        if not sent:
+            return self._log()
+        return self._send(self.choices.pick(sent), None)
+
+    def _delayed_send(self) -> DocStatement:
+        if not self.events:
+            return self._log()
+        return self._send(self.choices.pick(self.events), self.choices.pick(DELAYS))
+
+    def _bounded_send(self) -> DocStatement:
+        sent = [e for e in self.events if e.directions == {Direction.IN}]
+        if not sent:
+            return self._log()
+        return self._counted(SENT, SENDS, self._send(self.choices.pick(sent), None))
+
+    def _send(self, event: Event, delay: str | None, target: str | None = None) -> DocSend:
+        if Direction.OUT in event.directions and event.is_received:
+            target = "peer"
+        is_computed = delay is not None and self.names.of(DurationType) and self.choices.chance(30)
+        return DocSend(
+            PLACE,
+            event=text(event.name),
+            target=None if target is None else text(target),
+            delay=None if delay is None or is_computed else text(delay),
+            delay_expr=text(self.terms.duration()) if is_computed else None,
+            id=text(f"id{self.choices.integer(0, 2)}")
+            if delay is not None and self.choices.chance(60)
+            else None,
+            arguments=self._arguments(event),
+        )
+
+    def _if(self, depth: int) -> DocStatement:
+        branches = [DocBranch(text(self.terms.test()), (self.statement(depth - 1),))]
+        if self.choices.chance(30):
+            condition = text(self.terms.boolean(1))
+            branches.append(DocBranch(condition, (self.statement(depth - 1),)))
+        if self.choices.chance(50):
+            branches.append(DocBranch(None, (self.statement(depth - 1),)))
+        return DocIf(tuple(branches), PLACE)
+
+    def _for_each(self, depth: int) -> DocStatement:
+        loops = [
+            (array, item)
+            for array in self.names.of(ArrayType, writable=True)
+            for item in self.names.variables
+            if isinstance(array.type, ArrayType)
+            if item.writable and item.type == array.type.element
+        ]
+        if not loops:
+            return self._log()
+        array, item = self.choices.pick(loops)
+        positions = [
+            v
+            for v in self.names.of(IntType, writable=True)
+            if v != item and isinstance(v.type, IntType) and v.type.lo <= 0 and v.type.hi >= 9
+        ]
+        index = self.choices.pick(positions) if positions and self.choices.chance(50) else None
+        return DocForEach(
+            text(array.name),
+            text(item.name),
+            None if index is None else text(index.name),
+            (self.statement(depth - 1),),
+            PLACE,
+        )

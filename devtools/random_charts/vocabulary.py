@@ -1,0 +1,134 @@
+"""What random expressions are made of: names, types, constants, terms with their intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from devtools.random_charts.choices import Choices
+from fsmkit.language import (
+    MACHINE_INTEGERS,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    Overflow,
+    RecordType,
+    SymbolType,
+    Type,
+)
+
+RESULTS = tuple(MACHINE_INTEGERS[name] for name in ("int32", "uint32", "int64", "uint64"))
+FAR = 2**40
+"""Exact intervals are kept within plus and minus this."""
+SPANS = ("5ms", "1ms", "12ms", "1s")
+"""Durations; none is 0, because an event sent again and again at once would keep `run` busy."""
+SYMBOLS = ("idle", "busy", "late", "")
+COMPARE, SUM, PRODUCT, UNARY, ATOM = range(1, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A variable, as far as a random expression needs to know it."""
+
+    name: str
+    type: Type
+    writable: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operation of the host, declared by the random chart."""
+
+    name: str
+    parameters: tuple[Field, ...]
+    result: Type | None
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What an expression can mention."""
+
+    variables: tuple[Named, ...] = ()
+    states: tuple[str, ...] = ()
+    operations: tuple[Operation, ...] = ()
+    constants: tuple[tuple[str, int], ...] = ()
+    fields: tuple[Field, ...] = ()
+    """Of the event at hand, none where there is none."""
+
+    def of(self, kind: type[Type], *, writable: bool = False) -> tuple[Named, ...]:
+        """Return the variables of a kind of type."""
+        return tuple(
+            v for v in self.variables if isinstance(v.type, kind) and (v.writable or not writable)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """Text of an integer expression, how tightly it binds, and an enclosing interval."""
+
+    text: str
+    type: IntType
+    binds: int = ATOM
+
+    def at(self, binds: int) -> str:
+        """Return the text, in parentheses unless it binds that tightly."""
+        return self.text if self.binds >= binds else f"({self.text})"
+
+
+def literal(choices: Choices, type_: Type) -> str:
+    """Return a constant that lies within the type."""
+    match type_:
+        case BoolType():
+            return choices.pick(("false", "true"))
+        case IntType(lo, hi):
+            near = 0 if lo <= 0 <= hi else lo
+            kind = choices.integer(0, 9)
+            if kind == 8:
+                return str(hi)
+            if kind == 9:
+                return str(lo)
+            return str(choices.integer(near, min(hi, near + 9)))
+        case FloatType():
+            return choices.pick(("0.0", "1.0", "0.5", "2.25", "-1.5", "100.125"))
+        case EnumType(name, members):
+            return f"{name}.{choices.pick(members)}"
+        case SymbolType():
+            return f'"{choices.pick(SYMBOLS)}"'
+        case DurationType():
+            return choices.pick(SPANS)
+        case ArrayType() | RecordType():
+            raise AssertionError(type_)
+
+
+def literal_array(choices: Choices, type_: ArrayType) -> str:
+    """Return the start value of an array: one constant for all its elements."""
+    return literal(choices, type_.element)
+
+
+def exact(lo: int, hi: int) -> IntType:
+    """Return an exact interval."""
+    return IntType(lo, hi)
+
+
+def hull(a: IntType, b: IntType) -> IntType:
+    """Return the least interval around two."""
+    return exact(min(a.lo, b.lo), max(a.hi, b.hi))
+
+
+def is_machine(term: Term) -> bool:
+    """Whether arithmetic on a term wraps around."""
+    return term.type.overflow is Overflow.WRAP and term.type.is_machine
+
+
+def common(a: IntType, b: IntType) -> IntType | None:
+    """Return the type arithmetic on machine integers is done in, None where there is none."""
+    whole = hull(a, b)
+    return next((t for t in RESULTS if t.lo <= whole.lo and whole.hi <= t.hi), None)
+
+
+def near(type_: IntType) -> bool:
+    """Whether an exact interval stays far from the bounds of int64."""
+    return type_.lo >= -FAR and type_.hi <= FAR

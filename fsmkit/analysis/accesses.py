@@ -1,0 +1,172 @@
+"""What executable content reads and writes of the variables of a chart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from fsmkit.chart.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Fail,
+    ForEach,
+    If,
+    Invoke,
+    Send,
+    Statement,
+)
+from fsmkit.chart.walk import nodes
+from fsmkit.language import (
+    Binary,
+    BinaryOp,
+    Call,
+    Convert,
+    Element,
+    EventField,
+    EventName,
+    IntType,
+    Invalid,
+    Overflow,
+    Variable,
+)
+
+Names = frozenset[str]
+NONE: Names = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Accesses:
+    """What some content does with variables.
+
+    ``reads``: their values from before may be read. ``certain``: they are written, whole, whatever
+    happens. ``written``: they may be, or parts of them.
+    """
+
+    reads: Names = NONE
+    certain: Names = NONE
+    written: Names = NONE
+
+    def then(self, later: Accesses) -> Accesses:
+        """Return what both do, one after the other."""
+        return Accesses(
+            self.reads | (later.reads - self.certain),
+            self.certain | later.certain,
+            self.written | later.written,
+        )
+
+    def of(self, names: Names) -> Accesses:
+        """Return the same of some variables only."""
+        return Accesses(self.reads & names, self.certain & names, self.written & names)
+
+
+def accesses(block: Block, fields: Names = NONE) -> Accesses:
+    """Return what a block does; ``fields`` of the event at hand can be read without fail."""
+    scan = _Scan(fields)
+    scan.block(block)
+    return Accesses(frozenset(scan.reads), frozenset(scan.certain), frozenset(scan.touched))
+
+
+def reads_of(node: object) -> Names:
+    """Return all variables that occur in a node of a chart."""
+    return frozenset(n.name for n in nodes(node) if isinstance(n, Variable))
+
+
+@dataclass(slots=True)
+class _Scan:
+    """Goes through a block. Where an expression cannot be evaluated, the rest is skipped."""
+
+    fields: Names
+    reads: set[str] = field(default_factory=set)
+    touched: set[str] = field(default_factory=set)
+    written: set[str] = field(default_factory=set)
+    """Written on all ways that come to this point."""
+    certain: set[str] = field(default_factory=set)
+    """Written before anything could fail."""
+    is_sure: bool = True
+    """Nothing before this point can fail."""
+
+    def block(self, statements: Iterable[Statement]) -> None:
+        for statement in statements:
+            self._statement(statement)
+
+    def _statement(self, statement: Statement) -> None:
+        match statement:
+            case Assign(Variable(name), value):
+                self._evaluate(value)
+                self._write(name)
+            case Assign(location, value):
+                self._evaluate(value)
+                root, *inner = [n.name for n in nodes(location) if isinstance(n, Variable)]
+                self.reads |= set(inner) - self.written
+                self.touched.add(root)
+                self.is_sure = False
+            case If(branches):
+                self._branches([(b.condition, b.body) for b in branches])
+            case ForEach(array, item, index, body):
+                self._evaluate(array)
+                given = {item.name} | (set() if index is None else {index.name})
+                inner_ = self._copy()
+                inner_.written |= given
+                inner_.block(body)
+                self.touched |= inner_.touched | given
+                self.reads |= inner_.reads
+                self.is_sure = inner_.is_sure
+            case CallOperation() | Fail() | Invoke():
+                self._evaluate(statement)
+                self.is_sure = False
+            case Send():
+                self._evaluate(statement)
+                self.is_sure = self.is_sure and statement.delay is None
+            case _:
+                self._evaluate(statement)
+
+    def _branches(self, branches: list[tuple[object | None, tuple[Statement, ...]]]) -> None:
+        ways = []
+        for condition, body in branches:
+            if condition is not None:
+                self._evaluate(condition)
+            way = self._copy()
+            way.block(body)
+            ways.append(way)
+        if all(condition is not None for condition, _ in branches):
+            ways.append(self._copy())
+        for way in ways:
+            self.reads |= way.reads
+            self.touched |= way.touched
+        self.written = set.intersection(*(way.written for way in ways))
+        self.certain = set.intersection(*(way.certain for way in ways))
+        self.is_sure = all(way.is_sure for way in ways)
+
+    def _copy(self) -> _Scan:
+        return _Scan(
+            self.fields,
+            set(self.reads),
+            set(self.touched),
+            set(self.written),
+            set(self.certain),
+            self.is_sure,
+        )
+
+    def _evaluate(self, node: object) -> None:
+        self.reads |= reads_of(node) - self.written
+        self.is_sure = self.is_sure and not any(self._can_fail(n) for n in nodes(node))
+
+    def _write(self, name: str) -> None:
+        self.touched.add(name)
+        self.written.add(name)
+        if self.is_sure:
+            self.certain.add(name)
+
+    def _can_fail(self, node: object) -> bool:
+        match node:
+            case Element() | Call() | Invalid() | EventName():
+                return True
+            case EventField(name):
+                return name not in self.fields
+            case Binary(op):
+                return op in (BinaryOp.DIV, BinaryOp.REM)
+            case Convert(_, IntType(overflow=overflow)):
+                return overflow is Overflow.FAULT
+            case _:
+                return False

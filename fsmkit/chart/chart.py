@@ -1,0 +1,282 @@
+"""The Chart: what a document means. Inheritance resolved, names bound, types known, frozen.
+
+From here on no unread text and no unresolved name exists. States and transitions are in document
+order and refer to each other by index; state 0 is the root.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from fsmkit.chart.statements import Block
+from fsmkit.diagnostics import Source, Span
+from fsmkit.document.document import Direction, Kind, Origin, Trigger
+from fsmkit.language import Expr, Field, Literal, Type
+from fsmkit.texts import guard
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A state. ``children`` holds all of them, histories included, in document order.
+
+    ``initial`` is the index of the transition taken on default entry: of a compound state (written
+    or implied: to the first child) or the default of a history; None for every other kind.
+    ``transitions`` are the event, eventless and timed ones, in priority order.
+    """
+
+    index: int
+    id: str
+    kind: Kind
+    parent: int | None
+    children: tuple[int, ...]
+    initial: int | None
+    transitions: tuple[int, ...]
+    on_entry: tuple[Block, ...]
+    on_exit: tuple[Block, ...]
+    depth: int
+    last_descendant: int
+    """Descendants are exactly the indices ``index + 1 ... last_descendant``."""
+    span: Span = field(compare=False, repr=False)
+    defer: tuple[int, ...] = ()
+    invariant: Expr | None = None
+    rest: bool = False
+    abstract: bool = False
+    doc: str = ""
+    origin: Origin = Origin.OWN
+    done_data: tuple[Expr, ...] = ()
+    """Of a final state: the payload of its parent's ``done.state``, one for each field of that.
+
+    Of a top-level one in a chart that is invoked: the payload of ``Chart.done``."""
+    invokes: tuple[Block, ...] = ()
+    """Run at the end of a macrostep that entered the state and did not leave it (SCXML 6.4)."""
+
+    def __post_init__(self) -> None:
+        guard(self, "id", "doc")
+
+    @property
+    def is_history(self) -> bool:
+        """Whether this is a history pseudo-state."""
+        return self.kind in (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+
+    @property
+    def is_leaf(self) -> bool:
+        """Whether this is an atomic state in the sense of Appendix D: active without a child."""
+        return self.kind in (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE)
+
+
+OPEN_ENDED = 1 << 30
+"""Ticks from the least delay of an interval to its end, where it has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A transition. ``events``: indices of all events it matches; ``descriptors``: as written.
+
+    ``delay`` (type duration, in ticks, constant) is given for AFTER and EVERY only. In a chart of
+    an environment that of an AFTER may be an interval, from ``least`` to ``delay``, or without an
+    end: then ``delay`` is ``OPEN_ENDED`` later. No targets: a targetless transition, which exits
+    and enters nothing. ``guard`` None is true.
+    """
+
+    index: int
+    source: int
+    trigger: Trigger
+    events: tuple[int, ...]
+    descriptors: tuple[str, ...]
+    guard: Expr | None
+    targets: tuple[int, ...]
+    internal: bool
+    content: Block
+    span: Span = field(compare=False, repr=False)
+    delay: int = 0
+    least: int | None = None
+    id: str | None = None
+    watchdog: bool = False
+    ordered: bool = False
+    origin: Origin = Origin.OWN
+
+    def __post_init__(self) -> None:
+        guard(self, "id", "descriptors")
+
+    @property
+    def is_open_ended(self) -> bool:
+        """Whether the delay is an interval without an end."""
+        return self.least is not None and self.delay == self.least + OPEN_ENDED
+
+
+@dataclass(frozen=True, slots=True)
+class Data:
+    """A variable with its type and start value; an input starts at its type's least value."""
+
+    name: str
+    type: Type
+    init: Literal
+    span: Span = field(compare=False, repr=False)
+    origin: Origin = Origin.OWN
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operation the host implements."""
+
+    name: str
+    parameters: tuple[Field, ...]
+    result: Type | None
+    span: Span = field(compare=False, repr=False)
+    origin: Origin = Origin.OWN
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An event. ``directions`` is empty for platform events (``done.state.x``, ``error.*``).
+
+    What an invoked machine sends is an event of its own for each ``invocation`` it comes from, so
+    that several may have one name. Its ``finalize`` runs before transitions are selected for it
+    (SCXML 6.5), while that invocation is active. Where ``_event.type`` is asked, an event that is
+    raised is another than one of that name which is sent.
+    """
+
+    index: int
+    name: str
+    fields: tuple[Field, ...]
+    directions: frozenset[Direction]
+    reply: Type | None = None
+    span: Span | None = field(default=None, compare=False, repr=False)
+    origin: Origin = Origin.OWN
+    invocation: int | None = None
+    finalize: Block = ()
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+    @property
+    def type(self) -> str:
+        """Return ``_event.type``: ``platform``, ``internal`` or ``external`` (SCXML 5.10.1)."""
+        if self.name.startswith(("error.", "done.")):
+            return "platform"
+        return "internal" if Direction.INTERNAL in self.directions else "external"
+
+
+def for_the_host(event: Event) -> tuple[bool, bool]:
+    """Return the greatest of the events that have one name for that of the host."""
+    return event.invocation is None, event.directions != {Direction.INTERNAL}
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """What an event becomes in an invoked machine: which one, and where its fields come from.
+
+    ``fields`` has, for each field of the event there, the position of the value here; None for a
+    field that is not given.
+    """
+
+    event: int
+    fields: tuple[int | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Invocation:
+    """A slot for an invoked machine (SCXML 6.4): it holds one while that runs.
+
+    Leaving ``state`` cancels it. ``given`` are the ``chart.data`` that `Invoke` sets. ``passages``:
+    for each event of the invoking chart what it becomes in ``chart``, None if it cannot be received
+    there. ``returns``: for each event of ``chart`` the one it becomes here, if it is sent here.
+    """
+
+    index: int
+    state: int
+    id: str
+    chart: Chart
+    given: tuple[int, ...]
+    passages: tuple[Passage | None, ...]
+    returns: tuple[int | None, ...]
+    autoforward: bool = False
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "id")
+
+
+@dataclass(frozen=True, slots=True)
+class Capacities:
+    """The bounds of a machine; what happens at each is never silent."""
+
+    queue: int = 8
+    """Events in the external queue."""
+    internal: int = 8
+    """Events in the internal queue."""
+    delayed: int = 4
+    """Delayed sends pending at once."""
+    microsteps: int = 100
+    """Microsteps in one macrostep."""
+    tick: int = 1000
+    """Microseconds in a tick, the unit of all times and delays."""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A statechart, whole and sound: what interpreter, checks, drawing and lowering read."""
+
+    name: str
+    states: tuple[State, ...]
+    transitions: tuple[Transition, ...]
+    events: tuple[Event, ...]
+    data: tuple[Data, ...]
+    inputs: tuple[Data, ...]
+    outputs: tuple[Data, ...]
+    operations: tuple[Operation, ...]
+    capacities: Capacities
+    types: tuple[Type, ...] = ()
+    """Declared enumerations and records."""
+    constants: tuple[tuple[str, Literal], ...] = ()
+    script: Block = ()
+    """Executed once, before the initial states are entered (SCXML 5.8)."""
+    lenient: bool = False
+    """An unhandled ``error.*`` is only reported, as SCXML has it; otherwise it is a fault."""
+    abstract: bool = False
+    doc: str = ""
+    base: str | None = None
+    """Name of the chart it extends."""
+    invocations: tuple[Invocation, ...] = ()
+    done: int | None = None
+    """Of an invoked chart: the event that tells the invoker of its end (``done.invoke.id``)."""
+    sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
+    """The file itself, then its bases."""
+
+    def __post_init__(self) -> None:
+        guard(self, "name", "doc", "base", "constants")
+
+    @property
+    def root(self) -> State:
+        """The outermost state, SCXML's ``scxml`` element."""
+        return self.states[0]
+
+    @cached_property
+    def state_index(self) -> dict[str, int]:
+        """Indices of states by id."""
+        return {state.id: state.index for state in self.states}
+
+    @cached_property
+    def event_index(self) -> dict[str, int]:
+        """Indices of events by name; of several that have it, the one that the host may post."""
+        return {event.name: event.index for event in sorted(self.events, key=for_the_host)}
+
+    def is_descendant(self, state: int, ancestor: int) -> bool:
+        """Whether ``state`` lies strictly below ``ancestor`` (Appendix D, isDescendant)."""
+        return ancestor < state <= self.states[ancestor].last_descendant
+
+    def ancestors(self, state: int) -> tuple[int, ...]:
+        """Return the proper ancestors, nearest first, the root last."""
+        found = []
+        parent = self.states[state].parent
+        while parent is not None:
+            found.append(parent)
+            parent = self.states[parent].parent
+        return tuple(found)

@@ -1,0 +1,123 @@
+"""Pieces of a Chart as people write them: statements, triggers, declarations, each in one line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import assert_never
+
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Cancel,
+    Destination,
+    Fail,
+    ForEach,
+    If,
+    Invoke,
+    Log,
+    Raise,
+    Reply,
+    Send,
+    Statement,
+)
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import DURATION, Expr, Field, Type, spell, spell_value
+
+
+def spell_block(block: Block, chart: Chart) -> str:
+    """Return a handler: its statements, separated by ``;``."""
+    return "; ".join(spell_statement(statement, chart) for statement in block)
+
+
+def spell_statement(statement: Statement, chart: Chart) -> str:
+    """Return a statement; what cannot be executed is spelt as an error."""
+    tick = chart.capacities.tick
+    match statement:
+        case Assign(location, value):
+            return f"{spell(location, tick)} = {spell(value, tick)}"
+        case Raise(event, arguments):
+            return f"raise {_event(event, arguments, chart)}"
+        case Send():
+            return _send(statement, chart)
+        case Cancel(name):
+            return f"cancel {name}"
+        case Log(label, values):
+            parts = [json.dumps(label, ensure_ascii=False)] if label else []
+            return f"log {', '.join((*parts, *(spell(v, tick) for v in values)))}".rstrip()
+        case If(branches):
+            return " else ".join(
+                (f"if {spell(b.condition, tick)} " if b.condition is not None else "")
+                + f"{{ {spell_block(b.body, chart)} }}"
+                for b in branches
+            )
+        case ForEach(array, item, index, body):
+            names = item.name if index is None else f"{item.name}, {index.name}"
+            return f"for {names} in {array.name} {{ {spell_block(body, chart)} }}"
+        case Reply(value):
+            return f"reply {spell(value, tick)}"
+        case CallOperation(call):
+            return spell(call, tick)
+        case Invoke(slot, arguments):
+            invocation = chart.invocations[slot]
+            data = (invocation.chart.data[place] for place in invocation.given)
+            pairs = zip((d.name for d in data), arguments, strict=True)
+            listed = ", ".join(f"{name} = {spell(value, tick)}" for name, value in pairs)
+            return f"invoke {invocation.id}({listed})"
+        case Fail(reason, told=told):
+            return f"end of the block: {reason}" if told else f"error.execution: {reason}"
+        case _:
+            assert_never(statement)
+
+
+def _event(event: int, arguments: Iterable[Expr], chart: Chart) -> str:
+    declared = chart.events[event]
+    tick = chart.capacities.tick
+    parts = [
+        f"{f.name} = {spell(a, tick)}" for f, a in zip(declared.fields, arguments, strict=True)
+    ]
+    return f"{declared.name}({', '.join(parts)})" if parts else declared.name
+
+
+def _send(send: Send, chart: Chart) -> str:
+    told = f"send {_event(send.event, send.arguments, chart)}"
+    if send.peer is not None:
+        told += f" to {send.peer}"
+    elif send.destination is Destination.INTERNAL:
+        told += ' to "#_internal"'
+    if send.delay is not None:
+        told += f" after {spell(send.delay, chart.capacities.tick)}"
+    return told if send.id is None else f"{told} as {send.id}"
+
+
+def spell_trigger(transition: Transition, chart: Chart) -> str:
+    """Return what makes a transition be looked at: ``on arrived``, ``after 500ms``, ``always``."""
+    delay = spell_value(transition.delay, DURATION, chart.capacities.tick)
+    match transition.trigger:
+        case Trigger.EVENT:
+            return f"on {', '.join(transition.descriptors)}"
+        case Trigger.EVENTLESS:
+            return "always"
+        case Trigger.AFTER:
+            least = transition.least
+            low = "" if least is None else spell_value(least, DURATION, chart.capacities.tick)
+            high = "" if transition.is_open_ended else delay
+            return f"after {low}..{high}" if low else f"after {delay}"
+        case Trigger.EVERY:
+            return f"every {delay}"
+        case Trigger.SOMETIMES:
+            return "sometimes"
+        case Trigger.INITIAL:
+            source = chart.states[transition.source]
+            history = source.kind in (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+            return "default" if history else "initial"
+        case _:
+            assert_never(transition.trigger)
+
+
+def spell_signature(name: str, fields: Iterable[Field], result: Type | None) -> str:
+    """Return the declaration of an operation or an event."""
+    parts = ", ".join(f"{f.name} {f.type}" for f in fields)
+    return f"{name}({parts})" + ("" if result is None else f" -> {result}")

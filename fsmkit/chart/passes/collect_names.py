@@ -1,0 +1,318 @@
+"""Read the declarations: types, constants, data, inputs, outputs, operations; and the scope."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+from fsmkit.chart.chart import Data, Operation
+from fsmkit.chart.passes.number_states import Tree
+from fsmkit.chart.statements import Block, Fail
+from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.document.document import DocData, DocField, DocOperation, Document
+from fsmkit.document.invocation_context import Given
+from fsmkit.language import (
+    BOOL,
+    SYMBOL,
+    EnumType,
+    Field,
+    Literal,
+    RecordType,
+    Scope,
+    Signature,
+    Storage,
+    Type,
+    default_value,
+    flag_of,
+    read_type,
+)
+from fsmkit.language.constants import constant_value, start_value
+from fsmkit.language.ecmascript import SESSION
+
+UNTYPED = EnumType("?", ())
+"""Stands for the type of a variable until its uses have been looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What is declared, and the scope expressions are read in."""
+
+    scope: Scope
+    data: tuple[Data, ...] = ()
+    inputs: tuple[Data, ...] = ()
+    outputs: tuple[Data, ...] = ()
+    operations: tuple[Operation, ...] = ()
+    constants: tuple[tuple[str, Literal], ...] = ()
+    untyped: frozenset[str] = frozenset()
+    """Data that say neither type nor start value: `infer_types` looks at their uses."""
+    inferred: frozenset[str] = frozenset()
+    """Data whose type was read off the start value."""
+    failures: Block = ()
+    """Start values that could not be evaluated, in a lenient dialect."""
+
+    def with_types(self, types: dict[str, Type]) -> Names:
+        """Return the same names, some data of other types."""
+        data = tuple(
+            replace(d, type=types[d.name], init=_brought(d.init, types[d.name]))
+            if d.name in types
+            else d
+            for d in self.data
+        )
+        variables = dict(self.scope.variables)
+        variables |= {d.name: (d.type, Storage.DATA) for d in data if d.type != UNTYPED}
+        scope = replace(self.scope, variables=variables)
+        return replace(self, scope=scope, data=data, untyped=self.untyped - types.keys())
+
+    def with_data(self, data: Iterable[Data]) -> Names:
+        """Return the same names and more data."""
+        more = {d.name: (d.type, Storage.DATA) for d in data}
+        scope = replace(self.scope, variables={**self.scope.variables, **more})
+        return replace(self, scope=scope, data=(*self.data, *data))
+
+
+def _brought(init: Literal, type_: Type) -> Literal:
+    """Return a start value in another type: an integer may become a float."""
+    value = default_value(type_) if init.type == UNTYPED else init.value
+    if isinstance(default_value(type_), float) and isinstance(value, int):
+        value = float(value)
+    return Literal(value, type_, init.span)
+
+
+def collect_names(
+    document: Document, tree: Tree, tick: int, findings: Findings, given: Given | None = None
+) -> Names:
+    """Return the names of a document; what is declared twice or cannot be read is a finding."""
+    check_unique(document, tree, findings)
+    scope = Scope(
+        variables={},
+        constants={},
+        types={},
+        operations={},
+        states=tree.index,
+        event_fields=None,
+        tick=tick,
+        dialect=document.datamodel,
+        super_guard=None,
+    )
+    scope = _with_system_variables(document, scope, given)
+    scope = _with_enumerations(document, scope)
+    scope = _with_constants(document, scope, findings)
+    scope = _with_records(document, scope, findings)
+    operations = tuple(_operation(o, scope, findings) for o in document.operations)
+    scope = replace(
+        scope, operations={o.name: Signature(o.parameters, o.result) for o in operations}
+    )
+    reader = _Variables(Names(scope), findings)
+    reader.read_all(document.inputs, Storage.INPUT)
+    reader.read_all(document.outputs, Storage.OUTPUT)
+    reader.read_all(all_data(document, tree), Storage.DATA)
+    constants = tuple(
+        (c.name.value, scope.constants[c.name.value])
+        for c in document.constants
+        if c.name.value in scope.constants
+    )
+    data = tuple(
+        replace(d, init=Literal(False, BOOL, d.span)) if d.name in reader.failed else d
+        for d in reader.names.data
+    )
+    return replace(reader.names, data=data, operations=operations, constants=constants)
+
+
+def _with_system_variables(document: Document, scope: Scope, given: Given | None) -> Scope:
+    """Add ``_name`` and ``_sessionid`` (SCXML 5.10): a session is called as its chart is.
+
+    That of an invoked chart is called after its place in the invoking one.
+    """
+    if document.datamodel != "ecmascript":
+        return scope
+    name = Literal(document.name.value, SYMBOL, document.name.span)
+    session = name if given is None else Literal(given.session, SYMBOL, document.name.span)
+    return replace(scope, constants={"_name": name, SESSION: session})
+
+
+def all_data(document: Document, tree: Tree) -> tuple[DocData, ...]:
+    """Return the data of the chart and of its states: all are global (SCXML 5.3)."""
+    return (*document.data, *(d for node in tree.nodes for d in node.state.data))
+
+
+def check_unique(document: Document, tree: Tree, findings: Findings) -> None:
+    """Report two declarations of one name: an expression could mean either."""
+    seen: dict[str, Span] = {}
+    names: list[Text] = [t.name for t in document.types]
+    names += [c.name for c in document.constants]
+    names += [d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))]
+    names += [o.name for o in document.operations]
+    for name in names:
+        if name.value in seen:
+            findings.add(
+                "duplicate-name",
+                f"`{name}` is declared twice",
+                name,
+                label="the second",
+                secondary=[(seen[name.value], "the first")],
+                help="rename one of them: types, constants, data and operations share one space",
+            )
+        seen.setdefault(name.value, name.span)
+
+
+def _with_enumerations(document: Document, scope: Scope) -> Scope:
+    types: dict[str, Type] = {
+        t.name.value: EnumType(t.name.value, tuple(m.value for m in t.members))
+        for t in document.types
+        if t.members
+    }
+    return replace(scope, types=types)
+
+
+def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope:
+    for declared in document.types:
+        if not declared.members:
+            fields = read_fields(declared.fields, scope, findings, f"record `{declared.name}`")
+            record = RecordType(declared.name.value, fields)
+            scope = replace(scope, types={**scope.types, declared.name.value: record})
+        names = declared.members or tuple(f.name for f in declared.fields)
+        for number, name in enumerate(names):
+            if name in names[:number]:
+                findings.add(
+                    "duplicate-name",
+                    f"`{declared.name}` has two members `{name}`",
+                    name,
+                    secondary=[(names[names.index(name)], "the first")],
+                    help="rename one of them",
+                )
+    return scope
+
+
+def _with_constants(document: Document, scope: Scope, findings: Findings) -> Scope:
+    """Evaluate the constants in order: each may refer to those before it."""
+    for constant in document.constants:
+        value = constant_value(constant.value, scope, findings)
+        if value is not None:
+            scope = replace(scope, constants={**scope.constants, constant.name.value: value})
+    return scope
+
+
+def _operation(declared: DocOperation, scope: Scope, findings: Findings) -> Operation:
+    what = f"operation `{declared.name}`"
+    parameters = read_fields(declared.parameters, scope, findings, what)
+    result = None if declared.result is None else read_type(declared.result, scope, findings)
+    return Operation(
+        declared.name.value, parameters, result, declared.name.span, origin=declared.origin
+    )
+
+
+def read_fields(
+    fields: Iterable[DocField], scope: Scope, findings: Findings, what: str
+) -> tuple[Field, ...]:
+    """Return the typed fields of an operation, event or record; each has a type of its own."""
+    found: list[Field] = []
+    for declared in fields:
+        if any(f.name == declared.name.value for f in found):
+            findings.add(
+                "duplicate-name",
+                f"{what} has two fields `{declared.name}`",
+                declared.name,
+                help="rename one of them",
+            )
+        elif declared.type is None:
+            findings.add(
+                "missing-type",
+                f"`{declared.name}` of {what} has no type",
+                declared.name,
+                help=f"write a type after it, for instance `{declared.name} 0..255`",
+            )
+        else:
+            type_ = read_type(declared.type, scope, findings)
+            if type_ is not None:
+                found.append(Field(declared.name.value, type_))
+    return tuple(found)
+
+
+@dataclass
+class _Variables:
+    """Reads variables in order: a start value may refer to the start values before it."""
+
+    names: Names
+    findings: Findings
+    known: dict[str, Literal] = field(default_factory=dict)
+    failed: set[str] = field(default_factory=set)
+    """Flags of the data that have no value since theirs could not be evaluated."""
+
+    @property
+    def _lenient(self) -> bool:
+        return self.names.scope.dialect != "fsmkit"
+
+    def read_all(self, declared: Iterable[DocData], storage: Storage) -> None:
+        for variable in declared:
+            self._read(variable, storage)
+
+    def _read(self, declared: DocData, storage: Storage) -> None:
+        name, scope = declared.name.value, self.names.scope
+        if name in scope.variables or name in self.names.untyped:
+            return
+        type_ = None
+        if declared.type is not None:
+            type_ = read_type(declared.type, scope, self.findings)
+            if type_ is None:
+                return
+        init: Literal | None = None
+        if declared.init is not None:
+            start_scope = replace(scope, constants={**self.known, **scope.constants}, variables={})
+            scratch = Findings()
+            init = start_value(declared.init, type_, start_scope, scratch)
+            if init is None and self._lenient and scratch.has_errors:
+                self._fail(declared.name, declared.init, next(iter(scratch)).message)
+            else:
+                self.findings.extend(scratch)
+                if init is None:
+                    return
+        if type_ is None and init is None:
+            self._untyped(declared, storage)
+            return
+        if type_ is None:
+            self.names = replace(self.names, inferred=self.names.inferred | {name})
+        elif init is None:
+            init = Literal(default_value(type_), type_, declared.name.span)
+        if init is None:
+            return
+        self.known[name] = init
+        self._add(declared, init, storage)
+
+    def _untyped(self, declared: DocData, storage: Storage) -> None:
+        if not self._lenient or storage is not Storage.DATA:
+            self.findings.add(
+                "missing-type",
+                f"`{declared.name}` has neither a type nor a start value",
+                declared.name,
+                help=f"declare it, for instance `{declared.name}: 0..255 = 0`",
+            )
+            return
+        self.names = replace(self.names, untyped=self.names.untyped | {declared.name.value})
+        self._add(declared, Literal(0, UNTYPED, declared.name.span), storage)
+
+    def _add(self, declared: DocData, init: Literal, storage: Storage) -> None:
+        name = declared.name.value
+        data = Data(name, init.type, init, declared.name.span, origin=declared.origin)
+        names = self.names
+        if init.type != UNTYPED:
+            variables = {**names.scope.variables, name: (init.type, storage)}
+            names = replace(names, scope=replace(names.scope, variables=variables))
+        match storage:
+            case Storage.DATA:
+                names = replace(names, data=(*names.data, data))
+            case Storage.INPUT:
+                names = replace(names, inputs=(*names.inputs, data))
+            case Storage.OUTPUT:
+                names = replace(names, outputs=(*names.outputs, data))
+        self.names = names
+
+    def _fail(self, name: Text, init: Text, reason: str) -> None:
+        self.findings.add(
+            "content-not-evaluable",
+            f"the start value of `{name}` cannot be evaluated: {reason}",
+            init,
+            help="at run time this is `error.execution`; give a constant of one type",
+        )
+        self.failed.add(flag_of(name.value))
+        failure = Fail(reason, init.span)
+        self.names = replace(self.names, failures=(*self.names.failures, failure))

@@ -1,0 +1,48 @@
+"""Where content stands: what its names mean, and what becomes of an error in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from fsmkit.chart.passes.collect_events import Events
+from fsmkit.diagnostics import Findings, Span
+from fsmkit.language import Scope, Type
+
+REPLACING = frozenset({"content-not-evaluable", "unsupported-invoke"})
+"""Rules of findings by which a place becomes an error at run time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """Where a block stands: what its names mean, and what becomes of an error.
+
+    In a ``lenient`` dialect content that cannot be evaluated is ``error.execution`` at run time,
+    and a warning now; ``scope.event_fields`` tells the event at hand.
+    """
+
+    scope: Scope
+    events: Events
+    findings: Findings
+    lenient: bool
+    replies: tuple[Type, ...] = ()
+    """What ``reply`` may answer: the declared answers of the events that can be at hand."""
+    invoked: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    """The invocations that are reached under a target."""
+    invoker: frozenset[str] = frozenset()
+    """The targets that mean the machine that invokes this one."""
+
+    @property
+    def is_loose(self) -> bool:
+        """Whether the dialect declares nothing, as SCXML does."""
+        return self.scope.dialect != "fsmkit"
+
+
+def warn_not_evaluable(reason: str, span: Span, findings: Findings) -> None:
+    """Say that content is an error at run time, as the standard wants it."""
+    findings.add(
+        "content-not-evaluable",
+        f"this cannot be evaluated: {reason}",
+        span,
+        help="at run time it is `error.execution`; `--strict` makes it an error now",
+    )

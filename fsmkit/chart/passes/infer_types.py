@@ -1,0 +1,292 @@
+"""Find the types that a loose dialect does not write, by looking at the uses.
+
+A variable without a type has that of its start value, joined with those of what is assigned to
+it; an event that nothing declares has the fields it is raised and sent with, or, where it
+can only come from the host, those that are read of it; ``done.state.x`` has those of the final
+states in ``x``. One may depend on the other, so that the uses are looked at until nothing changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from fsmkit.chart.passes.collect_events import Events, done_event
+from fsmkit.chart.passes.collect_names import Names
+from fsmkit.chart.passes.number_states import Tree
+from fsmkit.chart.passes.plan_invocations import Slot
+from fsmkit.chart.passes.read_payloads import Read, join_uses, reads
+from fsmkit.chart.passes.walk_content import Place, places, statements
+from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.document.document import (
+    DocArgument,
+    DocAssign,
+    DocForEach,
+    DocRaise,
+    DocSend,
+    DocStatement,
+    Document,
+    Trigger,
+)
+from fsmkit.document.invocation_context import Given
+from fsmkit.language import (
+    BOOL,
+    INT32,
+    SYMBOL,
+    ArrayType,
+    Field,
+    IntType,
+    Scope,
+    Type,
+    type_expression,
+)
+from fsmkit.language.constants import general_type, join_types
+
+MOST_ROUNDS = 10
+"""A chain of dependencies longer than this is not followed to its end."""
+
+
+def infer_types(
+    document: Document,
+    tree: Tree,
+    names: Names,
+    events: Events,
+    findings: Findings,
+    given: Given | None = None,
+    slots: tuple[Slot, ...] = (),
+) -> tuple[Names, Events]:
+    """Return names and events with every type known; what no use tells is a finding.
+
+    ``given`` tells what the chart that invokes this one gives it, ``slots`` what it invokes.
+    """
+    uses = _Uses(names, events, slots=slots)
+    content = tuple(places(document, tree)) if document.datamodel != "fsmkit" else ()
+    for _ in range(2):
+        for _ in range(MOST_ROUNDS):
+            before = uses.known()
+            for place in content:
+                uses.look_at(place)
+            uses.look_at_finals(tree)
+            uses.look_at_invokes(tree)
+            if given is not None:
+                uses.look_at_given(given)
+            uses.learn()
+            if before == uses.known():
+                break
+        uses.assume_numbers()
+    uses.report_reads(findings)
+    names = uses.names
+    for data in names.data:
+        if data.name in names.untyped:
+            findings.add(
+                "untyped-data",
+                f"nothing tells the type of `{data.name}`: it is taken to be a whole number",
+                data.span,
+                help="give it a start value",
+            )
+    return names.with_types(dict.fromkeys(names.untyped, INT32)), uses.events
+
+
+@dataclass
+class _Uses:
+    names: Names
+    events: Events
+    slots: tuple[Slot, ...] = ()
+    types: dict[str, Type] = field(default_factory=dict)
+    fields: dict[str, dict[str, Type]] = field(default_factory=dict)
+    read: dict[tuple[str, str], Text] = field(default_factory=dict)
+    """By event and field: where a field that nothing declares is first read."""
+    used: dict[tuple[str, str], dict[Type, Text]] = field(default_factory=dict)
+    """By event and field: the types that uses tell, each with the first place that does."""
+    hints: dict[str, Type] = field(default_factory=dict)
+    """The types of variables that only their uses tell."""
+
+    def known(self) -> tuple[object, ...]:
+        """Return all that was found so far."""
+        fields = {event: dict(known) for event, known in self.fields.items()}
+        return dict(self.types), fields, dict(self.hints)
+
+    def look_at(self, place: Place) -> None:
+        """Take note of what one handler assigns and sends."""
+        matched = self._matched(place)
+        if place.invoke is not None:
+            taken = {slot.index for slot in self.slots if slot.invoke is place.invoke}
+            matched = tuple(e.index for e in self.events.all if e.invocation in taken)
+        scope = replace(
+            self.names.scope,
+            event_fields=self.events.common_fields(matched),
+            event_facts=self.events.common_facts(matched),
+        )
+        for statement in statements(place.block):
+            self._use(statement, scope)
+        of_host = bool(matched) and all(self._comes_from_host(index) for index in matched)
+        sought = self.names.untyped - self.types.keys()
+        if not of_host and not sought:
+            return
+        for read in reads(place, scope, self._expected, sought):
+            if read.is_variable and read.type is not None:
+                known = self.hints.get(read.name, read.type)
+                self.hints[read.name] = join_uses(known, read.type) or known
+            elif of_host and not read.is_variable:
+                for index in matched:
+                    self._read(self.events.all[index].name, read)
+
+    def look_at_finals(self, tree: Tree) -> None:
+        """Take note of the data of final states: they go with their parent's done event."""
+        for node in tree.nodes:
+            if node.state.done_data:
+                event = done_event(tree, node)
+                self._join(event, node.state.done_data, self.names.scope)
+
+    def look_at_invokes(self, tree: Tree) -> None:
+        """Take note of the variables that ids of invocations are stored in."""
+        for node in tree.nodes:
+            for invoke in node.state.invokes:
+                if invoke.id_location is not None:
+                    self._assign(invoke.id_location.value.strip(), SYMBOL)
+
+    def look_at_given(self, given: Given) -> None:
+        """Take note of what comes from the machine that invokes this one."""
+        for name, type_ in given.data:
+            self._assign(name, type_)
+        for event, fields in given.events:
+            if event in self.events.implied:
+                known = self.fields.setdefault(event, {})
+                for part in fields:
+                    own = known.get(part.name, part.type)
+                    known[part.name] = join_types(own, part.type) or own
+
+    def assume_numbers(self) -> None:
+        """Take what is read of events, and no use tells the type of, to be whole numbers.
+
+        A variable to which nothing typed is assigned has the type that its uses tell.
+        """
+        for name in self.hints.keys() & self.names.untyped - self.types.keys():
+            self.types[name] = self.hints[name]
+        for event, name in self.read:
+            self.fields.setdefault(event, {}).setdefault(name, INT32)
+        self.learn()
+
+    def report_reads(self, findings: Findings) -> None:
+        """Tell which fields the host must give, and of which type."""
+        for (event, name), at in self.read.items():
+            others = {
+                other: place
+                for other, place in self.used.get((event, name), {}).items()
+                if self.fields[event][name] == SYMBOL and other not in (SYMBOL, BOOL)
+            }
+            findings.add(
+                "assumed-field",
+                f"nothing declares the field `{name}` of `{event}`: it is taken to be "
+                f"`{self.fields[event][name]}`",
+                at,
+                secondary=[(place, f"used as `{other}` here") for other, place in others.items()],
+                help=f"declare the event: `{event}({name} {self.fields[event][name]})`",
+            )
+
+    def learn(self) -> None:
+        """Make what was noted known to the next round."""
+        self.names = self.names.with_types(self.types)
+        self.events = replace(
+            self.events,
+            all=tuple(
+                replace(e, fields=tuple(Field(n, t) for n, t in self.fields[e.name].items()))
+                if e.name in self.fields and e.invocation is None
+                else e
+                for e in self.events.all
+            ),
+        )
+
+    def _comes_from_host(self, index: int) -> bool:
+        event = self.events.all[index]
+        return event.invocation is None and event.name in self.events.matched
+
+    def _read(self, event: str, read: Read) -> None:
+        self.read.setdefault((event, read.name), read.at)
+        if read.type is not None:
+            self.used.setdefault((event, read.name), {}).setdefault(read.type, read.at)
+            fields = self.fields.setdefault(event, {})
+            known = fields.get(read.name, read.type)
+            fields[read.name] = join_uses(known, read.type) or known
+
+    def _expected(self, text: Text, scope: Scope) -> Type | None:
+        """Return the type of what stands beside a use; of a variable perhaps by its own uses."""
+        return type_of(text, scope) or self.hints.get(text.value.strip())
+
+    def _matched(self, place: Place) -> tuple[int, ...]:
+        transition = place.transition
+        if transition is None or transition.trigger is not Trigger.EVENT:
+            return ()
+        matched = {i for e in transition.events for i in self.events.matching(e.value)}
+        return tuple(sorted(matched))
+
+    def _use(self, statement: DocStatement, scope: Scope) -> None:
+        match statement:
+            case DocAssign(location, value, operator=operator):
+                name = location.value.strip()
+                if self._is_sought(name):
+                    text = _joined(location, operator, value) if operator else value
+                    self._assign(name, type_of(text, scope))
+            case DocRaise(event, arguments):
+                self._send(event.value, arguments, scope)
+            case DocSend(event=event, arguments=arguments, name_list=listed):
+                name = "" if event is None else event.value
+                named = tuple(DocArgument(n, n) for n in listed)
+                self._send(name, (*arguments, *named), scope)
+                if statement.id_location is not None:
+                    self._assign(statement.id_location.value.strip(), SYMBOL)
+            case DocForEach(array, item, index):
+                type_, _ = scope.variables.get(array.value, (None, None))
+                if isinstance(type_, ArrayType):
+                    self._assign(item.value, type_.element)
+                    if index is not None:
+                        self._assign(index.value, general_type(IntType(0, type_.length - 1)))
+            case _:
+                pass
+
+    def _is_sought(self, name: str) -> bool:
+        return any(name in known for known in (self.names.untyped, self.names.inferred, self.types))
+
+    def _assign(self, name: str, type_: Type | None) -> None:
+        if type_ is None or not self._is_sought(name):
+            return
+        known = self.types.get(name)
+        if known is None and name in self.names.scope.variables:
+            known = self.names.scope.variables[name][0]
+        self.types[name] = type_ if known is None else join_types(known, type_) or known
+
+    def _send(self, event: str, arguments: tuple[DocArgument, ...], scope: Scope) -> None:
+        if event in self.events.implied:
+            self._join(event, arguments, scope)
+
+    def _join(self, event: str, arguments: tuple[DocArgument, ...], scope: Scope) -> None:
+        fields = self.fields.setdefault(event, {})
+        for argument in arguments:
+            type_ = type_of(argument.value, scope)
+            if type_ is not None:
+                known = fields.get(argument.name.value, type_)
+                fields[argument.name.value] = join_types(known, type_) or known
+
+
+def type_of(text: Text, scope: Scope) -> Type | None:
+    """Return the type a variable needs that takes this value; None while it is not known."""
+    findings = Findings()
+    typed = type_expression(text, scope, findings)
+    if typed is None or findings.has_errors or typed.type is None:
+        return None
+    return general_type(typed.type)
+
+
+def _joined(location: Text, operator: str, value: Text) -> Text:
+    """Return ``location operator (value)``, each character at the place it came from."""
+    before = [location.span_of(i, i + 1).start for i in range(len(location.value))]
+    inside = [value.span_of(i, i + 1).start for i in range(len(value.value))]
+    joint = f" {operator} ("
+    offsets = (
+        *before,
+        *([value.span.start] * len(joint)),
+        *inside,
+        max(value.span.start, value.span.end - 1),
+    )
+    text = f"{location.value}{joint}{value.value})"
+    span = Span(location.span.source, location.span.start, value.span.end)
+    return Text(text, span, offsets)

@@ -1,0 +1,109 @@
+"""Read the bounds of a machine."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from fsmkit.chart.chart import Capacities
+from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document.document import Block, DocCapacity, DocRaise, DocSend, DocState, Document
+from fsmkit.document.walk import parts
+from fsmkit.language import Scope, read_duration
+
+LIMITS = {
+    "queue": (1, 65535),
+    "internal": (1, 65535),
+    "delayed": (0, 65535),
+    "microsteps": (1, 1_000_000),
+}
+LOOSE_MICROSTEPS = 1000
+LONGEST_TICK = 3_600_000_000
+"""Microseconds: an hour."""
+
+
+def read_capacities(document: Document, findings: Findings) -> Capacities:
+    """Return the capacities, the default for each that is not given.
+
+    SCXML knows no bounds, and real charts loop further than one written for a controller; their
+    queues hold all that one handler puts there.
+    """
+    values = {}
+    if document.datamodel != "fsmkit":
+        values = {"microsteps": LOOSE_MICROSTEPS} | _bursts(document)
+    for capacity in document.capacities:
+        name = capacity.name.value
+        value = _tick(capacity, findings) if name == "tick" else _count(capacity, findings)
+        if value is not None:
+            values[name] = value
+    return Capacities(**values)
+
+
+def _bursts(document: Document) -> dict[str, int]:
+    """Return how many events one handler puts into each queue at most, if that is many.
+
+    A handler in a loop may put more; a chart that needs more declares it.
+    """
+    most = {"internal": 0, "queue": 0}
+    for block in _blocks(document.root):
+        put = Counter(type(part) for part in parts(block))
+        most["internal"] = max(most["internal"], put[DocRaise])
+        most["queue"] = max(most["queue"], put[DocSend])
+    usual = Capacities()
+    return {name: count for name, count in most.items() if count > getattr(usual, name)}
+
+
+def _blocks(state: DocState) -> Iterator[Block]:
+    yield from (*state.entry, *state.exit)
+    for transition in (*state.transitions, *filter(None, (state.initial,))):
+        yield transition.content or ()
+    for child in state.children:
+        yield from _blocks(child)
+
+
+def _count(capacity: DocCapacity, findings: Findings) -> int | None:
+    name, text = capacity.name.value, capacity.value.value.strip()
+    if name not in LIMITS:
+        known = [*LIMITS, "tick"]
+        findings.add(
+            "unknown-name",
+            f"there is no capacity `{name}`",
+            capacity.name,
+            help=suggest(name, known, f"use one of {', '.join(known)}"),
+        )
+        return None
+    low, high = LIMITS[name]
+    if not (text.isascii() and text.isdigit() and len(text) < 20 and low <= int(text) <= high):
+        findings.add(
+            "bad-capacity",
+            f"the capacity `{name}` is a whole number from {low} to {high}, not `{text}`",
+            capacity.value,
+            help=f"write such a number, for instance `{name}: {max(low, 8)}`",
+        )
+        return None
+    return int(text)
+
+
+def _tick(capacity: DocCapacity, findings: Findings) -> int | None:
+    in_microseconds = Scope(
+        variables={},
+        constants={},
+        types={},
+        operations={},
+        states={},
+        event_fields=None,
+        tick=1,
+        dialect="fsmkit",
+        super_guard=None,
+    )
+    value = read_duration(capacity.value, in_microseconds, findings)
+    if value is not None and not 1 <= value <= LONGEST_TICK:
+        findings.add(
+            "bad-capacity",
+            f"a tick lasts from 1us to 1h, not `{capacity.value}`",
+            capacity.value,
+            help="write for instance `tick: 1ms`",
+        )
+        return None
+    return value

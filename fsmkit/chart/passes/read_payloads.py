@@ -1,0 +1,158 @@
+"""Find what handlers read of events that nothing declares, raises or sends: those of the host.
+
+A field is known by being read (``_event.data.x``), its type by what stands beside it: what it is
+assigned to, compared or added with, or that it is a condition. The same is found of variables
+that nothing else types, so that a field is typed by the uses of the variable that takes it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+
+from fsmkit.chart.passes.walk_content import Place, statements
+from fsmkit.diagnostics import Text
+from fsmkit.document.document import (
+    DocAssign,
+    DocCancel,
+    DocIf,
+    DocRaise,
+    DocSend,
+    DocStatement,
+    DocTransition,
+)
+from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type
+from fsmkit.language.constants import join_types
+from fsmkit.language.syntax import (
+    BinaryNode,
+    CallNode,
+    ConditionalNode,
+    ElementNode,
+    MemberNode,
+    NameNode,
+    Node,
+    SyntaxFault,
+    UnaryNode,
+    children,
+    parse,
+)
+
+TypeOf = Callable[[Text, Scope], Type | None]
+JOINING = ("&&", "||")
+EVENT = "_event"
+"""What every read of an event has in its text."""
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """A field that is read, where, and the type its use tells, if it tells one."""
+
+    name: str
+    at: Text
+    type: Type | None
+    is_variable: bool = False
+
+
+def reads(
+    place: Place, scope: Scope, type_of: TypeOf, sought: Collection[str] = ()
+) -> Iterator[Read]:
+    """Yield what one handler reads of the payload, and of the variables that are ``sought``.
+
+    ``type_of`` types what stands beside it.
+    """
+    wanted = re.compile("|".join([EVENT, *(re.escape(name) for name in sorted(sought))]))
+
+    def expected_at(location: Text, value: Text) -> Type | None:
+        return type_of(location, scope) if wanted.search(value.value) else None
+
+    for text, expected in _texts(place.transition, statements(place.block), expected_at):
+        if not wanted.search(text.value):
+            continue
+        try:
+            node = parse(text.value)
+        except SyntaxFault:
+            continue
+        yield from _Reader(text, scope, type_of, frozenset(sought)).look(node, expected)
+
+
+def join_uses(first: Type, second: Type) -> Type | None:
+    """Return the type of what is used in two ways, None where one of them must fail.
+
+    What is compared with a string is one; what is only asked for its truth may be a number.
+    """
+    if SYMBOL in (first, second):
+        return SYMBOL
+    if first == BOOL and isinstance(second, IntType | FloatType):
+        return second
+    if second == BOOL and isinstance(first, IntType | FloatType):
+        return first
+    return join_types(first, second)
+
+
+def _texts(
+    transition: DocTransition | None,
+    content: Iterator[DocStatement],
+    expected_at: Callable[[Text, Text], Type | None],
+) -> Iterator[tuple[Text, Type | None]]:
+    """Yield each expression of a handler, with the type its place wants if it may read."""
+    if transition is not None and transition.guard is not None:
+        yield transition.guard, BOOL
+    for statement in content:
+        match statement:
+            case DocAssign(location, value):
+                yield value, expected_at(location, value)
+            case DocIf(branches):
+                yield from ((b.condition, BOOL) for b in branches if b.condition is not None)
+            case DocRaise(arguments=arguments) | DocSend(arguments=arguments):
+                yield from ((argument.value, None) for argument in arguments)
+            case DocCancel(id_expr=Text() as expr):
+                yield expr, None
+            case _:
+                pass
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    text: Text
+    scope: Scope
+    type_of: TypeOf
+    sought: frozenset[str] = frozenset()
+
+    def look(self, node: Node, expected: Type | None) -> Iterator[Read]:
+        match node:
+            case MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data")):
+                yield Read(node.name, self._part(node), expected)
+            case NameNode(name=name) if name in self.sought:
+                yield Read(name, self._part(node), expected, is_variable=True)
+            case BinaryNode(op=op, left=left, right=right):
+                joins = op in JOINING
+                yield from self.look(left, BOOL if joins else self._type(right))
+                yield from self.look(right, BOOL if joins else self._type(left))
+            case UnaryNode(op=op, operand=operand):
+                yield from self.look(operand, BOOL if op == "!" else None)
+            case ConditionalNode(test=test, then=then, otherwise=otherwise):
+                yield from self.look(test, BOOL)
+                yield from self.look(then, expected or self._type(otherwise))
+                yield from self.look(otherwise, expected or self._type(then))
+            case MemberNode() | ElementNode() | CallNode():
+                # of a field that is a record, an array or an object the use tells too little
+                for child in children(node):
+                    if not self._is_field(child):
+                        yield from self.look(child, None)
+            case _:
+                for child in children(node):
+                    yield from self.look(child, None)
+
+    def _is_field(self, node: Node) -> bool:
+        while isinstance(node, MemberNode):
+            if isinstance(node.base, NameNode) and node.base.name == "_event":
+                return True
+            node = node.base
+        return False
+
+    def _type(self, node: Node) -> Type | None:
+        return self.type_of(self._part(node), self.scope)
+
+    def _part(self, node: Node) -> Text:
+        return self.text.part(node.start, node.end)

@@ -1,0 +1,245 @@
+"""Find the target states of every transition, written or implied, and number the transitions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+from fsmkit.chart.passes.number_states import Node, Tree
+from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document.document import DocTransition, Document, Kind, Trigger
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """A numbered transition with its ends; the rest of it is still as written."""
+
+    index: int
+    source: int
+    targets: tuple[int, ...]
+    written: DocTransition
+
+
+@dataclass(frozen=True, slots=True)
+class Arrows:
+    """All transitions in document order: of a state, the initial one comes first."""
+
+    all: tuple[Arrow, ...]
+    initial: tuple[int | None, ...]
+    """By state: the transition of its default entry, or the default of a history."""
+    leaving: tuple[tuple[int, ...], ...]
+    """By state: its transitions, without the initial one."""
+
+
+def resolve_targets(document: Document, tree: Tree, findings: Findings) -> Arrows:
+    """Return the transitions of a document; what points nowhere is a finding."""
+    found: list[Arrow] = []
+    initial: list[int | None] = []
+    leaving: list[tuple[int, ...]] = []
+
+    def number(source: int, written: DocTransition, targets: tuple[int, ...]) -> int:
+        found.append(Arrow(len(found), source, targets, written))
+        return found[-1].index
+
+    for node in tree.nodes:
+        first = _initial(document, tree, node, findings)
+        initial.append(None if first is None else number(node.index, *first))
+        leaving.append(
+            tuple(
+                number(node.index, written, _targets(tree, written, findings))
+                for written in node.state.transitions
+            )
+        )
+    arrows = Arrows(tuple(found), tuple(initial), tuple(leaving))
+    for node in tree.nodes:
+        if node.is_history and _is_endless(tree, arrows, node.index):
+            findings.add(
+                "history-default-outside",
+                f"the default of history `{node.id}` leads back to the history",
+                node.state.span if node.state.initial is None else node.state.initial.span,
+                help=f"name a state of `{tree.parent(node).id}` that is no history",
+            )
+    return arrows
+
+
+def _is_endless(tree: Tree, arrows: Arrows, history: int) -> bool:
+    """Whether the default of a history enters, by defaults alone, the history again."""
+    seen: set[int] = set()
+    open_ = [history]
+    while open_:
+        for state in _by_default(tree, arrows, open_.pop()):
+            if state == history:
+                return True
+            if state not in seen:
+                seen.add(state)
+                open_.append(state)
+    return False
+
+
+def _by_default(tree: Tree, arrows: Arrows, state: int) -> list[int]:
+    """Return what is entered with a state of which nothing is said (Appendix D, enterStates)."""
+    node = tree.nodes[state]
+    if node.kind is Kind.PARALLEL:
+        return list(tree.real_children(state))
+    first = arrows.initial[state]
+    targets = () if first is None else arrows.all[first].targets
+    found = list(targets)
+    top = tree.parent(node).index if node.is_history else state
+    for target in targets:
+        end = tree.lca(target, top)
+        above = tree.nodes[target]
+        while above.index not in (0, end) and (above := tree.parent(above)).index != end:
+            if above.kind is Kind.PARALLEL:
+                others = tree.real_children(above.index)
+                found += [o for o in others if not tree.is_descendant(target, o) and o != target]
+    return found
+
+
+def _targets(tree: Tree, written: DocTransition, findings: Findings) -> tuple[int, ...]:
+    """Return the states named, in the order written, each once."""
+    found: list[int] = []
+    for name in written.targets:
+        index = tree.index.get(name.value)
+        if index is None:
+            _report_unknown(tree, name, findings)
+        elif index not in found:
+            found.append(index)
+    _check_together(tree, written.targets, findings)
+    return tuple(found)
+
+
+def _report_unknown(tree: Tree, name: Text, findings: Findings) -> None:
+    """Report a target that is no state, perhaps one word of an id that holds spaces."""
+    message = f"there is no state `{name}`"
+    advice = suggest(name.value, tree.index, "name a state of this chart")
+    for id_ in tree.index:
+        if name.value in id_.split():
+            message += f": the id `{id_}` holds a space, and targets are separated by spaces"
+            advice = f"name the state `{'_'.join(id_.split())}`"
+            break
+    findings.add("unknown-name", message, name, help=advice)
+
+
+def _check_together(tree: Tree, targets: tuple[Text, ...], findings: Findings) -> None:
+    """Report targets that no configuration holds together (SCXML 3.11)."""
+    known = [(name, tree.index[name.value]) for name in targets if name.value in tree.index]
+    for (first, one), (second, other) in combinations(known, 2):
+        if one == other:
+            continue
+        reason = _why_apart(tree, one, other)
+        if reason is not None:
+            findings.add(
+                "targets-exclude-each-other",
+                f"`{first}` and `{second}` cannot be entered together: {reason}",
+                second,
+                secondary=[(first, "the other target")],
+                help="keep one target for each region of a parallel state",
+            )
+
+
+def _why_apart(tree: Tree, one: int, other: int) -> str | None:
+    """Return why no configuration holds two targets, None if there may be one."""
+    meet = tree.nodes[tree.lca(one, other)]
+    if meet.index in (one, other):
+        return "one holds the other"
+    if meet.kind is not Kind.PARALLEL:
+        return f"both lie in `{meet.id}`, of whose children one is active"
+    for node in (tree.nodes[one], tree.nodes[other]):
+        if node.is_history and node.parent == meet.index:
+            return f"the history `{node.id}` stands for a state in each region of `{meet.id}`"
+    return None
+
+
+def _initial(
+    document: Document, tree: Tree, node: Node, findings: Findings
+) -> tuple[DocTransition, tuple[int, ...]] | None:
+    if node.is_history:
+        return _history_default(document, tree, node, findings)
+    written = node.state.initial
+    if node.kind is not Kind.COMPOUND:
+        if written is not None:
+            what = "parallel" if node.kind is Kind.PARALLEL else node.kind.value
+            findings.add(
+                "initial-not-allowed",
+                f"`{node.id}` is {what} and takes no `initial`",
+                written.span,
+                help="remove it" if node.kind is not Kind.PARALLEL else "all regions are entered",
+            )
+        return None
+    if written is None:
+        children = tree.real_children(node.index)
+        if not children:
+            findings.add(
+                "no-states", f"chart `{node.id}` has no state", node.state.span, help="add a state"
+            )
+            return None
+        implied = DocTransition(Trigger.INITIAL, node.state.span, origin=node.state.origin)
+        return implied, children[:1]
+    targets = _targets(tree, written, findings)
+    for name in written.targets:
+        index = tree.index.get(name.value)
+        if index is not None and not tree.is_descendant(index, node.index):
+            findings.add(
+                "initial-outside",
+                f"the initial state `{name}` does not lie in `{node.id}`",
+                name,
+                help=f"name a state below `{node.id}`",
+            )
+    if not written.targets:
+        findings.add(
+            "initial-outside",
+            f"the initial transition of `{node.id}` has no target",
+            written.span,
+            help=f"name a state below `{node.id}`",
+        )
+    return written, targets
+
+
+def _history_default(
+    document: Document, tree: Tree, node: Node, findings: Findings
+) -> tuple[DocTransition, tuple[int, ...]] | None:
+    parent = tree.parent(node)
+    written = node.state.initial
+    if written is not None and written.targets:
+        targets = _targets(tree, written, findings)
+        for name in written.targets:
+            index = tree.index.get(name.value)
+            if index is not None and not _may_default(tree, node, index):
+                where = "is no child of" if index > parent.index else "does not lie in"
+                findings.add(
+                    "history-default-outside",
+                    f"the default `{name}` of history `{node.id}` {where} `{parent.id}`",
+                    name,
+                    help=f"name a state of `{parent.id}`, or make the history deep",
+                    severity=_tolerated(document),
+                )
+        return written, targets
+    lenient = _tolerated(document) is not None
+    findings.add(
+        "history-without-default",
+        f"history `{node.id}` does not say what is entered the first time"
+        + (f": the default entry of `{parent.id}` is taken" if lenient else ""),
+        node.state.span,
+        help="give its default a target",
+        severity=_tolerated(document),
+    )
+    if not lenient:
+        return None
+    implied = written or DocTransition(Trigger.INITIAL, node.state.span, origin=node.state.origin)
+    if parent.state.initial is not None:
+        return implied, _targets(tree, parent.state.initial, Findings())
+    children = tree.real_children(parent.index)
+    return implied, children if parent.kind is Kind.PARALLEL else children[:1]
+
+
+def _may_default(tree: Tree, history: Node, target: int) -> bool:
+    """Whether a history may enter that state by default (SCXML 3.10)."""
+    if history.kind is Kind.DEEP_HISTORY:
+        return tree.is_descendant(target, tree.parent(history).index)
+    return tree.nodes[target].parent == history.parent and not tree.nodes[target].is_history
+
+
+def _tolerated(document: Document) -> Severity | None:
+    """Return how much a fault matters that real SCXML files have and that has one meaning."""
+    return Severity.WARNING if document.datamodel != "fsmkit" else None

@@ -1,0 +1,147 @@
+"""Type the transitions: what they match, when, under which guard, and what they do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fsmkit.chart.chart import OPEN_ENDED, Transition
+from fsmkit.chart.passes.collect_events import Events
+from fsmkit.chart.passes.context import Context
+from fsmkit.chart.passes.resolve_targets import Arrow, Arrows
+from fsmkit.chart.passes.type_content import type_block, type_condition
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document.document import DocTransition, Trigger
+from fsmkit.language import BOOL, Expr, Literal, read_duration
+
+TIMED = (Trigger.AFTER, Trigger.EVERY)
+
+
+def type_transitions(arrows: Arrows, context: Context) -> tuple[Transition, ...]:
+    """Return the transitions of a chart, in document order."""
+    return tuple(_transition(arrow, context) for arrow in arrows.all)
+
+
+def _transition(arrow: Arrow, context: Context) -> Transition:
+    written = arrow.written
+    events = match_events(written, context)
+    here = at_hand(written, events, context)
+    least, delay = _delays(written, context)
+    return Transition(
+        index=arrow.index,
+        source=arrow.source,
+        trigger=written.trigger,
+        events=events,
+        descriptors=tuple(e.value for e in written.events),
+        guard=_guard(written, here),
+        targets=arrow.targets,
+        internal=written.internal,
+        content=type_block(written.content or (), here),
+        span=written.span,
+        delay=delay,
+        least=least,
+        id=None if written.id is None else written.id.value,
+        watchdog=written.watchdog,
+        ordered=written.ordered,
+        origin=written.origin,
+    )
+
+
+def match_events(written: DocTransition, context: Context) -> tuple[int, ...]:
+    """Return the indices of the events a transition matches, in the order of events."""
+    if written.trigger is not Trigger.EVENT:
+        return ()
+    found: set[int] = set()
+    for descriptor in written.events:
+        matching = context.events.matching(descriptor.value)
+        found.update(matching)
+        if not matching and not context.is_loose:
+            _unknown_event(descriptor.value, written, context.events, context.findings)
+    return tuple(sorted(found))
+
+
+def _unknown_event(name: str, written: DocTransition, events: Events, findings: Findings) -> None:
+    known = [event.name for event in events.all]
+    at = next(e for e in written.events if e.value == name)
+    if name.startswith("done.state."):
+        otherwise = "only a state with a final child is ever done"
+    else:
+        otherwise = f"declare `{name}` under `events`"
+    findings.add(
+        "unknown-name", f"there is no event `{name}`", at, help=suggest(name, known, otherwise)
+    )
+
+
+def at_hand(written: DocTransition, events: tuple[int, ...], context: Context) -> Context:
+    """Return the context of a transition: which event is at hand, and what it wants answered.
+
+    In a loose dialect `_event` is the last event everywhere (SCXML 5.10.1), but its payload is
+    known only where the events matched tell it.
+    """
+    if written.trigger is not Trigger.EVENT:
+        return context
+    fields = context.events.common_fields(events)
+    replies = [context.events.all[i].reply for i in events]
+    return replace(
+        context,
+        scope=replace(
+            context.scope, event_fields=fields, event_facts=context.events.common_facts(events)
+        ),
+        replies=tuple(r for r in replies if r is not None),
+    )
+
+
+def _guard(written: DocTransition, context: Context) -> Expr | None:
+    if written.guard is None:
+        return None
+    inner: Expr | None = None
+    for text in reversed(written.super_guards):
+        if text is None:
+            inner = Literal(True, BOOL, written.guard.span)
+            continue
+        scope = replace(context.scope, super_guard=inner)
+        inner = type_condition(text, replace(context, scope=scope))
+    scope = replace(context.scope, super_guard=inner)
+    return type_condition(written.guard, replace(context, scope=scope))
+
+
+def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
+    """Return the delay of a timed transition, in ticks; of an interval the least one before it."""
+    text = written.delay
+    if written.trigger not in TIMED or text is None:
+        return None, 0
+    low, dots, _ = text.value.partition("..")
+    if not dots:
+        return None, _delay(written, text, context)
+    least = _delay(written, text.part(0, len(low)).stripped(), context)
+    rest = text.part(len(low) + len(dots), len(text.value)).stripped()
+    greatest = _delay(written, rest, context) if rest.value else least + OPEN_ENDED
+    if written.trigger is Trigger.EVERY:
+        context.findings.add(
+            "bad-delay", "`every` takes one delay", text,
+            help="use `after`, and enter the state again",
+        )  # fmt: skip
+    elif greatest < least:
+        context.findings.add(
+            "bad-delay", "this delay ends before it begins", text, help="swap the two"
+        )
+    elif not rest.value and least >= OPEN_ENDED:
+        context.findings.add(
+            "bad-delay", "an interval without an end begins within 2^30 ticks", text,
+            help="choose a longer `tick`",
+        )  # fmt: skip
+    return (None if least == greatest else least), greatest
+
+
+def _delay(written: DocTransition, text: Text, context: Context) -> int:
+    ticks = read_duration(text, context.scope, context.findings)
+    if ticks is None:
+        return 0
+    if ticks <= 0 and written.trigger is Trigger.EVERY:
+        context.findings.add(
+            "bad-delay",
+            "`every` with a delay of 0 would never let time pass",
+            text,
+            help="write a delay of one tick at least",
+        )
+    return ticks

@@ -1,0 +1,53 @@
+"""Visit every statement of a document, with what it belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fsmkit.chart.passes.number_states import Tree
+from fsmkit.document.document import (
+    Block,
+    DocForEach,
+    DocIf,
+    DocInvoke,
+    DocStatement,
+    DocTransition,
+    Document,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A handler and whose it is: a transition's content, a finalize, or entry, exit, script."""
+
+    block: Block
+    transition: DocTransition | None = None
+    invoke: DocInvoke | None = None
+
+
+def places(document: Document, tree: Tree) -> Iterator[Place]:
+    """Return every handler, in document order."""
+    yield Place(document.script)
+    for node in tree.nodes:
+        state = node.state
+        for block in (*state.entry, *state.exit):
+            yield Place(block)
+        for transition in (*([state.initial] if state.initial else []), *state.transitions):
+            yield Place(transition.content or (), transition)
+        for invoke in state.invokes:
+            yield Place(invoke.finalize or (), invoke=invoke)
+
+
+def statements(block: Block) -> Iterator[DocStatement]:
+    """Return the statements of a handler, those inside of others too."""
+    for statement in block:
+        yield statement
+        match statement:
+            case DocIf(branches):
+                for branch in branches:
+                    yield from statements(branch.body)
+            case DocForEach(body=body):
+                yield from statements(body)
+            case _:
+                pass

@@ -1,0 +1,1 @@
+"""What ``fsmkit run`` does, line by line."""

@@ -1,0 +1,1 @@
+"""Charts, plans and systems as trees on the terminal, and as data for JSON."""

@@ -1,0 +1,104 @@
+"""A plan as a tree on the terminal and as data: what a machine executes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import assert_never
+
+from rich.text import Text
+from rich.tree import Tree
+
+from fsmkit.chart.format import spell_trigger
+from fsmkit.plan.plan import Branch, Content, Enter, Op, Plan, Restore, Variant
+
+
+def plan_tree(plan: Plan) -> Tree:
+    """Return regions with their numbers, then what each transition exits and enters."""
+    speller = _Speller(plan)
+    tree = Tree(Text(f"plan of {plan.chart.name}", "bold"))
+    regions = tree.add(Text("regions", "bold"))
+    for index, told in enumerate(speller.regions()):
+        regions.add(f"{index}: {told}")
+    tree.add(Text(f"start: {speller.ops(plan.start)}"))
+    moves = tree.add(Text("transitions", "bold"))
+    for move in plan.moves:
+        heading = Text(f"{move.transition} {speller.transition(move.transition)}")
+        variants = [speller.variant(variant) for variant in move.variants]
+        if len(variants) == 1:
+            moves.add(heading.append(f": {variants[0]}", "dim"))
+        else:
+            node = moves.add(heading)
+            for told in variants:
+                node.add(Text(told, "dim"))
+    return tree
+
+
+def plan_document(plan: Plan) -> dict[str, object]:
+    """Return a plan as data for JSON."""
+    speller = _Speller(plan)
+    return {
+        "regions": [
+            {
+                "top": plan.chart.states[region.top].id,
+                "states": {plan.chart.states[s].id: plan.number[s] for s in region.states},
+            }
+            for region in plan.regions
+        ],
+        "start": speller.ops(plan.start),
+        "moves": [
+            {
+                "transition": move.transition,
+                "variants": [speller.variant(variant) for variant in move.variants],
+            }
+            for move in plan.moves
+        ],
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class _Speller:
+    plan: Plan
+
+    def state(self, index: int) -> str:
+        return self.plan.chart.states[index].id
+
+    def regions(self) -> Iterable[str]:
+        for region in self.plan.regions:
+            states = ", ".join(f"{self.plan.number[s]} {self.state(s)}" for s in region.states)
+            yield f"{self.state(region.top)}: {states}"
+
+    def transition(self, index: int) -> str:
+        transition = self.plan.chart.transitions[index]
+        trigger = spell_trigger(transition, self.plan.chart)
+        return f"{self.state(transition.source)} {trigger}"
+
+    def variant(self, variant: Variant) -> str:
+        if variant.domain is None:
+            return "stays"
+        told = f"within {self.state(variant.domain)}: {self.ops(variant.entry) or 'nothing'}"
+        conditions = " and ".join(
+            f"{self.state(c.history)} recorded {c.first}..{c.last} in region {c.region}"
+            for c in variant.conditions
+        )
+        return f"if {conditions}: {told}" if conditions else told
+
+    def ops(self, ops: Iterable[Op]) -> str:
+        return ", ".join(self.op(op) for op in ops)
+
+    def op(self, op: Op) -> str:
+        match op:
+            case Enter(state, defaults):
+                content = "".join(f" with content of {t}" for t in defaults)
+                return f"enter {self.state(state)}{content}"
+            case Restore(history, below):
+                return f"restore {self.state(history)} below {self.state(below)}"
+            case Branch(history, recorded, unrecorded):
+                return (
+                    f"if {self.state(history)} is recorded ({self.ops(recorded)})"
+                    f" else ({self.ops(unrecorded)})"
+                )
+            case Content(transition):
+                return f"content of {transition}"
+            case _:
+                assert_never(op)

@@ -1,0 +1,94 @@
+"""A system as a tree on the terminal and as data."""
+
+from __future__ import annotations
+
+from rich.text import Text
+from rich.tree import Tree
+
+from fsmkit.system.system import System
+
+
+def system_tree(system: System) -> Tree:
+    """Return machines, connections, environment and properties."""
+    tree = Tree(Text(system.name, "bold"))
+    parts = {
+        "machines": [
+            f"{m.name}: {m.chart.name}, {len(m.chart.states) - 1} states"
+            + (", of the environment" if m.environment else "")
+            for m in system.machines
+        ],
+        "connections": _connections(system),
+        "shared": [f"{name}: {', '.join(holders)}" for name, holders in _shared(system).items()],
+        "environment": [
+            f"{'will' if p.owed else 'may'} {_port(system, p.machine, p.event)}"
+            for p in system.possible
+        ],
+        "properties": [
+            f"{p.name}: {p.kind.value}" + (f" {p.text}" if p.text != p.kind.value else "")
+            for p in system.properties
+        ],
+    }
+    for name, lines in parts.items():
+        if lines:
+            group = tree.add(Text(name, "bold"))
+            for line in lines:
+                group.add(Text(line))
+    return tree
+
+
+def _port(system: System, machine: int, index: int) -> str:
+    """Return what leaves or enters a machine: an event, or an operation after all events."""
+    owner = system.machines[machine]
+    events = owner.chart.events
+    if index < len(events):
+        return f"{owner.name}.{events[index].name}"
+    return f"{owner.name}.{owner.chart.operations[index - len(events)].name}()"
+
+
+def _connections(system: System) -> list[str]:
+    found = [
+        f"{_port(system, link.source, link.port)} -> {_port(system, link.target, link.event)}"
+        for link in system.event_links
+    ]
+    for link in system.input_links:
+        source, target = system.machines[link.source], system.machines[link.target]
+        if link.output >= len(source.chart.outputs):
+            continue  # shared data
+        written = source.chart.outputs[link.output].name
+        read = target.chart.inputs[link.input].name
+        found.append(f"{source.name}.{written} -> {target.name}.{read}")
+    return found
+
+
+def _shared(system: System) -> dict[str, list[str]]:
+    """Return the machines that hold each shared variable."""
+    found: dict[str, list[str]] = {}
+    for machine in system.machines:
+        for name in dict.fromkeys(slot.name for slot in machine.shared):
+            found.setdefault(name, []).append(machine.name)
+    return found
+
+
+def system_document(system: System) -> dict[str, object]:
+    """Return a system as data for JSON."""
+    return {
+        "name": system.name,
+        "machines": [
+            {
+                "name": m.name,
+                "chart": m.chart.name,
+                "file": m.chart.sources[0].name if m.chart.sources else None,
+                "states": len(m.chart.states) - 1,
+                "environment": m.environment,
+            }
+            for m in system.machines
+        ],
+        "connections": _connections(system),
+        "shared": _shared(system),
+        "environment": [
+            {"event": _port(system, p.machine, p.event), "owed": p.owed} for p in system.possible
+        ],
+        "properties": [
+            {"name": p.name, "kind": p.kind.value, "text": p.text} for p in system.properties
+        ],
+    }

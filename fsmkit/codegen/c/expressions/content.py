@@ -1,0 +1,368 @@
+"""Executable content in C.
+
+A block that can fail is a function of its own, which returns where the failure is noticed; the rest
+of it is thereby skipped. A block that cannot fail is printed where it stands.
+"""
+
+from __future__ import annotations
+
+from typing import assert_never
+
+from fsmkit.chart.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Cancel,
+    Destination,
+    Fail,
+    ForEach,
+    If,
+    Invoke,
+    Log,
+    Raise,
+    Reply,
+    Send,
+    Statement,
+)
+from fsmkit.codegen.c.expressions.effects import can_fail, fails, needs_order
+from fsmkit.codegen.c.expressions.expressions import Printer
+from fsmkit.codegen.c.expressions.transfer import Place, copy
+from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.names import Names
+from fsmkit.emit import Emitter
+from fsmkit.language import (
+    ArrayType,
+    DurationType,
+    Expr,
+    FloatType,
+    Literal,
+    Location,
+    RecordType,
+    SymbolType,
+    Type,
+)
+from fsmkit.texts.c import comment, quoted
+
+ROUTES = {
+    Destination.SELF: "SELF",
+    Destination.INTERNAL: "INTERNAL",
+    Destination.PORT: "PORT",
+}
+
+
+class ContentPrinter:
+    """Prints the blocks of one machine; functions for those that can fail go to ``functions``."""
+
+    def __init__(self, names: Names, functions: Emitter) -> None:
+        """Print with these names."""
+        self._names = names
+        self._functions = functions
+        self._count = 0
+        self._conditions = 0
+        self.copies: list[tuple[Type, str]] = []
+
+    def block(self, out: Emitter, block: Block, events: tuple[int, ...], what: str) -> None:
+        """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
+        if not block:
+            return
+        printer = Printer(self._names, events)
+        body = Emitter()
+        is_failing = any(map(fails, block))
+        for statement in block:
+            self._statement(body, statement, printer, failing=is_failing)
+        texts = body.finish().rstrip("\n").split("\n")
+        if is_failing:
+            self._count += 1
+            name = f"{self._names.prefix}_block_{self._count}"
+            self._functions.line(f"/* {comment(what)} */")
+            self._functions.line(f"static void {name}({self._names.prefix} *m)")
+            with self._functions.block("{"):
+                _declare(self._functions, printer)
+                self._functions.lines(texts)
+            self._functions.line()
+            out.line(f"{name}(m);")
+            out.line(f"{self._names.prefix}_end_block(m);")
+            self._names.used.add("end_block")
+        elif printer.temporaries:
+            with out.block("{"):
+                _declare(out, printer)
+                out.lines(texts)
+        else:
+            out.lines(texts)
+
+    def _check(self, out: Emitter, *expressions: Expr) -> None:
+        if any(map(can_fail, expressions)):
+            out.line("if (m->failed != FSM_FINE)")
+            with out.indented():
+                out.line("return;")
+
+    def _statement(
+        self, out: Emitter, statement: Statement, printer: Printer, *, failing: bool
+    ) -> None:
+        prefix = self._names.prefix
+        match statement:
+            case Assign(location, value):
+                self._assign(out, location, value, printer)
+            case Raise(event, arguments):
+                self._event(out, event, arguments, printer)
+                out.line(f"{prefix}_raise(m, &e, true);")
+                self._names.used.add("raise")
+                out.close()
+            case Send():
+                self._send(out, statement, printer)
+            case Cancel(name):
+                out.line(f"FSM_HOOK_TEXT(m, FSM_CANCELLED, {quoted(name)}, 0);")
+                out.line(f"{prefix}_cancel(m, {self._names.mark(name)}u);")
+                self._names.used.add("cancel")
+            case Log(label, values):
+                self._log(out, label, values, printer)
+            case If():
+                self._if(out, statement, printer, failing=failing)
+            case ForEach():
+                self._for_each(out, statement, printer, failing=failing)
+            case Reply(value):
+                out.line(f"m->reply = {printer.value(value)};")
+                self._check(out, value)
+                out.line('FSM_HOOK_TEXT(m, FSM_REPLY, "", 0);')
+                self._show(out, value, printer, "m->reply")
+                out.line("FSM_HOOK_LINE(m);")
+            case CallOperation(call):
+                out.line(f"(void){printer.fragment(call).text};" if call.type is not None
+                         else f"{printer.fragment(call).text};")  # fmt: skip
+                self._check(out, call)
+            case Fail(told=True):
+                out.line("m->failed = FSM_TOLD;")
+                out.line("return;")
+            case Fail():
+                out.line("(void)fsm_fails(&m->failed);")
+                out.line("return;")
+            case Invoke():
+                self._invoke(out, statement, printer)
+            case _:
+                assert_never(statement)
+
+    def _invoke(self, out: Emitter, statement: Invoke, printer: Printer) -> None:
+        """Give the machine in a slot its data, and let it run its first macrostep."""
+        names, slot = self._names, statement.invocation
+        inside, member = names.invoked[slot], f"m->{names.slots[slot]}"
+        invocation = names.chart.invocations[slot]
+        given = [invocation.chart.data[place] for place in invocation.given]
+        pairs = list(zip(given, statement.arguments, strict=True))
+        out.open("{")
+        for number, (data, argument) in enumerate(pairs):
+            if not isinstance(data.type, ArrayType):
+                stored = storage(data.type, names.records).text
+                out.line(f"{stored} v{number} = {printer.value(argument, data.type)};")
+        self._check(out, *statement.arguments)
+        out.line(f"{inside.prefix}_init(&{member});")
+        for number, (data, argument) in enumerate(pairs):
+            is_array = isinstance(data.type, ArrayType)
+            text = printer.value(argument, data.type) if is_array else f"v{number}"
+            target = f"{member}.{inside.variables[data.name]}"
+            copy(out, Place(names, data.type, text), Place(inside, data.type, target))
+        out.line(f"{inside.prefix}_start_given(&{member}, m->now);")
+        out.line(f"{names.prefix}_absorb_{slot}(m);")
+        out.close()
+
+    def _assign(self, out: Emitter, location: Location, value: Expr, printer: Printer) -> None:
+        target = location.type
+        if isinstance(target, ArrayType):
+            place, text = printer.place(location), printer.value(value)
+            out.line(f"for (uint32_t i = 0u; i < {target.length}u; i++)")
+            with out.indented():
+                out.line(f"{place}[i] = {text}[i];")
+            return
+        place = printer.place(location)
+        is_simple = not can_fail(value) and not can_fail(location)
+        if is_simple and not needs_order(location, value):
+            out.line(f"{place} = {printer.value(value, target)};")
+            return
+        stored = storage(target, self._names.records).text
+        with out.block("{"):
+            out.line(f"{stored} value = {printer.value(value, target)};")
+            self._check(out, value)
+            if can_fail(location):
+                out.line(f"{stored} *place = &{place};")
+                self._check(out, location)
+                out.line("*place = value;")
+            else:
+                out.line(f"{place} = value;")
+
+    def _event(
+        self, out: Emitter, event: int, arguments: tuple[Expr, ...], printer: Printer
+    ) -> None:
+        """Open a block in which ``e`` is the event; `Emitter.close` ends it."""
+        names = self._names
+        fields = names.chart.events[event].fields
+        out.open("{")
+        out.line(f"{names.prefix}_event e = {names.upper}_NO_EVENT;")
+        out.line(f"e.event = {names.events[event]};")
+        for part, argument in zip(fields, arguments, strict=True):
+            place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
+            if isinstance(part.type, ArrayType):
+                text = printer.value(argument, part.type)
+                out.line(f"for (uint32_t i = 0u; i < {part.type.length}u; i++)")
+                with out.indented():
+                    out.line(f"{place}[i] = {text}[i];")
+            else:
+                out.line(f"{place} = {printer.value(argument, part.type)};")
+        self._check(out, *arguments)
+
+    def _send(self, out: Emitter, statement: Send, printer: Printer) -> None:
+        names = self._names
+        prefix = names.prefix
+        self._event(out, statement.event, statement.arguments, printer)
+        peer = 0 if statement.peer is None else names.symbol(statement.peer)
+        if statement.delay is not None:
+            names.used.add("delay")
+            delay = printer.value(statement.delay, DurationType())
+            mark = names.mark(statement.id)
+            route = f"{names.upper}_TO_{self._route(statement)}"
+            if not isinstance(statement.delay, Literal):
+                out.line(f"uint32_t delay = {delay};")
+                self._check(out, statement.delay)
+                delay = "delay"
+            out.line(f"{prefix}_delay(m, &e, {delay}, {mark}u, {route}, {peer}u);")
+        elif statement.destination is Destination.PORT:
+            out.line(f"{prefix}_emit(m, &e, {peer}u);")
+            names.used.add("emit")
+        elif statement.destination is Destination.SELF:
+            out.line(f"{prefix}_send(m, &e);")
+            names.used.add("send")
+        elif statement.destination is Destination.INVOKER:
+            names.used.add("to_invoker")
+            out.line(f"{prefix}_to_invoker(m, &e);")
+        elif statement.destination is Destination.INVOKED:
+            number = names.slot_set(statement.invocations)
+            names.used |= {f"give {slot}" for slot in statement.invocations}
+            names.used |= {f"to_invoked {number}", "error"}
+            out.line(f"{prefix}_to_invoked_{number}(m, &e, {peer}u);")
+        else:
+            out.line(f"{prefix}_raise(m, &e, true);")
+            names.used.add("raise")
+        out.close()
+
+    def _route(self, statement: Send) -> str:
+        """Return the name of a way to send by; note that it is used."""
+        names = self._names
+        match statement.destination:
+            case Destination.INVOKED:
+                number = names.slot_set(statement.invocations)
+                if statement.invocations:
+                    names.used |= {f"give {slot}" for slot in statement.invocations}
+                    names.used |= {f"to_invoked {number}", "error"}
+                return f"INVOKED_{number}"
+            case Destination.INVOKER:
+                names.used.add("to_invoker")
+                return "INVOKER"
+            case destination:
+                return ROUTES[destination]
+
+    def _log(self, out: Emitter, label: str, values: tuple[Expr, ...], printer: Printer) -> None:
+        if values:
+            out.open("{")
+        for number, value in enumerate(values):
+            assert value.type is not None  # noqa: S101
+            if isinstance(value.type, ArrayType):
+                continue
+            stored = storage(value.type, self._names.records).text
+            out.line(f"{stored} v{number} = {printer.value(value)};")
+        self._check(out, *values)
+        out.line(f"FSM_HOOK_TEXT(m, FSM_LOG, {quoted(label)}, 0);")
+        for number, value in enumerate(values):
+            text = printer.value(value) if isinstance(value.type, ArrayType) else f"v{number}"
+            self._show(out, value, printer, text)
+        out.line("FSM_HOOK_LINE(m);")
+        if values:
+            for number, value in enumerate(values):
+                if not isinstance(value.type, ArrayType):
+                    out.line(f"(void)v{number};")
+            out.close()
+
+    def _show(self, out: Emitter, value: Expr, printer: Printer, text: str) -> None:
+        del printer
+        assert value.type is not None  # noqa: S101
+        show(out, value.type, text, self._names)
+
+    def _if(self, out: Emitter, statement: If, printer: Printer, *, failing: bool) -> None:
+        """Print a chain of conditions; one that fails is false, and raises ``error.execution``."""
+        depth = 0
+        for branch in statement.branches:
+            if branch is not statement.branches[0]:
+                out.turn("} else {")
+            if branch.condition is None:
+                self._body(out, branch.body, printer, failing=failing)
+                break
+            condition = printer.condition(branch.condition)
+            if can_fail(branch.condition):
+                self._conditions += 1
+                name = f"holds_{self._conditions}"
+                if not depth:
+                    out.open()
+                    depth += 1
+                out.line(f"bool {name} = {condition};")
+                out.line(f"{name} = {self._names.prefix}_holds(m, {name});")
+                self._names.used.add("holds")
+                self._check(out, branch.condition)
+                condition = name
+            out.open(f"if ({condition}) {{")
+            depth += 1
+            self._body(out, branch.body, printer, failing=failing)
+        for _ in range(depth):
+            out.close()
+
+    def _body(self, out: Emitter, body: Block, printer: Printer, *, failing: bool) -> None:
+        for inner in body:
+            self._statement(out, inner, printer, failing=failing)
+
+    def _for_each(
+        self, out: Emitter, statement: ForEach, printer: Printer, *, failing: bool
+    ) -> None:
+        array = statement.array.type
+        assert isinstance(array, ArrayType)  # noqa: S101
+        number = len(self.copies)
+        self.copies.append((array, f"copy_{number}"))
+        stored = storage(array.element, self._names.records).text
+        source = printer.place(statement.array)
+        out.open("{")
+        out.line(f"{stored} copy_{number}[{array.length}];")
+        out.line(f"for (uint32_t i = 0u; i < {array.length}u; i++)")
+        with out.indented():
+            out.line(f"copy_{number}[i] = {source}[i];")
+        with out.block(
+            f"for (uint32_t i_{number} = 0u; i_{number} < {array.length}u; i_{number}++) {{"
+        ):
+            out.line(f"{printer.place(statement.item)} = copy_{number}[i_{number}];")
+            if statement.index is not None:
+                index = statement.index
+                type_ = storage(index.type, self._names.records).text
+                out.line(f"{printer.place(index)} = ({type_})i_{number};")
+            for inner in statement.body:
+                self._statement(out, inner, printer, failing=failing)
+        out.close()
+
+
+def show(out: Emitter, type_: Type, text: str, names: Names) -> None:
+    """Print how a value is told to the hooks."""
+    match type_:
+        case FloatType():
+            out.line(f"FSM_HOOK_VALUE_F(m, {text});")
+        case SymbolType():
+            out.line(f"FSM_HOOK_VALUE_S(m, {text});")
+        case ArrayType(element, length):
+            out.line("FSM_HOOK_VALUE_S(m, -1);")
+            for place in range(length):
+                show(out, element, f"{text}[{place}]", names)
+            out.line("FSM_HOOK_VALUE_S(m, -2);")
+        case RecordType(_, fields):
+            out.line("FSM_HOOK_VALUE_S(m, -1);")
+            for part in fields:
+                show(out, part.type, f"{text}.{names.field(part.name)}", names)
+            out.line("FSM_HOOK_VALUE_S(m, -2);")
+        case _:
+            out.line(f"FSM_HOOK_VALUE_I(m, {text});")
+
+
+def _declare(out: Emitter, printer: Printer) -> None:
+    for ctype, name in printer.temporaries:
+        out.line(f"{ctype} {name};")

@@ -1,0 +1,380 @@
+"""Expressions in C, with exactly the meaning of the typed tree and no undefined behaviour.
+
+Each fragment knows the C type it has: ``int`` where every value fits in 16 bits, else int32_t,
+int64_t, uint32_t or uint64_t, ``double``, ``bool``. Wrapping arithmetic is done unsigned. What can
+fail notes so in ``m->failed``; and since C leaves the order of operands open where the language
+goes from left to right, operands with effects go through temporaries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from fsmkit.chart.chart import Event
+from fsmkit.codegen.c.expressions.constancy import joint_outcome, outcome
+from fsmkit.codegen.c.expressions.effects import can_fail, has_effect, needs_order
+from fsmkit.codegen.c.expressions.fragments import (
+    AND,
+    ATOM,
+    CHOICE,
+    COMPARE,
+    OR,
+    PREFIX,
+    SUM,
+    Fragment,
+    apart,
+    floating,
+)
+from fsmkit.codegen.c.expressions.operators import Operators
+from fsmkit.codegen.c.expressions.types import (
+    UNSIGNED,
+    computed,
+    integer,
+    interval,
+    storage,
+    wrapping,
+)
+from fsmkit.language import (
+    BOOL,
+    LONGEST_DURATION,
+    Apply,
+    ArrayType,
+    Binary,
+    BinaryOp,
+    BoolType,
+    Call,
+    Conditional,
+    Convert,
+    DurationType,
+    Element,
+    EnumType,
+    EventField,
+    EventName,
+    EventType,
+    Expr,
+    FloatType,
+    Function,
+    InState,
+    IntType,
+    Invalid,
+    Literal,
+    Member,
+    Overflow,
+    RecordType,
+    SymbolType,
+    Type,
+    Unary,
+    UnaryOp,
+    Value,
+    Variable,
+    fold,
+)
+
+
+class Printer(Operators):
+    """Prints the expressions of one block; collects the temporaries it needs.
+
+    ``event``: the event at hand if there is just one it can be; ``many``: those it can be.
+    """
+
+    def value(self, expr: Expr, type_: Type | None = None) -> str:
+        """Return an expression ready to be stored in a variable of its type."""
+        target = type_ if type_ is not None else expr.type
+        assert target is not None  # noqa: S101
+        fragment = self.fragment(fold(expr))
+        if isinstance(target, ArrayType | RecordType):
+            return fragment.text
+        stored = storage(target, self.names.records).text
+        return self.cast(fragment, stored)
+
+    def condition(self, expr: Expr) -> str:
+        """Return an expression as a condition."""
+        return self.fragment(fold(expr)).text
+
+    def fragment(self, expr: Expr) -> Fragment:
+        """Return an expression as text that can stand inside more text."""
+        match expr:
+            case Literal(value):
+                return self.literal(value, expr.type)
+            case Variable(name, type_):
+                return self.loaded(f"m->{self.names.variables[name]}", type_)
+            case EventField(name, type_):
+                return self.loaded(self._event_field(name), type_)
+            case EventType():
+                return Fragment(self._of_event(lambda event: event.type), "int")
+            case EventName():
+                return Fragment(self._of_event(lambda event: event.name), "int")
+            case InState(state):
+                return Fragment(self.names.in_state("m", state), "bool", AND)
+            case Unary():
+                return self._unary(expr)
+            case Binary():
+                return self._binary(expr)
+            case Conditional():
+                return self._conditional(expr)
+            case Element(_, _, type_):
+                return self.loaded(self.place(expr), type_)
+            case Member(_, _, type_):
+                return self.loaded(self.place(expr), type_)
+            case Apply():
+                return self._apply(expr)
+            case Call():
+                return self._call(expr)
+            case Convert(operand, type_):
+                return self._convert(operand, type_)
+            case Invalid():
+                return Fragment("fsm_fails(&m->failed)", "bool")
+            case _:
+                raise AssertionError(expr)
+
+    # --- leaves ---------------------------------------------------------------------------
+
+    def loaded(self, text: str, type_: Type) -> Fragment:
+        """Return a stored value as one to compute with."""
+        if isinstance(type_, BoolType):
+            return Fragment(text, "bool")
+        if isinstance(type_, FloatType):
+            return (
+                Fragment(text, "double")
+                if type_.bits == 64
+                else Fragment(f"(double){text}", "double", PREFIX)
+            )
+        if isinstance(type_, ArrayType | RecordType):
+            return Fragment(text, "struct")
+        ctype = computed(interval(type_))
+        assert ctype is not None  # noqa: S101
+        if ctype in ("int", storage(type_, self.names.records).text):
+            return Fragment(text, ctype)
+        return Fragment(f"({ctype}){text}", ctype, PREFIX)
+
+    def literal(self, value: Value, type_: Type) -> Fragment:
+        """Spell a constant."""
+        match type_:
+            case BoolType():
+                return Fragment("true" if value else "false", "bool")
+            case FloatType():
+                return Fragment(floating(float(value)), "double", PREFIX)  # type: ignore[arg-type]
+            case SymbolType():
+                return Fragment(str(self.names.symbol(str(value))), "int")
+            case EnumType(name, _):
+                assert isinstance(value, int)  # noqa: S101
+                return Fragment(self.names.members[name][value], "int")
+            case ArrayType() | RecordType():
+                raise AssertionError(type_)
+            case _:
+                assert isinstance(value, int)  # noqa: S101
+                ctype = computed(IntType(value, value))
+                assert ctype is not None  # noqa: S101
+                return Fragment(integer(value, ctype), ctype, ATOM if value >= 0 else PREFIX)
+
+    def place(self, expr: Expr) -> str:
+        """Return a location as an lvalue."""
+        match expr:
+            case Variable(name):
+                return f"m->{self.names.variables[name]}"
+            case EventField(name):
+                return self._event_field(name)
+            case Element(array, index):
+                assert isinstance(array.type, ArrayType)  # noqa: S101
+                return f"{self.place(array)}[{self.index(index, array.type.length)}]"
+            case Member(record, name):
+                return f"{self.place(record)}.{self.names.field(name)}"
+            case _:
+                raise AssertionError(expr)
+
+    def index(self, index: Expr, length: int) -> str:
+        """Return an index, checked unless it cannot be outside."""
+        fragment = self.fragment(index)
+        if interval(index.type).lo >= 0 and interval(index.type).hi < length:
+            return fragment.text
+        return f"fsm_place(&m->failed, {self.cast(fragment, 'int64_t')}, {length}u)"
+
+    def _of_event(self, text: Callable[[Event], str]) -> str:
+        """Return the number of a text that the event at hand has, 0 where there is none."""
+        chart = self.names.chart
+        choice = "0"
+        for event in reversed(self.events or range(len(chart.events))):
+            symbol = self.names.symbol(text(chart.events[event]))
+            choice = f"m->event.event == {self.names.events[event]} ? {symbol} : {choice}"
+        return f"({choice})"
+
+    def _event_field(self, name: str) -> str:
+        having = [
+            e
+            for e in (self.events or range(len(self.names.chart.events)))
+            if any(part.name == name for part in self.names.chart.events[e].fields)
+        ]
+        texts = [f"m->event.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having]
+        if len(set(texts)) <= 1:
+            return texts[0]
+        # one of several events: their payloads may lie differently
+        choice = texts[-1]
+        for event, text in zip(having[-2::-1], texts[-2::-1], strict=True):
+            choice = f"m->event.event == {self.names.events[event]} ? {text} : {choice}"
+        return f"({choice})"
+
+    # --- operators ------------------------------------------------------------------------
+
+    def _unary(self, expr: Unary) -> Fragment:
+        operand = self.fragment(expr.operand)
+        if expr.op is UnaryOp.NOT:
+            return Fragment(f"!{operand.at(PREFIX)}", "bool", PREFIX)
+        if isinstance(expr.type, FloatType):
+            return Fragment(f"-{apart(self.as_double(operand))}", "double", PREFIX)
+        assert isinstance(expr.type, IntType)  # noqa: S101
+        if expr.type.overflow is Overflow.WRAP:
+            ctype = wrapping(expr.type)
+            unsigned = UNSIGNED[ctype]
+            inner = self.as_type(operand, unsigned)
+            text = f"0u - {inner}" if expr.op is UnaryOp.NEGATE else f"~{inner}"
+            return self.reduced(Fragment(text, unsigned, SUM), ctype)
+        ctype = self.common(expr.type, interval(expr.operand.type))
+        sign = "-" if expr.op is UnaryOp.NEGATE else "~"
+        return Fragment(f"{sign}{apart(self.as_type(operand, ctype))}", ctype, PREFIX)
+
+    def _binary(self, expr: Binary) -> Fragment:
+        op = expr.op
+        if op in (BinaryOp.AND, BinaryOp.OR):
+            known = joint_outcome(expr)
+            if known is not None:
+                return self.literal(known, BOOL)
+            left, right = self.fragment(expr.left), self.fragment(expr.right)
+            if op is BinaryOp.AND and self._is_excluded(expr.right, expr.left):
+                right = self.literal(value=False, type_=BOOL)
+            binds = AND if op is BinaryOp.AND else OR
+            # -Wparentheses wants mixed && and || bracketed
+            at = COMPARE
+            return Fragment(f"{left.at(at)} {op.value} {right.at(at)}", "bool", binds)
+        known = outcome(expr)
+        if known is not None and not has_effect(expr) and not can_fail(expr):
+            return self.literal(known, BOOL)
+        before, left, right = self._pair(expr.left, expr.right)
+        result = self.operator(expr, left, right)
+        if before:
+            return Fragment(f"({before}, {result.text})", result.ctype)
+        return result
+
+    def _is_excluded(self, test: Expr, by: Expr) -> bool:
+        """Whether ``test`` is `In` of a state that cannot be active where ``by`` holds."""
+        match test, by:
+            case InState(a), InState(b):
+                plan = self.names.plan
+                related = a == b or plan.chart.is_descendant(a, b) or plan.chart.is_descendant(b, a)
+                return plan.region_of[a] == plan.region_of[b] and not related
+            case InState(), Binary(BinaryOp.AND, left, right):
+                return self._is_excluded(test, left) or self._is_excluded(test, right)
+            case _:
+                return False
+
+    def _pair(self, left: Expr, right: Expr) -> tuple[str, Fragment, Fragment]:
+        """Print two operands; through temporaries if the order in which they happen matters."""
+        first, second = self.fragment(left), self.fragment(right)
+        if not needs_order(left, right):
+            return "", first, second
+        one = self.temporary(first)
+        return f"{one.text} = {first.text}", one, second
+
+    def _conditional(self, expr: Conditional) -> Fragment:
+        test, then, otherwise = map(self.fragment, (expr.test, expr.then, expr.otherwise))
+        if isinstance(expr.type, FloatType):
+            ctype = "double"
+            a, b = self.as_double(then), self.as_double(otherwise)
+        elif isinstance(expr.type, BoolType | ArrayType | RecordType):
+            ctype = then.ctype
+            a, b = then.at(OR), otherwise.at(OR)
+        else:
+            ctype = self.common(*(interval(e.type) for e in (expr, expr.then, expr.otherwise)))
+            a, b = self.as_type(then, ctype), self.as_type(otherwise, ctype)
+        return Fragment(f"{test.at(OR)} ? {a} : {b}", ctype, CHOICE)
+
+    def _apply(self, expr: Apply) -> Fragment:
+        fragments = [self.fragment(argument) for argument in expr.arguments]
+        if isinstance(expr.type, FloatType):
+            ctype = "double"
+            texts = [self.as_double(fragment) for fragment in fragments]
+        else:
+            ctype = self.common(
+                interval(expr.type), *(interval(argument.type) for argument in expr.arguments)
+            )
+            texts = [self.as_type(fragment, ctype) for fragment in fragments]
+        steps = []
+        current = self.temporary(Fragment("", ctype))
+        steps.append(f"{current.text} = {texts[0]}")
+        for text in texts[1:]:
+            other = self.temporary(Fragment("", ctype))
+            steps.append(f"{other.text} = {text}")
+            sign = "<" if expr.function is Function.MIN else ">"
+            keep = f"{other.text} {sign} {current.text} ? {other.text} : {current.text}"
+            steps.append(f"{current.text} = {keep}")
+        if expr.function is Function.ABS:
+            wraps = isinstance(expr.type, IntType) and expr.type.overflow is Overflow.WRAP
+            negated = f"-{current.text}"
+            if wraps and ctype in UNSIGNED:
+                negated = f"({ctype})(0u - ({UNSIGNED[ctype]}){current.text})"
+            steps.append(f"{current.text} < 0 ? {negated} : {current.text}")
+        else:
+            steps.append(current.text)
+        return Fragment(f"({', '.join(steps)})", ctype)
+
+    def _call(self, expr: Call) -> Fragment:
+        operation = self.names.operation(expr.operation)
+        before, texts = self.arguments(
+            expr.arguments, tuple(field.type for field in operation.parameters)
+        )
+        self.names.used.add("call " + expr.operation)
+        name = f"{self.names.prefix}_call_{self.names.operations[expr.operation]}"
+        text = f"{name}({', '.join(('m', *texts))})"
+        loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")
+        if before:
+            return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
+        return loaded
+
+    def arguments(
+        self, arguments: tuple[Expr, ...], types: tuple[Type, ...]
+    ) -> tuple[list[str], list[str]]:
+        """Print values for parameters: what must be computed before, then the arguments."""
+        pieces = [self.value(e, t) for e, t in zip(arguments, types, strict=True)]
+        if not any(needs_order(a, b) for i, a in enumerate(arguments) for b in arguments[i + 1 :]):
+            return [], pieces
+        before, texts = [], []
+        for text, type_ in zip(pieces, types, strict=True):
+            if isinstance(type_, ArrayType | RecordType):
+                texts.append(text)
+                continue
+            place = self.temporary(Fragment("", storage(type_, self.names.records).text))
+            before.append(f"{place.text} = {text}")
+            texts.append(place.text)
+        return before, texts
+
+    def _convert(self, operand: Expr, type_: Type) -> Fragment:
+        fragment = self.fragment(operand)
+        match type_:
+            case FloatType(bits):
+                text = self.as_double(fragment)
+                if bits == 32:
+                    return Fragment(f"(double)(float){text}", "double", PREFIX)
+                return Fragment(text, "double", PREFIX)
+            case IntType(lo, hi, overflow):
+                return self.bounded(fragment, operand.type, lo, hi, overflow)
+            case DurationType():
+                return self.bounded(fragment, operand.type, 0, LONGEST_DURATION, Overflow.SATURATE)
+            case _:
+                return fragment
+
+
+def literal_initializer(value: Value, type_: Type, printer: Printer) -> str:
+    """Spell a start value, for arrays and records with braces."""
+    match type_:
+        case ArrayType(element):
+            assert isinstance(value, tuple)  # noqa: S101
+            return f"{{{', '.join(literal_initializer(v, element, printer) for v in value)}}}"
+        case RecordType(_, fields):
+            assert isinstance(value, tuple)  # noqa: S101
+            texts = (
+                literal_initializer(v, part.type, printer)
+                for v, part in zip(value, fields, strict=True)
+            )
+            return f"{{{', '.join(texts)}}}"
+        case _:
+            fragment = printer.literal(value, type_)
+            return printer.cast(fragment, storage(type_, printer.names.records).text)

@@ -1,0 +1,230 @@
+"""Operators in C on printed operands: in which C type, and without undefined behaviour.
+
+Where C has no operator of that meaning, a call of a helper stands for it. What can fail notes so in
+``m->failed``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fsmkit.codegen.c.expressions.effects import is_never_zero
+from fsmkit.codegen.c.expressions.fragments import (
+    BITS,
+    COMPARE,
+    COMPARISONS,
+    LEVEL,
+    PREFIX,
+    PRODUCT,
+    SHIFT,
+    Fragment,
+    result_type,
+)
+from fsmkit.codegen.c.expressions.types import (
+    COMPUTED,
+    SUFFIX,
+    UNSIGNED,
+    computed,
+    integer,
+    interval,
+    wrapping,
+)
+from fsmkit.codegen.c.names import Names
+from fsmkit.language import Binary, BinaryOp, BoolType, FloatType, IntType, Overflow, Type
+
+
+@dataclass
+class Operators:
+    """Prints operators; collects the temporaries they need.
+
+    ``events``: those that can be at hand.
+    """
+
+    names: Names
+    events: tuple[int, ...] = ()
+    temporaries: list[tuple[str, str]] = field(default_factory=list)
+
+    def cast(self, fragment: Fragment, ctype: str) -> str:
+        """Return a fragment as another C type; values are known to fit."""
+        if fragment.ctype == ctype or ctype == "bool":
+            return fragment.text
+        if fragment.text.lstrip("-").isdigit() and ctype != "double":
+            value = int(fragment.text)
+            if ctype in COMPUTED:
+                return integer(value, ctype)
+            return fragment.text + ("u" if ctype.startswith("u") else "")
+        return f"({ctype}){fragment.at(PREFIX)}"
+
+    def temporary(self, fragment: Fragment) -> Fragment:
+        """Return a new variable of the type of a fragment."""
+        name = f"t{len(self.temporaries)}"
+        self.temporaries.append((fragment.ctype, name))
+        return Fragment(name, fragment.ctype)
+
+    def operator(self, expr: Binary, left: Fragment, right: Fragment) -> Fragment:
+        """Print a binary operator that evaluates both operands."""
+        op = expr.op.value
+        if isinstance(expr.type, FloatType) or (
+            op in COMPARISONS
+            and (isinstance(expr.left.type, FloatType) or isinstance(expr.right.type, FloatType))
+        ):
+            a, b = self.as_double(left), self.as_double(right)
+            if op in COMPARISONS:
+                return Fragment(f"{a} {op} {b}", "bool", COMPARE)
+            return Fragment(f"{a} {op} {b}", "double", LEVEL[op])
+        if op in COMPARISONS:
+            return self._compare(expr, left, right)
+        assert isinstance(expr.type, IntType)  # noqa: S101
+        if expr.type.overflow is Overflow.WRAP:
+            return self._wrapping(expr, left, right, expr.type)
+        return self._exact(expr, left, right, expr.type)
+
+    def _compare(self, expr: Binary, left: Fragment, right: Fragment) -> Fragment:
+        if isinstance(expr.left.type, BoolType):
+            return Fragment(f"{left.at(SHIFT)} {expr.op.value} {right.at(SHIFT)}", "bool", COMPARE)
+        spans = interval(expr.left.type), interval(expr.right.type)
+        if computed(*spans) is None:
+            return self._compare_widest(expr.op, left, right)
+        ctype = self.common(*spans)
+        a, b = self.as_type(left, ctype, SHIFT), self.as_type(right, ctype, SHIFT)
+        return Fragment(f"{a} {expr.op.value} {b}", "bool", COMPARE)
+
+    def _compare_widest(self, op: BinaryOp, left: Fragment, right: Fragment) -> Fragment:
+        """Compare a uint64_t with what may be negative: by value, as no C type holds both."""
+        signed = self.temporary(Fragment("", "int64_t"))
+        if left.ctype == "uint64_t":
+            before = f"{signed.text} = {self.cast(right, 'int64_t')}"
+            is_so = op in (BinaryOp.GT, BinaryOp.GE, BinaryOp.NE)
+            test = f"{left.at(SHIFT)} {op.value} (uint64_t){signed.text}"
+        else:
+            before = f"{signed.text} = {self.cast(left, 'int64_t')}"
+            is_so = op in (BinaryOp.LT, BinaryOp.LE, BinaryOp.NE)
+            test = f"(uint64_t){signed.text} {op.value} {right.at(SHIFT)}"
+        negative = f"{signed.text} < 0 || " if is_so else f"{signed.text} >= 0 && "
+        return Fragment(f"({before}, {negative}{test})", "bool")
+
+    def _exact(self, expr: Binary, left: Fragment, right: Fragment, type_: IntType) -> Fragment:
+        op = expr.op
+        ctype = self.common(type_, interval(expr.left.type), interval(expr.right.type))
+        a, b = self.as_type(left, ctype), self.as_type(right, ctype)
+        if op in (BinaryOp.DIV, BinaryOp.REM):
+            if is_never_zero(expr.right):
+                return Fragment(f"{a} {op.value} {b}", ctype, PRODUCT)
+            name = f"fsm_{'div' if op is BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
+            return Fragment(f"{name}(&m->failed, {a}, {b})", result_type(ctype))
+        if op is BinaryOp.SHIFT_LEFT:
+            unsigned = UNSIGNED[ctype]
+            shifted = f"({unsigned}){a} << {self.as_type(right, 'uint32_t')}"
+            return Fragment(f"({ctype})({shifted})", ctype, PREFIX)
+        if op is BinaryOp.SHIFT_RIGHT:
+            return self._shift_right(a, self.as_type(right, "uint32_t"), ctype)
+        if op in (BinaryOp.BIT_AND, BinaryOp.BIT_OR, BinaryOp.BIT_XOR):
+            if ctype == "int":
+                ctype = "int32_t"  # bits beyond the 16 that every int has
+                a, b = self.as_type(left, ctype), self.as_type(right, ctype)
+            return Fragment(f"{a} {op.value} {b}", ctype, BITS)
+        return Fragment(f"{a} {op.value} {b}", ctype, LEVEL[op.value])
+
+    def _wrapping(self, expr: Binary, left: Fragment, right: Fragment, type_: IntType) -> Fragment:
+        op = expr.op
+        ctype = wrapping(type_)
+        unsigned = UNSIGNED[ctype]
+        if op in (BinaryOp.DIV, BinaryOp.REM):
+            a, b = self.as_type(left, ctype), self.as_type(right, ctype)
+            name = f"fsm_{'div' if op is BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
+            return Fragment(f"{name}(&m->failed, {a}, {b})", result_type(ctype))
+        if op in (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT):
+            mask = 31 if unsigned == "uint32_t" else 63
+            wide = UNSIGNED.get(right.ctype, "uint32_t")
+            count = f"((uint32_t){self.as_type(right, wide)} & {mask}u)"
+            if op is BinaryOp.SHIFT_RIGHT:
+                return self._shift_right(self.as_type(left, ctype), count, ctype)
+            return self.reduced(
+                Fragment(f"{self.as_type(left, unsigned)} << {count}", unsigned, SHIFT), ctype
+            )
+        a, b = self.as_type(left, unsigned), self.as_type(right, unsigned)
+        binds = LEVEL.get(op.value, BITS)
+        return self.reduced(Fragment(f"{a} {op.value} {b}", unsigned, binds), ctype)
+
+    def _shift_right(self, a: str, count: str, ctype: str) -> Fragment:
+        if ctype.startswith("u"):
+            return Fragment(f"{a} >> {count}", ctype, SHIFT)
+        return Fragment(f"fsm_asr_{SUFFIX[ctype]}({a}, {count})", result_type(ctype))
+
+    def reduced(self, fragment: Fragment, ctype: str) -> Fragment:
+        """Bring an unsigned result into the C type it has as a value."""
+        if fragment.ctype == ctype:
+            return fragment
+        return Fragment(f"({ctype})({fragment.text})", ctype, PREFIX)
+
+    def common(self, *types: IntType) -> str:
+        """Return the C type to compute in."""
+        return computed(*types) or "int64_t"
+
+    def as_type(self, fragment: Fragment, ctype: str, binds: int = PREFIX) -> str:
+        """Return an operand as another C type, to stand where it binds that tightly."""
+        if fragment.ctype == ctype:
+            return fragment.at(binds)
+        text = self.cast(fragment, ctype)
+        return text if text.lstrip("(").startswith(ctype) or text[-1:].isalnum() else f"({text})"
+
+    def as_double(self, fragment: Fragment) -> str:
+        """Return an operand as a double."""
+        return (
+            fragment.at(PREFIX) if fragment.ctype == "double" else f"(double){fragment.at(PREFIX)}"
+        )
+
+    def bounded(
+        self, fragment: Fragment, source: Type | None, lo: int, hi: int, overflow: Overflow
+    ) -> Fragment:
+        """Bring a value into lo..hi, as its kind of overflow says."""
+        ctype = computed(IntType(lo, hi)) or "int64_t"
+        if isinstance(source, FloatType):
+            how = "fault" if overflow is Overflow.FAULT else "clamp"
+            how = "truncate" if overflow is Overflow.WRAP else how
+            low, high = integer(lo, "int64_t"), integer(min(hi, 2**63 - 1), "int64_t")
+            text = f"{self.names.prefix}_{how}_f(m, {self.as_double(fragment)}, {low}, {high})"
+            self.names.used.add(f"{how}_f")
+            return Fragment(f"({ctype}){text}", ctype, PREFIX)
+        if overflow is Overflow.WRAP:
+            unsigned = {8: "uint8_t", 16: "uint16_t", 32: "uint32_t", 64: "uint64_t"}
+            bits = (hi - lo + 1).bit_length() - 1
+            if hi - lo + 1 == 1 << bits and bits in unsigned and lo in (0, -(1 << (bits - 1))):
+                narrow = unsigned[bits] if lo == 0 else unsigned[bits][1:]
+                # to 64 bits at once: a negative int as uint32_t would lose its sign
+                wide = unsigned[64] if bits == 64 else UNSIGNED.get(fragment.ctype, "uint32_t")
+                inner = self.as_type(fragment, wide)
+                inner = inner if wide == unsigned[bits] else f"({unsigned[bits]}){inner}"
+                text = inner if narrow == unsigned[bits] else f"({narrow}){inner}"
+                return self._widened(Fragment(text, narrow, PREFIX), ctype)
+            if fragment.ctype == "uint64_t":  # what lies beyond int64_t would change its remainder
+                rest = f"{fragment.at(PRODUCT)} % {integer(hi - lo + 1, 'uint64_t')}"
+                fragment = Fragment(rest, "uint64_t", PRODUCT)
+            text = (
+                f"fsm_wrap({self.cast(fragment, 'int64_t')}, "
+                f"{integer(lo, 'int64_t')}, {integer(hi, 'int64_t')})"
+            )
+            return Fragment(f"({ctype}){text}", ctype, PREFIX)
+        how = "fault" if overflow is Overflow.FAULT else "clamp"
+        if fragment.ctype == "uint64_t" or hi > 2**63 - 1:
+            how += "_u"
+            unsigned_value = self.cast(fragment, "uint64_t")
+            below = f"{fragment.at(COMPARE)} < 0" if fragment.ctype != "uint64_t" else "false"
+            text = (
+                f"{self.names.prefix}_{how}(m, {below}, {unsigned_value}, "
+                f"{integer(max(lo, 0), 'uint64_t')}, {integer(hi, 'uint64_t')})"
+            )
+            self.names.used.add(how)
+            return Fragment(f"({ctype}){text}", ctype, PREFIX)
+        self.names.used.add(how)
+        name = f"{self.names.prefix}_{how}{'_i' if how == 'fault' else ''}"
+        text = (
+            f"{name}(m, {self.cast(fragment, 'int64_t')}, "
+            f"{integer(lo, 'int64_t')}, {integer(hi, 'int64_t')})"
+        )
+        return Fragment(f"({ctype}){text}", ctype, PREFIX)
+
+    def _widened(self, fragment: Fragment, ctype: str) -> Fragment:
+        if fragment.ctype == ctype:
+            return fragment
+        return Fragment(f"({ctype}){fragment.at(PREFIX)}", ctype, PREFIX)

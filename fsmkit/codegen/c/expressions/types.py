@@ -1,0 +1,141 @@
+"""How values are stored in C, and in which types they are computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import assert_never
+
+from fsmkit.language import (
+    INT32,
+    INT64,
+    UINT32,
+    UINT64,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
+
+STORAGE = tuple(
+    (f"{prefix}int{bits}_t", lo, hi, bits // 8)
+    for bits in (8, 16, 32, 64)
+    for prefix, lo, hi in (("u", 0, 2**bits - 1), ("", -(2 ** (bits - 1)), 2 ** (bits - 1) - 1))
+)
+COMPUTED = {"int32_t": INT32, "int64_t": INT64, "uint32_t": UINT32, "uint64_t": UINT64}
+SMALL = IntType(-32767, 32767)
+"""What an ``int`` holds on every machine (C99 5.2.4.2.1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Storage:
+    """A C type, its size and alignment in bytes."""
+
+    text: str
+    size: int
+    alignment: int
+
+
+def storage(type_: Type, records: dict[str, str]) -> Storage:
+    """Return how a scalar or record is stored; ``records``: C names of record types."""
+    match type_:
+        case BoolType():
+            return Storage("bool", 1, 1)
+        case IntType(lo, hi):
+            text, size = integer_storage(lo, hi)
+            return Storage(text, size, size)
+        case FloatType(bits):
+            return Storage("float" if bits == 32 else "double", bits // 8, bits // 8)
+        case EnumType(_, members):
+            text, size = integer_storage(0, len(members) - 1)
+            return Storage(text, size, size)
+        case SymbolType():
+            return Storage("uint16_t", 2, 2)
+        case DurationType():
+            return Storage("uint32_t", 4, 4)
+        case ArrayType(element, length):
+            inner = storage(element, records)
+            return Storage(inner.text, inner.size * length, inner.alignment)
+        case RecordType(name, fields):
+            parts = [storage(field.type, records) for field in fields]
+            alignment = max((part.alignment for part in parts), default=1)
+            return Storage(records[name], padded(parts, alignment), alignment)
+        case _:
+            assert_never(type_)
+
+
+def padded(parts: list[Storage], alignment: int) -> int:
+    """Return the size of a struct of parts in this order."""
+    size = 0
+    for part in parts:
+        size += -size % part.alignment + part.size
+    return size + -size % alignment
+
+
+def integer_storage(lo: int, hi: int) -> tuple[str, int]:
+    """Return the smallest C type that holds a range, and its size in bytes."""
+    return next((text, size) for text, low, high, size in STORAGE if low <= lo and hi <= high)
+
+
+def computed(*types: IntType) -> str | None:
+    """Return the C type to compute in, so that all these fit; None where no type is wide enough."""
+    lo, hi = min(t.lo for t in types), max(t.hi for t in types)
+    if lo in SMALL and hi in SMALL:
+        return "int"
+    for text, type_ in COMPUTED.items():
+        if type_.lo <= lo and hi <= type_.hi:
+            return text
+    return None
+
+
+def wrapping(type_: IntType) -> str:
+    """Return the C type of arithmetic that wraps around: its results must be of just that width."""
+    return next(text for text, t in COMPUTED.items() if (t.lo, t.hi) == (type_.lo, type_.hi))
+
+
+def interval(type_: Type | None) -> IntType:
+    """Return the integers that a value of a discrete type is stored as."""
+    match type_:
+        case IntType(lo, hi):
+            return IntType(lo, hi)
+        case EnumType(_, members):
+            return IntType(0, len(members) - 1)
+        case BoolType():
+            return IntType(0, 1)
+        case SymbolType():
+            return IntType(0, 65535)
+        case DurationType():
+            return IntType(0, 2**31 - 1)
+        case _:
+            raise AssertionError(type_)
+
+
+SUFFIX = {"int": "i32", "int32_t": "i32", "int64_t": "i64", "uint32_t": "u32", "uint64_t": "u64"}
+UNSIGNED = {
+    "int": "uint32_t",
+    "int32_t": "uint32_t",
+    "uint32_t": "uint32_t",
+    "int64_t": "uint64_t",
+    "uint64_t": "uint64_t",
+}
+
+
+def integer(value: int, ctype: str) -> str:
+    """Spell an integer constant of a C type that computes."""
+    match ctype:
+        case "int":
+            return str(value)
+        case "int32_t":
+            return "INT32_MIN" if value == INT32.lo else str(value)
+        case "uint32_t":
+            return f"{value}u"
+        case "int64_t":
+            if value == INT64.lo:
+                return "INT64_MIN"
+            return f"INT64_C({value})" if value >= 0 else f"-INT64_C({-value})"
+        case _:
+            return f"UINT64_C({value})"

@@ -1,0 +1,270 @@
+"""Entering states in C, and what transitions do: what the Plan says, spelt out."""
+
+from __future__ import annotations
+
+from fsmkit.codegen.c.expressions.effects import can_fail
+from fsmkit.codegen.c.expressions.expressions import Printer
+from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reactions.exit_sets import LeavePrinter, ungrouped
+from fsmkit.codegen.c.reactions.sharing import RECORDED
+from fsmkit.codegen.c.reactions.transition_execution import TAKE_SINGLE
+from fsmkit.document.document import Kind
+from fsmkit.emit import Emitter
+from fsmkit.plan import Branch, Content, Enter, Move, Op, Region, Restore, Within
+from fsmkit.plan.entries import entry_by_default
+
+
+class MovePrinter(LeavePrinter):
+    """Prints the functions that change the configuration."""
+
+    take_text = TAKE_SINGLE
+    """The function that takes what was selected, in a chart of one region."""
+
+    def number(self, transition: int) -> int:
+        """Return the number by which a transition is taken; 0 is for none."""
+        return transition + 1
+
+    # --- what one state does --------------------------------------------------------------
+
+    def enter_state(self, out: Emitter, state: int) -> None:
+        """Print the number, the timers and the entry handlers of a state."""
+        region = self.plan.region_of[state]
+        out.line(f"m->{self.names.regions[region]} = {self.plan.number[state]}u;")
+        for history in self.plan.forgotten[state]:
+            self.forget(out, history)
+        out.line(f"FSM_HOOK_ENTER(m, {self.names.states[state]});")
+        self.entry(out, state)
+
+    def entry(self, out: Emitter, state: int) -> None:
+        """Print what is done when a state is entered, once it is active."""
+        names = self.names
+        for transition in self._timed(state):
+            delay = self.chart.transitions[transition].delay
+            names.used.add("arm")
+            out.line(f"{self.prefix}_arm(m, {transition}u, {delay}u);")
+        if self.chart.states[state].invokes:
+            member, bit = names.to_invoke(state)
+            out.line(f"{member} = (uint8_t)({member} | {bit}u);")
+        what = "entry of " + self.chart.states[state].id
+        for block in self.chart.states[state].on_entry:
+            self.content.block(out, block, (), what)
+        if self.chart.states[state].kind is Kind.FINAL:
+            self._final(out, state)
+
+    def _final(self, out: Emitter, state: int) -> None:
+        """SCXML 3.7: the end of the machine, or the done events of the parents."""
+        chart = self.chart
+        parent = chart.states[state].parent
+        assert parent is not None  # noqa: S101
+        if parent == 0:
+            out.line("m->running = false;")
+            out.line("m->finished = true;")
+            return
+        self._done(out, parent, state)
+        above = chart.states[parent].parent
+        if above is not None and chart.states[above].kind is Kind.PARALLEL:
+            event = chart.event_index.get("done.state." + chart.states[above].id)
+            if event is not None:
+                out.open(f"if ({self._in_final(above)}) {{")
+                self._done(out, above, None)
+                out.close()
+
+    def _in_final(self, state: int) -> str:
+        """Return the condition of Appendix D, isInFinalState."""
+        chart = self.chart
+        children = [c for c in chart.states[state].children if not chart.states[c].is_history]
+        if chart.states[state].kind is Kind.PARALLEL:
+            return " && ".join(self._in_final(child) for child in children)
+        finals = [c for c in children if chart.states[c].kind is Kind.FINAL]
+        tests = [self.names.in_state("m", final) for final in finals]
+        return f"({' || '.join(tests)})" if tests else "false"
+
+    def _done(self, out: Emitter, state: int, final: int | None) -> None:
+        chart, names = self.chart, self.names
+        event = chart.event_index.get("done.state." + chart.states[state].id)
+        if event is None:
+            return
+        self._done_event(out, event, final)
+        out.line(f"{self.prefix}_raise(m, &e, false);")
+        names.used.add("raise")
+        out.close()
+
+    def tell_end(self, out: Emitter, event: int) -> None:
+        """Print the function that tells the invoker of the end, with the final state's data."""
+        names = self.names
+        names.used.add("to_invoker")
+        finals = [s for s in self.chart.states[1:] if s.parent == 0 and s.kind is Kind.FINAL]
+        out.line(f"static void {self.prefix}_tell_end({self.prefix} *m)")
+        with out.block("{"):
+            for final in finals:
+                test = names.in_state("m", final.index)
+                with out.block(f"if ({ungrouped(test)}) {{ {names.note(final.index)}"):
+                    self._done_event(out, event, final.index)
+                    out.line(f"{self.prefix}_to_invoker(m, &e);")
+                    out.close()
+        out.line()
+
+    def _done_event(self, out: Emitter, event: int, final: int | None) -> None:
+        """Open a block in which ``e`` is the event with a final state's data (SCXML 5.5)."""
+        chart, names = self.chart, self.names
+        fields = chart.events[event].fields
+        data = chart.states[final].done_data if final is not None else ()
+        out.open("{")
+        out.line(f"{self.prefix}_event e = {names.upper}_NO_EVENT;")
+        out.line(f"e.event = {names.events[event]};")
+        for number, part in enumerate(fields):
+            printer = Printer(names)
+            place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
+            put_default(out, Place(names, part.type, place))
+            if number < len(data):
+                text = printer.value(data[number], part.type)
+                out.open("{")
+                for ctype, name in printer.temporaries:
+                    out.line(f"{ctype} {name};")
+                if can_fail(data[number]):
+                    out.line(f"{_stored(names, part)} value = {text};")
+                    out.line("if (m->failed == FSM_FINE)")
+                    with out.indented():
+                        out.line(f"{place} = value;")
+                    out.line(f"{self.prefix}_end_block(m);")
+                    names.used.add("end_block")
+                else:
+                    copy(out, Place(names, part.type, text), Place(names, part.type, place))
+                out.close()
+
+    # --- functions ------------------------------------------------------------------------
+
+    # --- entering -------------------------------------------------------------------------
+
+    def ops(self, out: Emitter, ops: tuple[Op, ...]) -> None:
+        """Print what is entered."""
+        for op in ops:
+            match op:
+                case Enter(state, defaults):
+                    out.line(f"{self.names.function('enter', state)}(m);")
+                    for transition in defaults:
+                        self.take_content(out, transition)
+                case Content(transition):
+                    self.take_content(out, transition)
+                case Branch(history, recorded, unrecorded):
+                    with out.block(f"if ({self.is_recorded(history)}) {{"):
+                        if any(isinstance(op, Restore) for op in recorded):
+                            self._keep(out, history)
+                        self.ops(out, recorded)
+                    with out.block("else {"):
+                        self.ops(out, unrecorded)
+                case Restore(history, below):
+                    self._restore(out, history, below)
+
+    def is_recorded(self, history: int) -> str:
+        """Return the test whether a history holds something."""
+        region = self.plan.recorded_regions[history][0]
+        return f"m->{self.names.recorded(history, region)} != 0u"
+
+    def forget(self, out: Emitter, history: int) -> None:
+        """Print that a history holds nothing any more."""
+        for region in self.plan.recorded_regions[history]:
+            if (history, region) in self.names.histories:
+                out.line(f"m->{self.names.histories[history, region]} = 0u;")
+
+    def _keep(self, out: Emitter, history: int) -> None:
+        """Print local copies of what a history holds, if entering its parent makes it forget."""
+        for region in self.plan.recorded_regions[history]:
+            member = f"m->{self.names.recorded(history, region)}"
+            if (held := self._held(history, region)) != member:
+                out.line(f"const {self._ctype(self.plan.regions[region])} {held} = {member};")
+
+    def _held(self, history: int, region: int) -> str:
+        """Return what a history recorded in a region, where that is entered."""
+        name = self.names.recorded(history, region)
+        is_forgotten = history in self.plan.forgotten[self.chart.states[history].parent or 0]
+        is_overwritten = is_forgotten and self.names.shared.get(region) != history
+        return f"was_{history}_{region}" if is_overwritten else f"m->{name}"
+
+    def take_content(self, out: Emitter, transition: int) -> None:
+        """Print the hook and the content of a default transition."""
+        out.line(f"FSM_HOOK_TAKE(m, {transition}u);")
+        self.content.block(
+            out, self.chart.transitions[transition].content, (), f"transition {transition}"
+        )
+
+    def _restore(self, out: Emitter, history: int, below: int) -> None:
+        chart, plan = self.chart, self.plan
+        if chart.states[history].kind is Kind.SHALLOW_HISTORY:
+            region = plan.region_of[below]
+            with out.block(f"switch ({self._held(history, region)}) {{"):
+                for child in chart.states[below].children:
+                    if chart.states[child].is_history:
+                        continue
+                    with self._case(out, child):
+                        self.ops(out, entry_by_default(chart, child))
+                self._default_case(out)
+            return
+        if chart.states[below].kind is Kind.PARALLEL:
+            for region_ in self._inner(below):
+                self._restore_region(out, history, region_, region_.top, include_top=True)
+            return
+        region_ = plan.regions[plan.region_of[below]]
+        self._restore_region(out, history, region_, below, include_top=False)
+
+    def _restore_region(
+        self, out: Emitter, history: int, region: Region, top: int, *, include_top: bool
+    ) -> None:
+        chart = self.chart
+        more = RECORDED if self.names.shared.get(region.index) == history else 0
+        with out.block(f"switch ({self._held(history, region.index)}) {{"):
+            for leaf in region.states:
+                kind = chart.states[leaf].kind
+                inside = leaf == top if include_top else False
+                if not (inside or chart.is_descendant(leaf, top)) or kind is Kind.COMPOUND:
+                    continue
+                path = [leaf]
+                for ancestor in chart.ancestors(leaf):
+                    if ancestor == top and not include_top:
+                        break
+                    if leaf == top or not (ancestor == top or chart.is_descendant(ancestor, top)):
+                        break
+                    path.append(ancestor)
+                with self._case(out, leaf, more):
+                    for state in reversed(path):
+                        out.line(f"{self.names.function('enter', state)}(m);")
+                    for inner in self._inner(leaf):
+                        self._restore_region(out, history, inner, inner.top, include_top=True)
+            self._default_case(out)
+
+    # --- moves ----------------------------------------------------------------------------
+
+    def variants(self, out: Emitter, move: Move, entering: bool) -> None:
+        """Print what a transition enters, or whence it leaves, by its variants."""
+        for variant in move.variants[:-1]:
+            tests = " && ".join(self.within(condition) for condition in variant.conditions)
+            with out.block(f"if ({tests}) {{"):
+                if entering:
+                    self.ops(out, variant.entry)
+                else:
+                    out.line(f"return {_domain(variant.domain)}u;")
+                if entering:
+                    out.line("break;")
+        last = move.variants[-1]
+        if entering:
+            self.ops(out, last.entry)
+        else:
+            out.line(f"return {_domain(last.domain)}u;")
+
+    def within(self, condition: Within) -> str:
+        """Return the test of a condition on what a history recorded."""
+        variable = f"m->{self.names.histories[condition.history, condition.region]}"
+        if condition.first == condition.last:
+            return f"{variable} == {condition.first}u"
+        return f"{variable} >= {condition.first}u && {variable} <= {condition.last}u"
+
+
+def _domain(domain: int | None) -> int:
+    return 0 if domain is None else domain + 1
+
+
+def _stored(names: Names, part: object) -> str:
+    from fsmkit.codegen.c.expressions.types import storage
+
+    return storage(part.type, names.records).text  # type: ignore[attr-defined]

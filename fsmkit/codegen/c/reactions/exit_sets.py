@@ -1,0 +1,258 @@
+"""Leaving and recording states in C."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.expressions.effects import observes
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reactions.sharing import RECORDED
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.emit import Emitter
+from fsmkit.plan import Plan, Region
+from fsmkit.texts.c import comment
+
+
+class LeavePrinter:
+    """Prints the functions that leave states, and record them for histories."""
+
+    def __init__(self, names: Names, content: ContentPrinter) -> None:
+        """Print with these names."""
+        self.names = names
+        self.plan: Plan = names.plan
+        self.chart = names.chart
+        self.content = content
+        self.prefix = names.prefix
+        own = {history for history, _ in names.histories}
+        self._histories = tuple(self.chart.states[history] for history in sorted(own))
+        """Those with a member of their own."""
+
+    def leave_state(self, out: Emitter, state: int) -> None:
+        """Print the timers and the exit handlers of a state."""
+        names = self.names
+        for transition in self._timed(state):
+            out.line(f"fsm_timers_disarm(m->timers, &m->timer_count, {transition}u);")
+        what = "exit of " + self.chart.states[state].id
+        for block in self.chart.states[state].on_exit:
+            self.content.block(out, block, (), what)
+        if self.chart.states[state].invokes:
+            member, bit = names.to_invoke(state)
+            out.line(f"{member} = (uint8_t)({member} & {255 - bit}u);")
+        for invocation in self.chart.invocations:
+            if invocation.state == state:
+                out.line(f"{self.prefix}_end_{invocation.index}(m);")
+
+    def _timed(self, state: int) -> list[int]:
+        return [
+            t
+            for t in self.chart.states[state].transitions
+            if self.chart.transitions[t].trigger in (Trigger.AFTER, Trigger.EVERY)
+        ]
+
+    def leave_region(self, out: Emitter, region: Region) -> None:
+        """Print the function that leaves what is active in a region, innermost first."""
+        names, plan = self.names, self.plan
+        variable = f"m->{names.regions[region.index]}"
+        number = self._ctype(region)
+        name = self._leave_name(region)
+        out.line(f"static void {name}({self.prefix} *m, {number} until, bool keep)")
+        with out.block("{"):
+            out.line(f"{number} at = {variable};")
+            if region.index in names.shared:
+                out.line(f"const {number} was = at;")
+            with out.block("while (at > until) {"):
+                with out.block("switch (at) {"):
+                    for state in region.states:
+                        out.line(f"case {plan.number[state]}u: {self.names.note(state)}")
+                        with out.indented():
+                            for inner in reversed(self._inner(state)):
+                                out.line(f"{self._leave_name(inner)}(m, 0u, keep);")
+                            out.line(f"{names.function('exit', state)}(m);")
+                            parent = self.chart.states[state].parent
+                            assert parent is not None  # noqa: S101
+                            same = plan.region_of[parent] == region.index
+                            out.line(f"at = {plan.number[parent] if same else 0}u;")
+                            out.line("break;")
+                    out.line("default:")
+                    with out.indented():
+                        out.line("at = 0u;")
+                        out.line("break;")
+                out.line("if (!keep)")
+                with out.indented():
+                    out.line(f"{variable} = at;")
+            if region.index in names.shared:
+                out.line("if (until == 0u && !keep)")
+                with out.indented():
+                    out.line(self._keep_record(region))
+        out.line()
+
+    def _inner(self, state: int) -> list[Region]:
+        return self.plan.inner[state]
+
+    def _leave_name(self, region: Region) -> str:
+        return f"{self.prefix}_leave_{region.index}"
+
+    def _ctype(self, region: Region) -> str:
+        return self.names.number_type(region.index)
+
+    def leave_all(self, region: Region) -> str:
+        """Return the call that leaves all of a region of a parallel state."""
+        return f"{self.prefix}_leave_all_{region.index}(m);"
+
+    def leave_all_function(self, out: Emitter, region: Region) -> None:
+        """Print the function that leaves all of a region, without a loop."""
+        names = self.names
+        variable = f"m->{names.regions[region.index]}"
+        out.line(f"static void {self.prefix}_leave_all_{region.index}({self.prefix} *m)")
+        with out.block("{"):
+            is_shared = region.index in names.shared
+            if is_shared:
+                out.line(f"const uint8_t was = {variable};")
+            with out.block(f"switch ({'was' if is_shared else variable}) {{"):
+                for state in region.states:
+                    if self.chart.states[state].kind is Kind.COMPOUND:
+                        continue
+                    with self._case(out, state):
+                        path = [state, *self.chart.ancestors(state)]
+                        for each in path[: path.index(region.top) + 1]:
+                            for inner in reversed(self._inner(each)):
+                                out.line(self.leave_all(inner))
+                            if each != state and self.is_seen(each):
+                                out.line(self.set_active(each))
+                            out.line(f"{names.function('exit', each)}(m);")
+                self._default_case(out)
+            out.line(self._keep_record(region) if is_shared else f"{variable} = 0u;")
+        out.line()
+
+    def _keep_record(self, region: Region) -> str:
+        """Return the statement by which a region that is left keeps what was active."""
+        note = "recorded by " + self.chart.states[self.names.shared[region.index]].id
+        member = self.names.regions[region.index]
+        return f"m->{member} = (uint8_t)(was | {RECORDED}u); /* {comment(note)} */"
+
+    def exit_call(self, state: int) -> str:
+        """Return the call of what is done when a state is left."""
+        return f"{self.names.function('exit', state)}(m);"
+
+    def is_seen(self, state: int) -> bool:
+        """Whether it can be told what is active while a state is left."""
+        return any(map(observes, self.chart.states[state].on_exit)) or any(
+            invocation.state == state for invocation in self.chart.invocations
+        )
+
+    def set_active(self, state: int) -> str:
+        """Return the statement that makes a state the deepest active one of its region."""
+        region = self.plan.region_of[state]
+        return f"m->{self.names.regions[region]} = {self.plan.number[state]}u;"
+
+    def leave_below(self, domain: int) -> str:
+        """Return the call that leaves all states strictly below a domain."""
+        region = self.plan.regions[self.plan.region_of[domain]]
+        return f"{self._leave_name(region)}(m, {self.plan.number[domain]}u, false);"
+
+    def leave_machine(self) -> str:
+        """Return the call that leaves everything, but lets the regions tell where it was."""
+        return f"{self._leave_name(self.plan.regions[0])}(m, 0u, true);"
+
+    def record(self, out: Emitter) -> None:
+        """Print the function that records the histories of the states about to be left."""
+        if not self._histories:
+            return
+        out.line(f"static void {self.prefix}_record({self.prefix} *m, uint16_t domain)")
+        with out.block("{"):
+            for history in self._histories:
+                parent = history.parent
+                assert parent is not None  # noqa: S101
+                above = [a for a in self.chart.ancestors(parent) if self._can_be_domain(a)]
+                tests = " || ".join(f"domain == {a + 1}u" for a in above)
+                active = self.names.in_state("m", parent)
+                if not above:
+                    continue
+                with out.block(
+                    f"if (({tests}) && {_grouped(active)}) {{ {self.names.note(history.index)}"
+                ):
+                    self._record_one(out, history.index, parent)
+        out.line()
+
+    def record_below(self, out: Emitter, domain: int, path: Sequence[int] | None) -> None:
+        """Print that the histories of what is active below a domain are recorded.
+
+        ``path``: what is active there of the region of the domain, if that is known.
+        """
+        for history in self._histories:
+            parent = history.parent
+            assert parent is not None  # noqa: S101
+            if not self.chart.is_descendant(parent, domain):
+                continue
+            if path is not None and parent in path:
+                self._record_one(out, history.index, parent)
+            elif path is None or self.plan.region_of[parent] != self.plan.region_of[domain]:
+                active = self.names.in_state("m", parent)
+                with out.block(f"if ({ungrouped(active)}) {{ {self.names.note(history.index)}"):
+                    self._record_one(out, history.index, parent)
+
+    def _can_be_domain(self, state: int) -> bool:
+        return state == 0 or self.chart.states[state].kind is Kind.COMPOUND
+
+    def _record_one(self, out: Emitter, history: int, parent: int) -> None:
+        names, plan = self.names, self.plan
+        is_deep = self.chart.states[history].kind is Kind.DEEP_HISTORY
+        for region in plan.recorded_regions[history]:
+            if (history, region) not in names.histories:
+                continue
+            kept = f"m->{names.histories[history, region]}"
+            variable = f"m->{names.regions[region]}"
+            if is_deep:
+                out.line(f"{kept} = {variable};")
+            elif self.chart.states[parent].kind is Kind.PARALLEL:
+                out.line(f"{kept} = 1u;")
+            else:
+                children = [
+                    c
+                    for c in self.chart.states[parent].children
+                    if not self.chart.states[c].is_history
+                ]
+                text = f"{plan.number[children[0]]}u"
+                for child in children[1:]:
+                    text = f"{variable} >= {plan.number[child]}u ? {plan.number[child]}u : {text}"
+                    text = f"({text})" if child != children[-1] else text
+                ctype = self._ctype(plan.regions[region])
+                out.line(f"{kept} = ({ctype})({text});")
+
+    def _case(self, out: Emitter, state: int, more: int = 0):  # type: ignore[no-untyped-def]
+        return _Case(out, f"case {self.plan.number[state] + more}u: {self.names.note(state)}")
+
+    def _default_case(self, out: Emitter) -> None:
+        with _Case(out, "default:"):
+            pass
+
+
+class _Case:
+    """One case of a switch, ending in ``break``."""
+
+    def __init__(self, out: Emitter, label: str) -> None:
+        self._out = out
+        self._label = label
+
+    def __enter__(self) -> None:
+        self._out.open(self._label)
+
+    def __exit__(self, *_: object) -> None:
+        self._out.close("    break;")
+
+
+def _grouped(text: str) -> str:
+    return text if text.startswith("(") else f"({text})"
+
+
+def ungrouped(text: str) -> str:
+    """Return a condition to stand in parentheses."""
+    if not (text.startswith("(") and text.endswith(")")):
+        return text
+    depth = 0
+    for place, char in enumerate(text):
+        depth += (char == "(") - (char == ")")
+        if depth == 0 and place < len(text) - 1:
+            return text
+    return text[1:-1]

@@ -1,0 +1,53 @@
+"""The forms that the code of a machine can have, and which one a chart gets."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+from fsmkit.codegen.c.expressions.effects import can_fail, has_effect
+from fsmkit.document.document import Trigger
+from fsmkit.plan import Plan
+
+
+class Form(Enum):
+    """How a machine finds out what an event does, and how it does it."""
+
+    FUNCTIONS = auto()
+    """Straight code, in a function for each state or event."""
+    TABLES = auto()
+    """Tables of what is asked, left and entered, and functions that read them."""
+    GRID = auto()
+    """A flat chart: the number of a piece of straight code, by state and event."""
+
+
+def form_of(plan: Plan, *, is_small: bool) -> Form:
+    """Return the form for speed, or that of the least bytes."""
+    if not is_small:
+        return Form.FUNCTIONS
+    return Form.GRID if _is_flat(plan) and _is_full(plan) else Form.TABLES
+
+
+def _is_flat(plan: Plan) -> bool:
+    """Whether all states stand beside each other, and no guard has any effect."""
+    chart = plan.chart
+    guards = (t.guard for t in chart.transitions if t.guard is not None)
+    return (
+        all(s.parent == 0 and not s.is_history and not s.defer for s in chart.states[1:])
+        and not chart.states[0].transitions
+        and any(t.trigger is Trigger.EVENT for t in chart.transitions)
+        and not any(can_fail(guard) or has_effect(guard) for guard in guards)
+    )
+
+
+READERS = 110
+"""Bytes of the functions that read tables (Cortex-M0, gcc -Os)."""
+ROW = 6
+"""Bytes that tables take for a transition and its event more than the grid does, on the average."""
+
+
+def _is_full(plan: Plan) -> bool:
+    """Whether the places of the grid take less than tables and their readers."""
+    asked = [t for t in plan.chart.transitions if t.trigger is Trigger.EVENT]
+    events = [event for t in asked for event in t.events]
+    places = (len(plan.chart.states) - 1) * (max(events) + 1)
+    return places < READERS + ROW * len(events)

@@ -1,0 +1,103 @@
+"""A flat machine as a grid: by state and event, the number of what is done, which is straight code.
+
+What is entered is a number too, so that equal contents are there once, whatever they lead to. A
+compiler makes less of it than of a function for each state, and less than of tables which functions
+read, as long as not too many places of the grid are empty (see `forms`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fsmkit.chart.chart import Transition
+from fsmkit.codegen.c.layout import narrowest
+from fsmkit.codegen.c.reactions.reactions import Lines, ReactionPrinter
+from fsmkit.emit import Emitter
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """What is done in a state on an event; ``to``: the number of the state entered, 0 for none."""
+
+    lines: Lines
+    to: int
+
+
+class GridPrinter:
+    """Prints the grid, what answers there are, and the function that looks them up."""
+
+    def __init__(self, reactions: ReactionPrinter) -> None:
+        """Print what these reactions are."""
+        self._reactions = reactions
+        self._names = reactions.names
+        self._plan = reactions.plan
+        self._ignored = f"return {reactions.prefix}_unhandled(m, cause);"
+
+    def print(self, out: Emitter) -> None:
+        """Print them."""
+        names, events = self._names, self._reactions.by_event
+        p, width = names.prefix, max(events, default=0) + 1
+        answers: dict[_Answer, int] = {}
+        states = self._plan.regions[0].states
+        rows = [[0] * width for _ in states]
+        for row, state in zip(rows, states, strict=True):
+            for event in events:
+                answer = self._answer(state, event)
+                if answer is not None:
+                    row[event] = answers.setdefault(answer, len(answers) + 1)
+        ctype = narrowest(len(answers))
+        out.line("/* By state and event: which of the answers below; 0 for none. */")
+        with out.block(f"static const {ctype} {p}_grid[{len(rows) * width}] = {{", "};"):
+            for state, row in zip(states, rows, strict=True):
+                out.line(f"{', '.join(f'{number}u' for number in row)}, {names.note(state)}")
+        out.line()
+        ctype = narrowest(len(states))
+        targets = ", ".join(f"{to}u" for to in (0, *(answer.to for answer in answers)))
+        out.line("/* By answer: the number of the state that is entered; 0 for none. */")
+        out.line(f"static const {ctype} {p}_enters[{len(answers) + 1}] = {{{targets}}};")
+        out.line()
+        out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
+        with out.block("{"):
+            self._respond(out, answers, width, ctype)
+        out.line()
+
+    def _respond(self, out: Emitter, answers: dict[_Answer, int], width: int, ctype: str) -> None:
+        p, active = self._names.prefix, f"m->{self._names.regions[0]}"
+        out.lines([f"if (cause->event == 0u || cause->event > {width}u)", f"    {self._ignored}"])
+        place = f"{active} * {width}u + cause->event - {width + 1}u"
+        out.line(f"const uint32_t answer = {p}_grid[{place}];")
+        out.line(f"{ctype} to = {p}_enters[answer];")
+        with out.block("switch (answer) {"):
+            for answer, number in answers.items():
+                out.line(f"case {number}u:")
+                with out.indented():
+                    out.lines(answer.lines)
+            out.lines(["default:", f"    {self._ignored}"])
+        out.lines(["if (to != 0u)", f"    {p}_enter_place(m, to);", "return FSM_HANDLED;"])
+
+    def _answer(self, state: int, event: int) -> _Answer | None:
+        found = self._reactions.candidates(state, lambda t: event in t.events)
+        if not found:
+            return None
+        out = Emitter()
+        first = self._to(found[0])
+        for transition in found:
+            is_last = transition is found[-1]
+            out.line(self._reactions.comment(transition))
+            if transition.guard is not None:
+                condition = self._reactions.guard(transition)
+                if is_last:
+                    out.lines([f"if (!({condition}))", f"    {self._ignored}"])
+                else:
+                    out.open(f"if ({condition}) {{")
+            step = self._reactions.step(transition, state)
+            out.lines((*step.leave, *step.act))
+            if self._to(transition) != first:
+                out.line(f"to = {self._to(transition)}u;")
+            out.line("break;")
+            if not is_last:
+                out.close()
+        return _Answer(tuple(out.finish().rstrip("\n").split("\n")), first)
+
+    def _to(self, transition: Transition) -> int:
+        return self._plan.number[transition.targets[0]] if transition.targets else 0

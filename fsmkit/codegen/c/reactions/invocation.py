@@ -1,0 +1,352 @@
+"""Invoked machines in C (SCXML 6.4, 6.5).
+
+A machine that is invoked is a member of the struct of the one that invokes it: its slot. It is a
+machine of its own, with types and functions of its own, and holds no pointer to what it lies in:
+that is found by `offsetof`. It runs while its own ``running`` says so; as long as it does not, the
+slot is as `init` leaves it, or holds what stopped with a fault.
+"""
+
+from __future__ import annotations
+
+from fsmkit.chart.chart import Passage
+from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
+from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reactions.exit_sets import ungrouped
+from fsmkit.codegen.c.reserved import TO_INVOKE
+from fsmkit.emit import Emitter
+from fsmkit.texts.c import comment
+
+INVOKER = "#_parent"
+COMMUNICATION = "error.communication"
+
+TO_INVOKER = """
+/* An event for the machine that invoked this one; what is sent when that cancels goes nowhere. */
+static void @_to_invoker(@ *m, const @_event *e)
+{
+    FSM_HOOK_EVENT(m, FSM_LEFT, e);
+    FSM_HOOK_TEXT(m, FSM_LEFT, "", $INVOKERu);
+    if (!m->running && !m->finished)
+        return;
+$RETURN
+    FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
+}
+"""
+
+RETURN = "    if (@_return(m, e))\n        return;"
+
+SLOT = """
+/* What the machine `$ID` has come to: a slot is empty when its machine has ended. */
+static void @_absorb_$N(@ *m)
+{
+    if (m->$SLOT.running)
+        return;
+    if (m->$SLOT.fault != FSM_NO_FAULT)
+        @_stop(m, FSM_FAULT_INVOKED, "invoked");
+    else
+        $INSIDE_init(&m->$SLOT);
+}
+
+/* Its state is left: it ends, too (SCXML 6.4.3). */
+static void @_end_$N(@ *m)
+{
+    if (!m->$SLOT.running)
+        return;
+    $INSIDE_abandon(&m->$SLOT, m->now);
+    @_absorb_$N(m);
+}
+"""
+
+HOLDER = """
+/* The machine in whose slot `$ID` a machine lies. */
+static @ *@_holder_of_$N($INSIDE *m)
+{
+    return (@ *)(void *)((unsigned char *)m - offsetof(@, $SLOT));
+}
+"""
+
+ONE_STEP = """
+        if (m->$SLOT.running && m->fault == FSM_NO_FAULT) {
+            m->$SLOT.now = m->now;
+            if ($INSIDE_step_event(&m->$SLOT)) {
+                is_quiet = false;
+                @_absorb_$N(m);
+            }
+        }"""
+
+RUN_INVOKED = """
+/* Let invoked machines take one event each, in document order, until all are quiet; what is left
+ * after that many rounds waits for the next step. */
+static bool @_run_invoked(@ *m)
+{
+    bool acted = false;
+    for (uint32_t round = 0u; round < %_MICROSTEPS; round++) {
+        bool is_quiet = true;
+$STEPS
+        if (is_quiet)
+            break;
+        acted = true;
+        if (m->fault != FSM_NO_FAULT)
+            break;
+    }
+    return acted;
+}
+
+/* Here nothing happened, or it is done: invoked machines go on. */
+static bool @_go_on(@ *m)
+{
+    m->busy = true;
+    bool acted = m->fault == FSM_NO_FAULT && @_run_invoked(m);
+    if (m->fault != FSM_NO_FAULT) {
+        m->running = false;
+        m->finished = false;
+    }
+    m->busy = false;
+    return acted;
+}
+"""
+
+ONE_TIMER = """if (m->$SLOT.running && $INSIDE_next_deadline(&m->$SLOT, &due) && due == deadline) {
+        (void)$INSIDE_step_timer(&m->$SLOT);
+        @_absorb_$N(m);
+    }"""
+
+STEP_TIMER_WITHIN = """
+/* Fire the first timer of an invoked machine. */
+static void @_step_timer_within(@ *m, uint32_t deadline)
+{
+    uint32_t due = 0u;
+    m->now = deadline;
+    m->busy = true;
+    $TIMERS
+    (void)@_go_on(m);
+}
+"""
+
+
+class InvocationPrinter:
+    """Prints what a machine does with those it invokes, and with the one that invoked it."""
+
+    def __init__(self, names: Names, content: ContentPrinter) -> None:
+        """Print with these names."""
+        self.names = names
+        self.chart = names.chart
+        self.content = content
+        self.prefix = names.prefix
+
+    def _slot(self, slot: int) -> dict[str, str]:
+        """Return what stands in the texts for a slot."""
+        return {
+            "ID": comment(self.chart.invocations[slot].id),
+            "SLOT": self.names.slots[slot],
+            "INSIDE": self.names.invoked[slot].prefix,
+            "N": str(slot),
+        }
+
+    def _each(self, text: str, between: str) -> str:
+        texts = []
+        for slot in range(len(self.names.slots)):
+            one = text
+            for key, value in self._slot(slot).items():
+                one = one.replace(f"${key}", value)
+            texts.append(one.strip("\n"))
+        return between.join(texts)
+
+    # --- what content calls ---------------------------------------------------------------
+
+    def print_calls(self, out: Emitter) -> None:
+        """Print the functions that content calls; all content is printed already."""
+        names = self.names
+        if "to_invoker" in names.used:
+            symbol = str(names.symbol(INVOKER))
+            returned = RETURN if names.is_invoked else "    @_count(&m->rejected);"
+            out.lines(fill(names, TO_INVOKER, INVOKER=symbol, RETURN=returned))
+            out.line()
+        for slot in range(len(names.slots)):
+            out.lines(fill(names, SLOT, **self._slot(slot)))
+            out.line()
+            if "to_invoker" in names.invoked[slot].used:
+                out.lines(fill(names, HOLDER, **self._slot(slot)))
+                out.line()
+                self._return(out, slot)
+            if f"give {slot}" in names.used:
+                self._give(out, slot)
+        for slots, number in names.reached.items():
+            if f"to_invoked {number}" not in names.used:
+                continue
+            self._to_invoked(out, slots, number)
+
+    def _return(self, out: Emitter, slot: int) -> None:
+        """Print the function by which an invoked machine sends an event to this one."""
+        inside = self.names.invoked[slot]
+        p = self.prefix
+        holder = f"{p}_holder_of_{slot}(m)"
+        out.line(f"bool {inside.prefix}_return({inside.prefix} *m, const {inside.prefix}_event *e)")
+        with out.block("{"):
+            out.line(f"{p}_event coming = {p}_no_event;")
+            with out.block("switch (e->event) {"):
+                for event, known in enumerate(self.chart.invocations[slot].returns):
+                    if known is None:
+                        continue
+                    out.line(f"case {inside.events[event]}:")
+                    with out.indented():
+                        self._convert(out, slot, event, known)
+                        out.line("break;")
+                out.line("default:")
+                out.line(f"    return {p}_has_room({holder});")
+            out.line(f"return {holder}->running && {p}_enqueue({holder}, &coming);")
+        out.line()
+
+    def _convert(self, out: Emitter, slot: int, event: int, known: int) -> None:
+        names, inside = self.names, self.names.invoked[slot]
+        out.line(f"coming.event = {names.events[known]};")
+        for there, here in zip(
+            inside.chart.events[event].fields, self.chart.events[known].fields, strict=True
+        ):
+            source = f"e->of.{inside.payloads[event]}.{inside.field(there.name)}"
+            target = f"coming.of.{names.payloads[known]}.{names.field(here.name)}"
+            copy(out, Place(inside, there.type, source), Place(names, here.type, target))
+
+    def _give(self, out: Emitter, slot: int) -> None:
+        """Print the function that puts an event into the queue of an invoked machine."""
+        names, inside = self.names, self.names.invoked[slot]
+        p, member = self.prefix, f"m->{names.slots[slot]}"
+        passages = self.chart.invocations[slot].passages
+        out.line(f"/* Give an event to the machine `{self._slot(slot)['ID']}`, if it knows it. */")
+        out.line(f"static void {p}_give_{slot}({p} *m, const {p}_event *e)")
+        with out.block("{"):
+            out.line(f"{inside.prefix}_event given = {inside.upper}_NO_EVENT;")
+            with out.block("switch (e->event) {"):
+                for event, passage in enumerate(passages):
+                    if passage is not None:
+                        out.line(f"case {names.events[event]}:")
+                        with out.indented():
+                            self._fill(out, slot, event, passage)
+                            out.line("break;")
+                out.line("default:")
+                out.line("    return;")
+            out.line(f"if (!{inside.prefix}_post(&{member}, &given))")
+            out.line('    FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);')
+        out.line()
+
+    def _fill(self, out: Emitter, slot: int, event: int, passage: Passage) -> None:
+        names, inside = self.names, self.names.invoked[slot]
+        fields = self.chart.events[event].fields
+        out.line(f"given.event = {inside.events[passage.event]};")
+        for part, place in zip(
+            inside.chart.events[passage.event].fields, passage.fields, strict=True
+        ):
+            text = f"given.of.{inside.payloads[passage.event]}.{inside.field(part.name)}"
+            target = Place(inside, part.type, text)
+            if place is None:
+                put_default(out, target)
+            else:
+                source = f"e->of.{names.payloads[event]}.{names.field(fields[place].name)}"
+                copy(out, Place(names, fields[place].type, source), target)
+
+    def _to_invoked(self, out: Emitter, slots: tuple[int, ...], number: int) -> None:
+        """Print the function that sends an event to the first of some machines that is running."""
+        names = self.names
+        p = self.prefix
+        out.line(f"static void {p}_to_invoked_{number}({p} *m, const {p}_event *e, uint16_t peer)")
+        with out.block("{"):
+            out.line("(void)peer;")
+            out.line("FSM_HOOK_EVENT(m, FSM_LEFT, e);")
+            out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
+            word = ""
+            for slot in slots:
+                out.line(f"{word}if (m->{names.slots[slot]}.running)")
+                out.line(f"    {p}_give_{slot}(m, e);")
+                word = "else "
+            if not slots:
+                out.line("(void)e;")
+            event = names.events[self.chart.event_index[COMMUNICATION]]
+            if slots:
+                out.line("else")
+            out.line(f'    {p}_error(m, {event}, "{COMMUNICATION}");')
+        out.line()
+
+    # --- steps ----------------------------------------------------------------------------
+
+    def print_steps(self, out: Emitter) -> None:
+        """Print the functions that the loop calls."""
+        names = self.names
+        if names.slots:
+            out.lines(fill(names, RUN_INVOKED, STEPS=self._each(ONE_STEP, "\n")))
+            out.line()
+        if names.invoking:
+            self._invoke(out)
+        if self.has_external:
+            self._external(out)
+
+    def print_timers(self, out: Emitter) -> None:
+        """Print what fires a timer of an invoked machine."""
+        if self.names.slots:
+            timers = self._each(ONE_TIMER, " else ")
+            out.lines(fill(self.names, STEP_TIMER_WITHIN, TIMERS=timers))
+            out.line()
+
+    @property
+    def has_external(self) -> bool:
+        """Whether something happens with an external event before it is handled."""
+        return any(i.autoforward for i in self.chart.invocations) or any(
+            event.finalize for event in self.chart.events
+        )
+
+    @property
+    def waiting(self) -> str:
+        """Return the condition that some state is entered that has not invoked yet."""
+        count = (len(self.names.invoking) + 7) // 8
+        tests = [f"m->{TO_INVOKE}[{place}] != 0u" for place in range(count)]
+        return tests[0] if count == 1 else f"({' || '.join(tests)})"
+
+    def _invoke(self, out: Emitter) -> None:
+        p = self.prefix
+        out.line(
+            "/* What was entered in this macrostep, and not left since, invokes (SCXML 6.4). */"
+        )
+        out.line(f"static void {p}_invoke({p} *m)")
+        with out.block("{"):
+            for state in self.names.invoking:
+                member, bit = self.names.to_invoke(state)
+                with out.block(f"if (({member} & {bit}u) != 0u) {{"):
+                    for block in self.chart.states[state].invokes:
+                        what = "invocation by " + self.chart.states[state].id
+                        self.content.block(out, block, (), what)
+            for place in range((len(self.names.invoking) + 7) // 8):
+                out.line(f"m->{TO_INVOKE}[{place}] = 0u;")
+        out.line()
+
+    def _external(self, out: Emitter) -> None:
+        """Print what is done with an event that has just left the external queue."""
+        p, names = self.prefix, self.names
+        for invocation in self.chart.invocations:
+            if invocation.autoforward:
+                names.used.add(f"give {invocation.index}")
+        out.line("/* An external event, before it is handled: its finalize (SCXML 6.5), then")
+        out.line(" * to whom it is forwarded (6.4.1). */")
+        out.line(f"static void {p}_external({p} *m, const {p}_event *e)")
+        with out.block("{"):
+            if any(event.finalize for event in self.chart.events):
+                self._finalize(out)
+            for invocation in self.chart.invocations:
+                if invocation.autoforward:
+                    out.line(f"if (m->{names.slots[invocation.index]}.running)")
+                    out.line(f"    {p}_give_{invocation.index}(m, e);")
+        out.line()
+
+    def _finalize(self, out: Emitter) -> None:
+        names = self.names
+        with out.block("switch (e->event) {"):
+            for event in self.chart.events:
+                if not event.finalize or event.invocation is None:
+                    continue
+                state = self.chart.invocations[event.invocation].state
+                out.line(f"case {names.events[event.index]}:")
+                with out.indented():
+                    with out.block(f"if ({ungrouped(names.in_state('m', state))}) {{"):
+                        what = "finalize " + event.name
+                        self.content.block(out, event.finalize, (event.index,), what)
+                    out.line("break;")
+            out.lines(["default:", "    break;"])

@@ -1,0 +1,400 @@
+"""Straight code for what an event does, where that is known when compiling.
+
+Where the transitions on an event all begin in one region, at most one of them is taken: for each
+state that can be the deepest active one there, the guards follow each other, and after each what it
+leaves, does and enters. Where they begin in several regions that cannot disturb each other, each
+region is asked first, then all are left, act and are entered in document order (Appendix D,
+microstep). Only what is left, transitions that may preempt each other, is selected by `selection`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from fsmkit.chart.chart import Transition
+from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.expressions.effects import can_fail, has_effect, observes
+from fsmkit.codegen.c.names import NARROW, Names
+from fsmkit.codegen.c.reactions.answers import print_answers
+from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
+from fsmkit.codegen.c.reactions.exit_sets import ungrouped
+from fsmkit.codegen.c.reactions.forms import Form
+from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
+from fsmkit.codegen.c.reactions.shapes import Shape
+from fsmkit.document.document import Trigger
+from fsmkit.emit import Emitter
+from fsmkit.plan import Enter, Plan, Region, Variant
+
+Lines = tuple[str, ...]
+HANDLED = "return FSM_HANDLED;"
+SHORT = 3
+"""Lines that a transition which several states inherit does in each of them, not in a function."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one transition does, from one configuration of its region."""
+
+    record: Lines = ()
+    leave: Lines = ()
+    act: Lines = ()
+    enter: Lines = ()
+
+    @property
+    def lines(self) -> Lines:
+        """Everything, in order."""
+        return (*self.record, *self.leave, *self.act, *self.enter)
+
+
+class ReactionPrinter:
+    """Prints a function for each event, or, in a chart of one region, for each state."""
+
+    def __init__(
+        self,
+        names: Names,
+        content: ContentPrinter,
+        moves: MovePrinter,
+        selection: SelectionPrinter,
+    ) -> None:
+        """Print with these."""
+        self.names = names
+        self.chart = names.chart
+        self.plan: Plan = names.plan
+        self.prefix = names.prefix
+        self._ignored = f"return {names.prefix}_unhandled(m, cause);"
+        self._content = content
+        self._moves = moves
+        self._selection = selection
+        self._acts: dict[int, Lines] = {}
+        self._functions: set[str] = set()
+        self.shapes = selection.shapes
+        self.by_event = self.shapes.by_event
+
+    # --- what a transition does -----------------------------------------------------------
+
+    def candidates(self, leaf: int, belongs: Callable[[Transition], bool]) -> list[Transition]:
+        """Return the transitions that are asked while a state is the deepest of its region."""
+        found: list[Transition] = []
+        region = self.plan.region_of[leaf]
+        for state in self.plan.chains[leaf]:
+            if self.plan.region_of[state] != region:
+                break
+            all_ = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
+            for transition in askable([t for t in all_ if belongs(t)]):
+                found.append(transition)
+                if transition.guard is None:
+                    return found
+        return found
+
+    def comment(self, transition: Transition) -> str:
+        """Return a comment that says which transition is meant."""
+        return f"/* {self._selection.comment(transition)} */"
+
+    def guard(self, transition: Transition) -> str:
+        """Return the condition of a guard, without the parentheses around it."""
+        return ungrouped(self._selection.guard(transition))
+
+    def step(self, transition: Transition, leaf: int | None, *, is_alone: bool = True) -> Step:
+        """Return what a transition does; ``leaf``: the deepest active state, if that is known.
+
+        ``is_alone``: no other region acts between what it does and what it enters.
+        """
+        if self.names.form is Form.TABLES:
+            verb = "take" if self.plan.is_single else "take_one"
+            return Step(act=(f"{self.prefix}_{verb}(m, {self._moves.number(transition.index)}u);",))
+        move = self.plan.moves[transition.index]
+        if move.is_static:
+            return self._variant(transition, move.variants[0], leaf, is_alone=is_alone)
+        out = Emitter()
+        word = "if"
+        for variant in move.variants[:-1]:
+            tests = " && ".join(map(self._moves.within, variant.conditions))
+            with out.block(f"{word} ({tests}) {{"):
+                out.lines(self._variant(transition, variant, leaf).lines)
+            word = "else if"
+        with out.block("else {"):
+            out.lines(self._variant(transition, move.variants[-1], leaf).lines)
+        return Step(enter=_lines(out))
+
+    def _variant(
+        self, transition: Transition, variant: Variant, leaf: int | None, *, is_alone: bool = True
+    ) -> Step:
+        act = self._act(transition)
+        if variant.domain is None:
+            return Step(act=act)
+        record, leave = Emitter(), Emitter()
+        path = None if leaf is None else self._path(leaf, variant.domain)
+        self._moves.record_below(record, variant.domain, path)
+        if path is None:
+            leave.line(self._moves.leave_below(variant.domain))
+        else:
+            for state in path:
+                self._leave(leave, state, is_deepest=state == leaf)
+            first = variant.entry[0] if variant.entry else None
+            if observes(transition.content) or not isinstance(first, Enter):
+                leave.line(self._moves.set_active(variant.domain))
+        enter = Emitter()
+        self._moves.ops(enter, variant.entry)
+        rest = _lines(enter)
+        is_inherited = bool(self.chart.states[transition.source].children)
+        if is_alone and is_inherited and len(act) + len(rest) > SHORT:
+            act, rest = (), self._shared(transition, variant, (*act, *rest))
+        return Step(_lines(record), _lines(leave), act, rest)
+
+    def _shared(self, transition: Transition, variant: Variant, lines: Lines) -> Lines:
+        """Return the call of what a transition does, whatever it leaves, in a function."""
+        number = self.plan.moves[transition.index].variants.index(variant)
+        name = f"{self.prefix}_take_{transition.index}" + (f"_{number}" if number else "")
+        if name not in self._functions:
+            self._functions.add(name)
+            out = self._selection.functions
+            out.line(f"/* {self._selection.comment(transition)} */")
+            out.line(f"static void {name}({self.prefix} *m)")
+            with out.block("{"):
+                out.lines(lines)
+            out.line()
+        return (f"{name}(m);",)
+
+    def _path(self, leaf: int, domain: int) -> list[int] | None:
+        """Return what is left of a region, innermost first; None if more than that is left."""
+        if self.plan.region_of[leaf] != self.plan.region_of[domain]:
+            return None
+        found = []
+        for state in (leaf, *self.chart.ancestors(leaf)):
+            if state == domain:
+                break
+            found.append(state)
+        return found
+
+    def _leave(self, out: Emitter, state: int, *, is_deepest: bool) -> None:
+        """Print that one state is left, of which nothing below in its region is active."""
+        for inner in reversed(self.plan.inner[state]):
+            out.line(self._moves.leave_all(inner))
+        if not is_deepest and self._moves.is_seen(state):
+            out.line(self._moves.set_active(state))
+        out.line(self._moves.exit_call(state))
+
+    def _act(self, transition: Transition) -> Lines:
+        if transition.index not in self._acts:
+            out = Emitter()
+            what = self._selection.comment(transition)
+            out.line(f"FSM_HOOK_TAKE(m, {transition.index}u);")
+            self._content.block(out, transition.content, transition.events, what)
+            self._acts[transition.index] = _lines(out)
+        return self._acts[transition.index]
+
+    # --- one at most ----------------------------------------------------------------------
+
+    def _answer(
+        self, candidates: Sequence[Transition], leaf: int, before: Sequence[str] = ()
+    ) -> Lines:
+        """Return the code that takes the first enabled transition and returns.
+
+        ``before``: what asks whether any may be taken, which eventless ones begin with.
+        """
+        done = "return true;" if before else HANDLED
+        out = Emitter()
+        may_stop = False
+        for transition in candidates:
+            guard = transition.guard
+            may_stop = may_stop or (guard is not None and (can_fail(guard) or has_effect(guard)))
+            out.line(self.comment(transition))
+            if guard is not None:
+                out.open(f"if ({self.guard(transition)}) {{")
+            out.lines(before)
+            if may_stop and not before:
+                out.lines(["if (m->fault != FSM_NO_FAULT)", f"    {done}"])
+            out.lines(self.step(transition, leaf).lines)
+            out.line(done)
+            if guard is not None:
+                out.close()
+        return _lines(out)
+
+    def print_eventless(self, out: Emitter) -> None:
+        """Print the function that takes eventless transitions, where that is simple."""
+        transitions = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
+        if self.shapes.eventless is not Shape.ONE:
+            return
+        (region,) = self.shapes.regions(transitions)
+        before = (f"if (!{self.prefix}_may_go_on(m))", "    return true;")
+        out.line(f"static bool {self.prefix}_take_eventless({self.prefix} *m)")
+        self._over_leaves(
+            out,
+            self.plan.regions[region],
+            lambda leaf: self._answer(
+                self.candidates(leaf, lambda t: t.trigger is Trigger.EVENTLESS), leaf, before
+            ),
+            "return false;",
+        )
+
+    def _over_leaves(
+        self, out: Emitter, region: Region, answer: Callable[[int], Lines], otherwise: str
+    ) -> None:
+        """Print the body of a function: a switch over the deepest active states of a region."""
+        answers: dict[Lines, list[int]] = {}
+        for leaf in self._selection.leaves(region):
+            answers.setdefault(answer(leaf), []).append(leaf)
+        answers.pop((), None)
+        region_number = f"m->{self.names.regions[region.index]}"
+        with out.block("{"), out.block(f"switch ({region_number}) {{"):
+            for lines, leaves in answers.items():
+                for leaf in leaves:
+                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                with out.indented():
+                    out.lines(lines)
+                    if not lines[-1].startswith("return"):
+                        out.line(otherwise)
+            out.lines(["default:", f"    {otherwise}"])
+        out.line()
+
+    # --- by state: a chart of one region --------------------------------------------------
+
+    def print_by_state(self, out: Emitter) -> None:
+        """Print what each state does with each event, inherited transitions with its own."""
+        p = self.prefix
+        calls: dict[int, str] = {}
+        for leaf in self._selection.leaves(self.plan.regions[0]):
+            answers: dict[Lines, list[int]] = {}
+            for event in self.by_event:
+                if self.shapes.shape(event) is Shape.ANY:
+                    continue
+                found = self.candidates(leaf, lambda t, e=event: e in t.events)  # type: ignore[misc]
+                if found:
+                    answers.setdefault(self._answer(found, leaf), []).append(event)
+            if not answers:
+                continue
+            name = self.names.function("at", leaf)
+            calls[leaf] = name
+            out.line(
+                f"static fsm_result {name}({p} *m, const {p}_event *cause) {self._where(leaf)}"
+            )
+            with out.block("{"):
+                self._over_events(out, answers)
+            out.line()
+        out.line(f"static fsm_result {p}_not_running({p} *m, const {p}_event *cause)")
+        with out.block("{"):
+            out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
+        out.line()
+        rows = [(f"{p}_not_running", "not started, or finished")]
+        leaves = set(self._selection.leaves(self.plan.regions[0]))
+        for state in self.plan.regions[0].states:
+            name = calls.get(state, f"{p}_unhandled") if state in leaves else f"{p}_not_running"
+            rows.append((name, self.chart.states[state].id))
+        index = f"m->{self.names.regions[0]}"
+        print_answers(out, self.names, "By the deepest active state.", rows, index, "not_running")
+
+    def _where(self, state: int) -> str:
+        place = self.names.place(self.chart.states[state].span)
+        above = [self.chart.states[a].id for a in self.chart.ancestors(state)[:-1]]
+        return self.names.remark(" in ".join((f"{place}  " + self.chart.states[state].id, *above)))
+
+    def _over_events(self, out: Emitter, answers: dict[Lines, list[int]]) -> None:
+        with out.block("switch (cause->event) {"):
+            for lines, events in answers.items():
+                for event in events:
+                    out.line(f"case {self.names.events[event]}:")
+                with out.indented():
+                    out.lines(lines)
+                    if not lines[-1].startswith("return"):
+                        out.line(self._ignored)
+            out.lines(["default:", f"    {self._ignored}"])
+
+    # --- by event: a chart of several regions ---------------------------------------------
+
+    def print_by_event(self, out: Emitter) -> None:
+        """Print what happens on each event, in all regions that answer it."""
+        p = self.prefix
+        calls: dict[int, str] = {}
+        for event, transitions in self.by_event.items():
+            shape = self.shapes.shape(event)
+            if shape is Shape.ANY:
+                continue
+            name = f"{p}_on_{self.names.event_names[event]}"
+            calls[event] = name
+            out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause)")
+            if shape is Shape.APART:
+                self._apart(out, transitions, event)
+                continue
+            (region,) = self.shapes.regions(transitions)
+
+            def answer(leaf: int, event: int = event) -> Lines:
+                return self._answer(self.candidates(leaf, lambda t: event in t.events), leaf)
+
+            self._over_leaves(out, self.plan.regions[region], answer, self._ignored)
+        rows = [(f"{p}_unhandled", "no event")]
+        for event in range(max(self.by_event, default=-1) + 1):
+            name = calls.get(event, f"{p}_unhandled")
+            if self.shapes.shape(event) is Shape.ANY and not self.names.defers:
+                name = f"{p}_respond_any"
+            rows.append((name, self.chart.events[event].name))
+        print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")
+
+    def _apart(self, out: Emitter, transitions: Sequence[Transition], event: int) -> None:
+        """Print the body of a function for regions that are left and entered on their own."""
+        regions = [self.plan.regions[r] for r in self.shapes.regions(transitions)]
+        steps: list[list[Step]] = []
+        with out.block("{"):
+            for place, region in enumerate(regions):
+                steps.append(self._choose(out, region, f"way{place}", event))
+            ways = " | ".join(f"way{place}" for place in range(len(regions)))
+            out.lines([f"if (({ways}) == 0u)", f"    {self._ignored}"])
+            parts: tuple[tuple[Callable[[Step], Lines], bool], ...] = (
+                (lambda step: step.record, False),
+                (lambda step: step.leave, True),
+                (lambda step: step.act, False),
+                (lambda step: step.enter, False),
+            )
+            for part, is_reversed in parts:
+                order = range(len(regions))
+                for place in reversed(order) if is_reversed else order:
+                    self._by_way(out, f"way{place}", [part(step) for step in steps[place]])
+            out.line(HANDLED)
+        out.line()
+
+    def _choose(self, out: Emitter, region: Region, way: str, event: int) -> list[Step]:
+        """Print which way a region goes, 0 for none; return the steps of the ways from 1 on."""
+        steps: list[Step] = []
+        choice = Emitter()
+        with choice.block(f"switch (m->{self.names.regions[region.index]}) {{"):
+            for leaf in self._selection.leaves(region):
+                found = self.candidates(leaf, lambda t: event in t.events)
+                if not found:
+                    continue
+                choice.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                with choice.indented():
+                    word = "if"
+                    for transition in found:
+                        steps.append(self.step(transition, leaf, is_alone=False))
+                        if transition.guard is not None:
+                            choice.line(f"{word} ({self.guard(transition)})")
+                        elif word != "if":
+                            choice.line("else")
+                        inset = "    " if word != "if" or transition.guard is not None else ""
+                        choice.line(f"{inset}{way} = {len(steps)}u; {self.comment(transition)}")
+                        word = "else if"
+                    choice.line("break;")
+            choice.lines(["default:", "    break;"])
+        out.line(f"{'uint8_t' if len(steps) <= NARROW else 'uint16_t'} {way} = 0u;")
+        out.lines(choice.finish().rstrip("\n").split("\n"))
+        return steps
+
+    def _by_way(self, out: Emitter, way: str, parts: Sequence[Lines]) -> None:
+        """Print a switch over the ways of a region, if they do anything at this point."""
+        answers: dict[Lines, list[int]] = {}
+        for number, lines in enumerate(parts, 1):
+            if lines:
+                answers.setdefault(lines, []).append(number)
+        if not answers:
+            return
+        with out.block(f"switch ({way}) {{"):
+            for lines, numbers in answers.items():
+                out.lines(f"case {number}u:" for number in numbers)
+                with out.indented():
+                    out.lines((*lines, "break;"))
+            out.lines(["default:", "    break;"])
+
+
+def _lines(out: Emitter) -> Lines:
+    text = out.finish().rstrip("\n")
+    return tuple(text.split("\n")) if text else ()

@@ -1,0 +1,359 @@
+"""Selecting transitions in C (Appendix D, selectTransitions), decided when compiling.
+
+For each state with transitions there is a function that tries them and then those of the next
+ancestor that has any. Which functions are called for the active atomic states is a switch over the
+number of each region.
+"""
+
+from __future__ import annotations
+
+import re
+
+from fsmkit.chart.chart import Transition
+from fsmkit.chart.deferral import shared_deferral
+from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.expressions.effects import can_fail, has_effect
+from fsmkit.codegen.c.expressions.expressions import Printer
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reactions.forms import Form
+from fsmkit.codegen.c.reactions.shapes import Shape, Shapes
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.emit import Emitter
+from fsmkit.plan import Plan, Region
+from fsmkit.texts.c import comment
+
+
+class SelectionPrinter:
+    """Prints the functions that select."""
+
+    def __init__(self, names: Names, content: ContentPrinter, functions: Emitter) -> None:
+        """Print with these names; guards that need a function have it in ``functions``."""
+        self.functions = functions
+        self._guards: dict[int, str] = {}
+        self.names = names
+        self.plan: Plan = names.plan
+        self.chart = names.chart
+        self.content = content
+        self.prefix = names.prefix
+        self.shapes = Shapes(self.plan, is_small=names.form is Form.TABLES)
+        self._shared = shared_deferral(self.chart)
+        self.remembered = self._remembered()
+        self._asked = {t: place for place, t in enumerate(self.remembered)}
+        self._asking: set[int] = set()
+        self._interesting: frozenset[int] = frozenset()
+
+    def _remembered(self) -> tuple[int, ...]:
+        """Return the guards that must be evaluated only once though several states ask them."""
+        covering: set[int] = set()
+        for state in self.chart.states:
+            if self.plan.inner[state.index]:
+                covering |= {state.index, *self.chart.ancestors(state.index)}
+        return tuple(
+            t.index
+            for t in self.chart.transitions
+            if t.guard is not None
+            and t.source in covering
+            and (can_fail(t.guard) or has_effect(t.guard))
+            and self.shapes.may_preempt(t)
+        )
+
+    # --- guards ---------------------------------------------------------------------------
+
+    def asked(self, transition: Transition) -> str:
+        """Return the condition of a guard where several states may ask it in one selection.
+
+        It is evaluated once until `m->asked` is forgotten, which selections do at their end;
+        straight code, which asks once, takes `guard`.
+        """
+        place = self._asked.get(transition.index)
+        text = self.guard(transition)
+        if place is None:
+            return text
+        name = f"{self.prefix}_ask_{transition.index}"
+        if place not in self._asking:
+            self._asking.add(place)
+            out = self.functions
+            out.line(f"static bool {name}({self.prefix} *m)")
+            with out.block("{"):
+                out.line(f"if (m->asked[{place}] == 0u)")
+                out.line(f"    m->asked[{place}] = {text} ? 2u : 1u;")
+                out.line(f"return m->asked[{place}] == 2u;")
+            out.line()
+        return f"{name}(m)"
+
+    def guard(self, transition: Transition) -> str:
+        """Return the condition of a guard; what needs a function goes to ``functions``."""
+        if transition.index not in self._guards:
+            self._guards[transition.index] = self._guard(self.functions, transition)
+        return self._guards[transition.index]
+
+    def _guard(self, out: Emitter, transition: Transition) -> str:
+        guard = transition.guard
+        assert guard is not None  # noqa: S101
+        printer = Printer(self.names, transition.events)
+        text = printer.condition(guard)
+        if not printer.temporaries and not can_fail(guard):
+            return text
+        name = f"{self.prefix}_guard_{transition.index}"
+        out.line(f"static bool {name}({self.prefix} *m)")
+        with out.block("{"):
+            for ctype, temporary in printer.temporaries:
+                out.line(f"{ctype} {temporary};")
+            out.line(f"bool holds = {text};")
+            if can_fail(guard):
+                out.line(f"holds = {self.prefix}_guard_holds(m, holds);")
+                self.names.used.add("guard_holds")
+            out.line("return holds;")
+        out.line()
+        return f"{name}(m)"
+
+    # --- by state -------------------------------------------------------------------------
+
+    def own(self, state: int, trigger: Trigger) -> list[Transition]:
+        """Return the transitions of a state of one trigger, in priority order."""
+        found = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
+        return [t for t in found if t.trigger is trigger]
+
+    def _asked_for(self, state: int, trigger: Trigger) -> list[Transition]:
+        """Return the transitions of a state that are selected, in priority order."""
+        own = self.own(state, trigger)
+        return [t for t in own if trigger is not Trigger.EVENT or self.shapes.may_preempt(t)]
+
+    def deferred(self, state: int) -> tuple[int, ...]:
+        """Return the events that a state is sure to defer when it is reached."""
+        own, shared = self.chart.states[state].defer, self._shared[state]
+        return tuple(event for event in own if event not in shared)
+
+    def _needed(self, trigger: Trigger) -> frozenset[int]:
+        """Return the states whose own function is called for an active state at or below them."""
+        needed: set[int] = set()
+        for leaf in self.chart.states[1:]:
+            if not leaf.is_leaf:
+                continue
+            for state in self.plan.chains[leaf.index]:
+                if state in needed:
+                    break
+                own = self._asked_for(state, trigger)
+                is_event = trigger is Trigger.EVENT
+                if own or (is_event and self.deferred(state)):
+                    needed.add(state)
+                if not is_event and any(t.guard is None for t in own):
+                    break  # one of them is taken: nobody asks the states above
+        return frozenset(needed)
+
+    def finders(self, out: Emitter, trigger: Trigger) -> dict[int, str]:
+        """Print the functions of one trigger; return for each state the call for it.
+
+        Outer states come first, so that inner ones can go on with them.
+        """
+        calls: dict[int, str] = {0: ""}
+        needed = self._needed(trigger)
+        for state in self.chart.states[1:]:
+            assert state.parent is not None  # noqa: S101
+            calls[state.index] = calls[state.parent]
+            own = self._asked_for(state.index, trigger)
+            defers = self.deferred(state.index) if trigger is Trigger.EVENT else ()
+            if state.is_history or state.index not in needed:
+                continue
+            name = (
+                f"{self.prefix}_{'state' if trigger is Trigger.EVENT else 'always'}_{state.index}"
+            )
+            own = askable(own)
+            guards = {t.index: self.asked(t) for t in own if t.guard is not None}
+            parameters = f"{self.prefix} *m"
+            if trigger is Trigger.EVENT:
+                parameters += ", uint16_t event"
+            head = f"static {self.names.taken_type} {name}({parameters})"
+            out.line(f"{head} {self.names.note(state.index)}")
+            with out.block("{"):
+                above = calls[state.parent]
+                if trigger is Trigger.EVENT:
+                    self._by_event(out, own, defers, guards)
+                    if not above and not self._reads_machine(own, guards):
+                        out.line("(void)m;")
+                    out.line(f"return {above or '0u'};")
+                else:
+                    is_closed = any(t.guard is None for t in own)
+                    asks_above = above and not is_closed
+                    if not asks_above and not self._reads_machine(own, guards):
+                        out.line("(void)m;")
+                    self._in_order(out, own, guards)
+                    if not is_closed:
+                        out.line(f"return {above or '0u'};")
+            out.line()
+            argument = ", event" if trigger is Trigger.EVENT else ""
+            calls[state.index] = f"{name}(m{argument})"
+        return calls
+
+    def _reads_machine(self, own: list[Transition], guards: dict[int, str]) -> bool:
+        return any(re.search(r"\bm\b", guards.get(t.index, "")) for t in own)
+
+    def _in_order(self, out: Emitter, own: list[Transition], guards: dict[int, str]) -> None:
+        """Print a list of candidates, of which the last alone may have no guard."""
+        for transition in own:
+            if transition.guard is not None:
+                out.line(f"if ({guards[transition.index]})")
+                out.line(f"    return {transition.index + 1}u; /* {self.comment(transition)} */")
+            else:
+                out.line(f"return {transition.index + 1}u; /* {self.comment(transition)} */")
+
+    def _by_event(
+        self,
+        out: Emitter,
+        own: list[Transition],
+        defers: tuple[int, ...],
+        guards: dict[int, str],
+    ) -> None:
+        answers: dict[int, list[Transition]] = {event: [] for event in defers}
+        for transition in own:
+            for event in transition.events:
+                if self.shapes.shape(event) is Shape.ANY:
+                    answers.setdefault(event, []).append(transition)
+        grouped: dict[tuple[tuple[int, ...], bool], list[int]] = {}
+        for event, found in answers.items():
+            key = (tuple(t.index for t in found), event in defers)
+            grouped.setdefault(key, []).append(event)
+        with out.block("switch (event) {"):
+            for (indices, is_deferred), events in grouped.items():
+                for event in events:
+                    out.line(f"case {self.names.events[event]}:")
+                with out.indented():
+                    found = [self.chart.transitions[t] for t in indices]
+                    is_closed = False
+                    for transition in found:
+                        comment = self.comment(transition)
+                        if transition.guard is None:
+                            out.line(f"return {transition.index + 1}u; /* {comment} */")
+                            is_closed = True
+                            break
+                        out.line(f"if ({guards[transition.index]})")
+                        with out.indented():
+                            out.line(f"return {transition.index + 1}u; /* {comment} */")
+                    if is_deferred and not is_closed:
+                        out.line(f"return {self.names.upper}_DEFER;")
+                    elif not is_closed:
+                        out.line("break;")
+            out.line("default:")
+            with out.indented():
+                out.line("break;")
+
+    def comment(self, transition: Transition) -> str:
+        """Return where a transition was written and what it says."""
+        states = self.chart.states
+        targets = " ".join(states[t].id for t in transition.targets)
+        arrow = f" -> {targets}" if targets else ""
+        cause = " ".join(transition.descriptors)
+        if transition.trigger in (Trigger.AFTER, Trigger.EVERY):
+            cause = f"{transition.trigger.value} {transition.delay} ticks"
+        on = f" on {cause}" if cause else ""
+        text = f"{self.names.place(transition.span)}  " + states[transition.source].id + arrow + on
+        return comment(text)
+
+    # --- over regions ---------------------------------------------------------------------
+
+    def over_regions(self, out: Emitter, trigger: Trigger, calls: dict[int, str]) -> None:
+        """Print the selection over the active atomic states, in document order."""
+        is_event = trigger is Trigger.EVENT
+        name = "select_event" if is_event else "select_eventless"
+        more = ", uint16_t event" if is_event else ""
+        if self.plan.is_single:
+            region = self.plan.regions[0]
+            out.line(f"static {self.names.taken_type} {self.prefix}_{name}({self.prefix} *m{more})")
+            with out.block("{"):
+                self._single(out, region, calls, is_event=is_event)
+            out.line()
+            return
+        selection = f"{self.prefix}_selection *found"
+        self._interesting = self._find_interesting(calls)
+        for region in reversed(self.plan.regions):
+            if region.index not in self._interesting:
+                continue
+            head = f"{self.prefix}_{name}_{region.index}({self.prefix} *m{more}, {selection})"
+            out.line(f"static void {head}")
+            with out.block("{"):
+                self._collect(out, region, calls, name, is_event=is_event)
+            out.line()
+
+    def _find_interesting(self, calls: dict[int, str]) -> frozenset[int]:
+        """Return the regions in which something can be selected; inner ones come later."""
+        found = {0}
+        for region in reversed(self.plan.regions):
+            if region.index in found or any(calls[state] for state in region.states):
+                found.add(region.index)
+                if region.owner is not None:
+                    found.add(self.plan.region_of[region.owner])
+        return frozenset(found)
+
+    def leaves(self, region: Region) -> list[int]:
+        """Return the states that can be the deepest active ones of a region."""
+        kinds = (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE, Kind.PARALLEL)
+        return [s for s in region.states if self.chart.states[s].kind in kinds]
+
+    def _single(
+        self, out: Emitter, region: Region, calls: dict[int, str], *, is_event: bool
+    ) -> None:
+        by_call: dict[str, list[int]] = {}
+        for leaf in self.leaves(region):
+            by_call.setdefault(calls[leaf], []).append(leaf)
+        by_call.pop("", None)
+        if not by_call:
+            out.line("(void)m;")
+            if is_event:
+                out.line("(void)event;")
+            out.line("return 0u;")
+            return
+        with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
+            for call, leaves in by_call.items():
+                for leaf in leaves:
+                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                with out.indented():
+                    out.line(f"return {call};")
+            out.line("default:")
+            with out.indented():
+                out.line("return 0u;")
+
+    def _collect(
+        self, out: Emitter, region: Region, calls: dict[int, str], name: str, *, is_event: bool
+    ) -> None:
+        more = ", event" if is_event else ""
+        printed = False
+        with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
+            for leaf in self.leaves(region):
+                lines = []
+                if self.chart.states[leaf].kind is Kind.PARALLEL:
+                    lines = [
+                        f"{self.prefix}_{name}_{inner.index}(m{more}, found);"
+                        for inner in self.plan.inner[leaf]
+                        if inner.index in self._interesting
+                    ]
+                elif calls[leaf]:
+                    lines = [f"{self.prefix}_add(found, {calls[leaf]});"]
+                if lines:
+                    printed = True
+                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                    with out.indented():
+                        out.lines(lines)
+                        out.line("break;")
+            out.line("default:")
+            with out.indented():
+                out.line("break;")
+        if not printed:
+            out.line("(void)found;")
+            if is_event:
+                out.line("(void)event;")
+        elif is_event and not any(calls.values()):
+            out.line("(void)event;")
+
+
+def askable(own: list[Transition]) -> list[Transition]:
+    """Return the transitions of a state without those that one before them always hides."""
+    kept: list[Transition] = []
+    closed: set[int | None] = set()
+    for transition in own:
+        causes: set[int | None] = set(transition.events) or {None}
+        if causes <= closed:
+            continue
+        kept.append(transition)
+        if transition.guard is None:
+            closed |= causes
+    return kept

@@ -1,0 +1,169 @@
+"""Firing timers: timeouts of states, and events that were sent later."""
+
+from __future__ import annotations
+
+from fsmkit.codegen.c.expressions.cases import default
+from fsmkit.codegen.c.expressions.effects import can_fail, has_effect
+from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reactions.invocation import COMMUNICATION, InvocationPrinter
+from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
+from fsmkit.codegen.c.reactions.selection import SelectionPrinter
+from fsmkit.document.document import Trigger
+from fsmkit.emit import Emitter
+
+
+class TimeoutPrinter:
+    """Prints what happens when a time has come."""
+
+    def __init__(
+        self,
+        names: Names,
+        selection: SelectionPrinter,
+        reactions: ReactionPrinter,
+        invocation: InvocationPrinter,
+    ) -> None:
+        """Print with these."""
+        self.names = names
+        self.chart = names.chart
+        self.selection = selection
+        self.reactions = reactions
+        self.invocation = invocation
+
+    def answers(self, out: Emitter) -> None:
+        """Print what timeouts do: only one transition is taken, whatever else is active."""
+        names, chart = self.names, self.chart
+        timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+        if not timed:
+            return
+        with out.block("switch (timer.what) {"):
+            for t in timed:
+                out.line(f"case {t.index}u: /* {self.selection.comment(t)} */")
+                with out.indented():
+                    if t.trigger is Trigger.EVERY:
+                        names.used.add("arm")
+                        out.line(f"{names.prefix}_arm(m, {t.index}u, {t.delay}u);")
+                    step = self.reactions.step(t, None).lines
+                    if t.guard is None:
+                        out.lines(step)
+                    else:
+                        may_stop = can_fail(t.guard) or has_effect(t.guard)
+                        test = self.reactions.guard(t)
+                        if may_stop:
+                            test += " && m->fault == FSM_NO_FAULT"
+                        with out.block(f"if ({test}) {{"):
+                            out.lines(step)
+                    out.line("break;")
+            with default(out):
+                pass
+
+    def print(self, out: Emitter, timeouts: Emitter) -> None:
+        """Print the function that fires the first timer; ``timeouts``: what `answers` printed."""
+        names, chart = self.names, self.chart
+        p = names.prefix
+        out.line(f"bool {p}_step_timer({p} *m)")
+        with out.block("{"):
+            if not names.has_deadlines:
+                out.line("(void)m;")
+                out.line("return false;")
+            else:
+                if names.does["guarded"]:
+                    out.line("if (m->busy)")
+                    with out.indented():
+                        out.line("return false;")
+                self._first_deadline(out)
+            if names.has_timers or names.delays:
+                out.line("fsm_timer timer = m->timers[0];")
+                out.line("fsm_timers_remove(m->timers, &m->timer_count, 0u);")
+                out.line("m->now = timer.deadline;")
+                if self.names.delays:
+                    self._deliver(out)
+                self._timeouts(out, timeouts)
+                out.line("return true;")
+        out.line()
+        del chart
+
+    def _first_deadline(self, out: Emitter) -> None:
+        """Print that nothing is due, or not here but in a machine in a slot."""
+        names = self.names
+        if not names.slots:
+            out.line(f"if ({names.stopped} || m->timer_count == 0u)")
+            with out.indented():
+                out.line("return false;")
+            return
+        out.line("uint32_t deadline = 0u;")
+        out.line(f"if (!m->running || !{names.prefix}_next_deadline(m, &deadline))")
+        with out.indented():
+            out.line("return false;")
+        within = [f"{names.prefix}_step_timer_within(m, deadline);", "return true;"]
+        if names.has_timers or names.delays:
+            with out.block("if (m->timer_count == 0u || m->timers[0].deadline != deadline) {"):
+                out.lines(within)
+        else:
+            out.lines(within)
+
+    def _timeouts(self, out: Emitter, timeouts: Emitter) -> None:
+        names, p = self.names, self.names.prefix
+        lines = [
+            "[begins]    @_begin(m);",
+            "    FSM_HOOK_BEGIN(m, FSM_TIMEOUT, timer.what);",
+            "[loops]    m->budget--;",
+        ]
+        out.lines(line.removeprefix("    ") for line in fill(names, "\n".join(lines)))
+        text = timeouts.finish().rstrip("\n")
+        if text:
+            out.lines(text.split("\n"))
+        if names.does["settles"]:
+            out.line(f"(void){p}_settle(m);")
+        if names.does["rests"]:
+            out.line(f"{p}_rest(m);")
+        out.line("FSM_HOOK_END(m);")
+
+    def _deliver(self, out: Emitter) -> None:
+        names = self.names
+        names.used.add("emit")
+        within = ", false" if self.invocation.has_external else ""
+        out.lines(
+            fill(
+                self.names,
+                """
+if (timer.what == FSM_TIMER_SEND) {
+    const @_delayed due = @_undelay(m, 0u);
+    if (due.route == %_TO_INTERNAL) {
+        (void)@_macrostep(m, &due.e$NEVER$WITHIN);
+    } else if (due.route == %_TO_PORT) {
+        @_emit(m, &due.e, due.peer);
+$PASSING
+    } else if (!@_enqueue(m, &due.e)) {
+        FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
+    }
+    return true;
+}
+""",
+                PASSING=self._passing(),
+                WITHIN=within,
+                NEVER=", false" if names.defers else "",
+            )
+        )
+
+    def _passing(self) -> str:
+        """Return the branches for events that go to the invoker or to an invoked machine."""
+        names = self.names
+        go_on = "        (void)@_go_on(m);\n" if names.slots else ""
+        text = ""
+        if "to_invoker" in names.used:
+            text += "    } else if (due.route == %_TO_INVOKER) {\n"
+            text += f"        @_to_invoker(m, &due.e);\n{go_on}"
+        for slots, number in names.reached.items():
+            tests = [f"m->{names.slots[slot]}.running" for slot in slots]
+            running = f" && ({' || '.join(tests)})" if len(tests) > 1 else f" && {tests[0]}"
+            if slots:
+                text += f"    }} else if (due.route == %_TO_INVOKED_{number}{running}) {{\n"
+                text += f"        @_to_invoked_{number}(m, &due.e, due.peer);\n{go_on}"
+        if names.reached:
+            error = names.events[self.chart.event_index[COMMUNICATION]]
+            within = ", false" if self.invocation.has_external else ""
+            text += "    } else if (due.route >= %_TO_INVOKED_0) {\n"
+            text += f"        @_event error = @_no_event;\n        error.event = {error};\n"
+            text += f"        (void)@_macrostep(m, &error$NEVER{within});\n"
+        return text.rstrip("\n") or "~"

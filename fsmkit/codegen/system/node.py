@@ -1,0 +1,56 @@
+"""A node of a deployment, as the generator of its C sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from fsmkit.chart.chart import Chart
+from fsmkit.emit import Namer, snake
+from fsmkit.runtime.links import EventMap
+from fsmkit.system.deployment import Deployment
+from fsmkit.system.system import System
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of a deployment: its machines as a system of their own, and how they are named.
+
+    ``numbers``: of its machines in the whole system, by their place here.
+    """
+
+    deployment: Deployment
+    place: int
+    system: System
+    numbers: tuple[int, ...]
+    charts: tuple[Chart, ...]
+
+    @property
+    def map(self) -> EventMap:
+        """What crosses the nodes."""
+        return self.deployment.map
+
+    @property
+    def name(self) -> str:
+        """The name of the node."""
+        return self.deployment.nodes[self.place]
+
+    @property
+    def prefix(self) -> str:
+        """What its functions begin with."""
+        return snake(self.system.name)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The ends of identifiers of the nodes, by their place."""
+        return node_words(self.deployment.nodes)
+
+    def here(self, machine: int) -> int:
+        """Return the place of a machine of the whole system."""
+        return self.numbers.index(machine)
+
+
+def node_words(nodes: Iterable[str]) -> tuple[str, ...]:
+    """Return the ends of identifiers of nodes: different without regard to case, in capitals."""
+    namer = Namer()
+    return tuple(namer.name(name.upper()) for name in nodes)

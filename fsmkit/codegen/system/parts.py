@@ -1,0 +1,91 @@
+"""The machines of a system as C sees them: names, members, and the order in which they run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.expressions.effects import reads_input
+from fsmkit.codegen.c.names import Names, name_everything
+from fsmkit.codegen.c.reserved import KEYWORDS
+from fsmkit.document.document import Trigger
+from fsmkit.emit import Namer, legal, snake
+from fsmkit.plan import lower
+from fsmkit.system.system import System
+
+MEMBERS = {"now", "steps", "lost", "starting", "working"}
+"""Of the struct of a system, beside its machines."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A machine of a system: its names, its member in the struct, and what it needs there."""
+
+    index: int
+    names: Names
+    member: str
+    samples: bool
+    """Whether a change of its inputs alone can make it step."""
+    is_fed: bool
+    """Whether connections lead to its queue."""
+    has_queue: bool
+
+    @property
+    def chart(self) -> Chart:
+        """The chart."""
+        return self.names.chart
+
+    @property
+    def prefix(self) -> str:
+        """What its functions begin with."""
+        return self.names.prefix
+
+
+def named_charts(system: System, *, is_joined: bool = True) -> tuple[Chart, ...]:
+    """Return the chart of each machine, named as its code is to be; ``is_joined`` by connections.
+
+    A chart is written once, whoever runs it; but for each machine of its own, called as the
+    machine, where connections begin at several: what is called then tells which of them calls. So
+    are, but for the first, different charts of the same name.
+    """
+    links = system.event_links if is_joined else ()
+    begins = [system.machines[link.source].chart for link in links]
+    charts = [machine.chart for machine in system.machines]
+    once: list[tuple[Chart, Chart]] = []
+    found: list[Chart] = []
+    for machine in system.machines:
+        chart = machine.chart
+        own = replace(chart, name=legal(machine.name).strip("_"))
+        if charts.count(chart) > 1 and chart in begins:
+            found.append(own)
+            continue
+        known = next((named for other, named in once if other == chart), None)
+        if known is None:
+            is_taken = any(other.name == chart.name for other, _ in once)
+            known = own if is_taken else chart
+            once.append((chart, known))
+        found.append(known)
+    return tuple(found)
+
+
+def parts_of(
+    system: System, charts: tuple[Chart, ...], headers: Mapping[str, str]
+) -> tuple[Part, ...]:
+    """Return the machines, those of the environment first, with the texts of headers by name.
+
+    ``charts`` are those of the machines, named as their code is.
+    """
+    members = Namer(KEYWORDS | MEMBERS)
+    fed = {link.target for link in system.event_links}
+    found = []
+    for index, (machine, chart) in enumerate(zip(system.machines, charts, strict=True)):
+        names = name_everything(lower(chart), None)
+        samples = any(
+            t.trigger is Trigger.EVENTLESS and t.guard is not None and reads_input(t.guard)
+            for t in chart.transitions
+        )
+        has_queue = " queue_count;" in headers[f"{names.prefix}.h"]
+        member = members.name(snake(legal(machine.name).strip("_")))
+        found.append(Part(index, names, member, samples, index in fed, has_queue))
+    return tuple(sorted(found, key=lambda part: not system.machines[part.index].environment))

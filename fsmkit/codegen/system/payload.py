@@ -1,0 +1,75 @@
+"""How values lie in the payload of a frame, in C: where, written, read, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from struct import calcsize
+
+from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.language import BoolType, FloatType, Type
+from fsmkit.runtime.links.codec import INTEGERS, bounds, code_of
+
+RANGES = {code: (lo, hi) for code, lo, hi in INTEGERS}
+
+
+def _size(type_: Type) -> int:
+    return calcsize("<" + code_of(type_))
+
+
+def size_of(types: Iterable[Type]) -> int:
+    """Return the bytes of values of these types."""
+    return sum(map(_size, types))
+
+
+def places(types: Sequence[Type]) -> list[int]:
+    """Return where each value begins."""
+    return [size_of(types[:place]) for place in range(len(types))]
+
+
+def putter(type_: Type, at: int, value: str) -> str:
+    """Return the statement that writes a value."""
+    if isinstance(type_, FloatType):
+        return f"fsm_link_put_{_c_float(type_)}(p + {at}, {value});"
+    return f"fsm_link_put_bytes(p + {at}, (uint64_t){value}, {_size(type_)}u);"
+
+
+def getter(sent: Type, wanted: Type, at: int) -> str:
+    """Return the expression that reads a value, as the receiver stores it."""
+    into = storage(wanted, {}).text
+    if isinstance(sent, FloatType):
+        return f"({into})fsm_link_get_{_c_float(sent)}(p + {at})"
+    if isinstance(wanted, BoolType):
+        return f"p[{at}] != 0u"
+    return f"({into}){_read(sent, at)}"
+
+
+def checks(types: Sequence[Type]) -> list[str]:
+    """Return the conditions under which all values are of their types."""
+    found = []
+    for type_, at in zip(types, places(types), strict=True):
+        span = bounds(type_)
+        if span is None:
+            continue
+        lo, hi = RANGES[code_of(type_)]
+        read = _read(type_, at)
+        if span[0] > lo:
+            found.append(f"{read} >= {_number(span[0], lo)}")
+        if span[1] < hi:
+            found.append(f"{read} <= {_number(span[1], lo)}")
+    return found
+
+
+def _read(type_: Type, at: int) -> str:
+    is_signed = RANGES[code_of(type_)][0] < 0
+    return f"fsm_link_get_{'signed' if is_signed else 'bytes'}(p + {at}, {_size(type_)}u)"
+
+
+def _number(value: int, lo: int) -> str:
+    """Return a bound as C writes it; the least of all has no literal (C99 6.4.4.1)."""
+    if lo == 0:
+        return f"UINT64_C({value})"
+    return f"INT64_C({value})" if value > -(2**63) else "INT64_MIN"
+
+
+def _c_float(type_: FloatType) -> str:
+    return "float" if type_.bits == 32 else "double"

@@ -1,1 +1,0 @@
-"""The machines of a system joined in one program: what their direct connections are in C."""

@@ -1,0 +1,1 @@
+"""Charts as drawings: what all notations show, and a folder for each."""

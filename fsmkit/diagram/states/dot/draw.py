@@ -1,0 +1,348 @@
+"""A chart in the language of Graphviz: states in clusters, one arrow for each transition.
+
+Graphviz draws arrows between nodes only. An arrow from or to a compound state is drawn from or to a
+node in it and clipped at the border of its cluster (``ltail``, ``lhead``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.diagram.states.labels import box_lines, is_inside, label
+from fsmkit.document.document import Kind, Origin, Trigger
+from fsmkit.texts import notating
+from fsmkit.texts.dot import escaped, font, left, quoted, statement, titled
+
+FONT = "Helvetica,Arial,sans-serif"
+NAME, SMALL = 12, 10
+"""Sizes of type, in points."""
+INK, SOFT, GREY = "#1f2933", "#52606d", "#8490a0"
+"""Of what the chart has itself, of its content, and of what it inherits."""
+WATCHDOG = "#b45309"
+ACTIVE, ACTIVE_BORDER, ACTIVE_AREA = "#ffd66b", "#b7791f", "#fff8e1"
+AREAS = ("#f5f7fa", "#ffffff")
+"""Of compound states, by turns with their depth."""
+INVISIBLE = {"shape": "point", "style": "invis", "width": "0.01"}
+SYMBOLS = {Kind.SHALLOW_HISTORY: "H", Kind.DEEP_HISTORY: "H*"}
+
+
+@notating
+def draw(chart: Chart, active: frozenset[int]) -> str:
+    """Return the text of a diagram; ``active`` states are filled."""
+    return "\n".join((*Drawer(chart, active).lines(), ""))
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """One end of an arrow: a node, and the cluster at whose border the arrow is clipped."""
+
+    node: str
+    clip: str = ""
+
+
+@dataclass(frozen=True)
+class Drawer:
+    """Draws one chart."""
+
+    chart: Chart
+    active: frozenset[int]
+
+    def lines(self) -> Iterator[str]:
+        """Return the lines of the graph."""
+        title = font(f"<b>{escaped(self.chart.name)}</b>", INK, 16)
+        yield f"digraph {quoted(self.chart.name)} {{"
+        yield "  " + statement(
+            "graph", compound="true", rankdir="TB", nodesep=0.3, ranksep=0.4, fontname=FONT,
+            label=f"<{title}>", labelloc="t", pad=0.2, bgcolor="white",
+        )  # fmt: skip
+        yield "  " + statement(
+            "node", fontname=FONT, fontsize=NAME, color=INK, shape="box", style="rounded,filled",
+            fillcolor="white", margin="0.12,0.06", height=0.36,
+        )  # fmt: skip
+        yield "  " + statement("edge", fontname=FONT, fontsize=SMALL, color=INK, arrowsize=0.7)
+        yield from self._children(self.chart.root, "  ")
+        for transition in self.chart.transitions:
+            if not self._is_in_its_box(transition):
+                yield from self._arrows(transition)
+        yield "}"
+
+    # --- states ---------------------------------------------------------------------------
+
+    def _children(self, state: State, margin: str) -> Iterator[str]:
+        color = _ink(state.origin)
+        if state.initial is not None:
+            yield margin + statement(
+                _initial(state), shape="circle", fillcolor=color, color=color, label="",
+                width=0.13, height=0.13, fixedsize="true",
+            )  # fmt: skip
+        else:
+            yield margin + statement(_initial(state), **INVISIBLE)
+        if any(self._goes_inside(self.chart.transitions[t]) for t in state.transitions):
+            yield margin + statement(
+                _own(state), shape="circle", color=color, label="", width=0.11, height=0.11,
+                fixedsize="true", tooltip=state.id,
+            )  # fmt: skip
+        for index in state.children:
+            child = self.chart.states[index]
+            if child.kind in (Kind.COMPOUND, Kind.PARALLEL):
+                yield f"{margin}subgraph {quoted(_cluster(child))} {{"
+                yield f"{margin}  {self._area(child)}"
+                yield from self._children(child, margin + "  ")
+                yield f"{margin}}}"
+            else:
+                yield margin + self._node(child)
+            yield from (margin + line for line in self._beside(child))
+        yield from self._order(state, margin)
+
+    def _order(self, state: State, margin: str) -> Iterator[str]:
+        """Keep the initial dot of a state above its children, and below them where arrows leave."""
+        inner = [self.chart.states[child] for child in state.children]
+        tops = [_initial(s) if self._is_cluster(s.index) else _node_name(s) for s in inner]
+        yield f"{margin}{_initial(state)} -> {{{' '.join(tops)}}} [style=invis, weight=0];"
+
+    def _area(self, state: State) -> str:
+        """Return what a cluster looks like: regions are dashed."""
+        is_active = state.index in self.active
+        parent = self.chart.states[state.parent or 0]
+        is_region = parent.kind is Kind.PARALLEL
+        return statement(
+            "graph",
+            label=self._box(state, "left"),
+            labeljust="l",
+            labelloc="t",
+            style="rounded,filled,dashed" if is_region else "rounded,filled",
+            color=ACTIVE_BORDER if is_active else _ink(state.origin),
+            fillcolor=ACTIVE_AREA if is_active else AREAS[state.depth % 2],
+            penwidth=1.8 if is_active else 1,
+            margin=12,
+        )
+
+    def _node(self, state: State) -> str:
+        is_active = state.index in self.active
+        color = ACTIVE_BORDER if is_active else _ink(state.origin)
+        fill = ACTIVE if is_active else "white"
+        name = _node_name(state)
+        match state.kind:
+            case Kind.SHALLOW_HISTORY | Kind.DEEP_HISTORY:
+                return statement(
+                    name, shape="circle", label=SYMBOLS[state.kind], fontsize=SMALL, width=0.3,
+                    fixedsize="true", color=color, fontcolor=color, tooltip=state.id,
+                )  # fmt: skip
+            case Kind.CHOICE:
+                return statement(
+                    name, shape="diamond", style="filled", label="", width=0.3, height=0.3,
+                    color=color, fillcolor=fill, tooltip=state.id, xlabel=self._small(state),
+                )  # fmt: skip
+            case Kind.FINAL if not box_lines(self.chart, state):
+                return statement(
+                    name, shape="doublecircle", style="filled", label="", width=0.13, height=0.13,
+                    fixedsize="true", color=color, fillcolor=fill if is_active else color,
+                    xlabel=self._small(state), tooltip=state.id,
+                )  # fmt: skip
+            case _:
+                return statement(
+                    name, label=self._box(state), color=color, fillcolor=fill,
+                    penwidth=1.8 if is_active else 1,
+                    peripheries=2 if state.kind is Kind.FINAL else 1,
+                )  # fmt: skip
+
+    def _small(self, state: State) -> str:
+        return f"<{font(escaped(state.id), _soft(state.origin), SMALL)}>"
+
+    def _box(self, state: State, align: str = "center") -> str:
+        """Return name and content of a state; an abstract one is in italics."""
+        name = f"<b>{escaped(state.id)}</b>"
+        title = font(f"<i>{name}</i>" if state.abstract else name, _ink(state.origin), NAME)
+        texts = box_lines(self.chart, state)
+        for index in state.transitions:
+            transition = self.chart.transitions[index]
+            if self._is_in_its_box(transition) and not is_inside(transition):
+                again = " ".join(label(self.chart, transition).lines)
+                texts += (f"{again} \N{CLOCKWISE OPEN CIRCLE ARROW}",)
+        return titled(title, font(left(texts), _soft(state.origin), SMALL) if texts else "", align)
+
+    def _beside(self, state: State) -> Iterator[str]:
+        """Draw what stands beside a state for its arrows: bars of forks, texts of long arrows.
+
+        The text of an arrow from a compound state is a node of its own: as a label Graphviz would
+        put it halfway from the node inside, perhaps into the part that is clipped.
+        """
+        for transition in (self.chart.transitions[t] for t in state.transitions):
+            text, color = self._label(transition), self._look(transition)["color"]
+            if len(transition.targets) > 1:
+                yield statement(
+                    _bar(transition), shape="box", style="filled", label="", width=0.5,
+                    height=0.05, fixedsize="true", fillcolor=color, color=color,
+                )  # fmt: skip
+            elif text and self._is_cluster(state.index) and self._leaves(transition):
+                yield statement(_words(transition), shape="plain", fillcolor="none", **text)
+
+    # --- transitions ----------------------------------------------------------------------
+
+    def _is_in_its_box(self, transition: Transition) -> bool:
+        """Whether a transition is text in its state: without a target, or back to it all."""
+        return is_inside(transition) or (
+            transition.trigger is not Trigger.INITIAL
+            and transition.targets == (transition.source,)
+            and self._is_cluster(transition.source)
+        )
+
+    def _goes_inside(self, transition: Transition) -> bool:
+        """Whether a compound state's transition leads to what is in it."""
+        return (
+            transition.trigger is not Trigger.INITIAL
+            and self._is_cluster(transition.source)
+            and any(self.chart.is_descendant(t, transition.source) for t in transition.targets)
+        )
+
+    def _leaves(self, transition: Transition) -> bool:
+        """Whether a compound state's transition is drawn from its border."""
+        return not (self._is_in_its_box(transition) or self._goes_inside(transition))
+
+    def _is_cluster(self, state: int) -> bool:
+        return self.chart.states[state].kind in (Kind.COMPOUND, Kind.PARALLEL)
+
+    def _arrows(self, transition: Transition) -> Iterator[str]:
+        """Draw a transition.
+
+        Arrows to states that were written earlier are turned round for Graphviz (``dir=back``): so
+        no arrow can push a state above those before it, and the drawing follows the document.
+        """
+        source = self.chart.states[transition.source]
+        look, text = self._look(transition), self._label(transition)
+        if len(transition.targets) > 1:
+            yield from self._fork(transition, source)
+            return
+        target = self.chart.states[transition.targets[0]]
+        is_down = transition.trigger is Trigger.INITIAL or source.index <= target.index
+        tail = self._tail(transition, source, is_down)
+        head = self._head(source, target, is_down)
+        if not text or not tail.clip:
+            yield _edge(tail, head, is_down, {**text, **look})
+            return
+        words = End(_words(transition))
+        yield _edge(tail, words, is_down, {**look, "dir": "none"})
+        yield _edge(words, head, is_down, look)
+
+    def _fork(self, transition: Transition, source: State) -> Iterator[str]:
+        """Draw a transition into several regions: one arrow to a bar, and one from it to each."""
+        look, bar = self._look(transition), End(_bar(transition))
+        tail = self._tail(transition, source, is_down=True)
+        yield _edge(tail, bar, True, {**self._label(transition), **look, "dir": "none"})
+        for target in transition.targets:
+            yield _edge(bar, self._head(source, self.chart.states[target], True), True, look)
+
+    def _tail(self, transition: Transition, source: State, is_down: bool) -> End:
+        """Return where the arrow of a transition begins."""
+        if transition.trigger is Trigger.INITIAL and not source.is_history:
+            return End(_initial(source))
+        if not self._is_cluster(source.index):
+            return End(_node_name(source))
+        if self._goes_inside(transition):
+            return End(_own(source))
+        return End(self._lowest(source) if is_down else _initial(source), _cluster(source))
+
+    def _head(self, source: State, target: State, is_down: bool) -> End:
+        """Return where an arrow ends."""
+        if not self._is_cluster(target.index):
+            return End(_node_name(target))
+        if source is target or self.chart.is_descendant(source.index, target.index):
+            return End(_initial(target))
+        return End(_initial(target) if is_down else self._lowest(target), _cluster(target))
+
+    def _lowest(self, state: State) -> str:
+        """Return the node that lies lowest in a cluster, as far as `_ranks` can tell."""
+        inside = range(state.index + 1, state.last_descendant + 1)
+        leaves = [i for i in inside if self.chart.states[i].is_leaf]
+        if not leaves:
+            return _initial(state)
+        return _node_name(self.chart.states[max(leaves, key=lambda i: (self._ranks[i], i))])
+
+    @cached_property
+    def _ranks(self) -> list[int]:
+        """Estimate how far down Graphviz will put each state: the longest way there."""
+        states = self.chart.states
+        ranks = [0] * len(states)
+        incoming: list[list[int]] = [[] for _ in states]
+        for transition in self.chart.transitions:
+            for target in transition.targets:
+                if transition.source < target:
+                    incoming[target].append(transition.source)
+        for state in states[1:]:
+            above = [ranks[state.parent or 0]]
+            for source in incoming[state.index]:
+                last = states[source].last_descendant
+                is_around = state.index <= last
+                above.append(ranks[source] if is_around else max(ranks[source : last + 1]))
+            ranks[state.index] = max(above) + 1
+        return ranks
+
+    def _look(self, transition: Transition) -> dict[str, str]:
+        color = _ink(transition.origin)
+        if not transition.watchdog:
+            return {"color": color}
+        is_inherited = transition.origin is Origin.INHERITED
+        return {"color": color if is_inherited else WATCHDOG, "style": "dashed"}
+
+    def _label(self, transition: Transition) -> dict[str, str]:
+        """Return the label of an arrow, its guard and actions softer than its trigger."""
+        parts = label(self.chart, transition)
+        if not parts.lines:
+            return {}
+        ink, soft = _ink(transition.origin), _soft(transition.origin)
+        if len(parts.lines) == 1:
+            words = [(parts.trigger, ink), (parts.guard, soft), (parts.actions, soft)]
+            spelled = [font(escaped(" ".join(t)), color, SMALL) for t, color in words if t]
+            return {"label": f"< {' '.join(spelled)} >"}
+        rest = (*parts.guard, *parts.actions)
+        above = font(left(parts.trigger), ink, SMALL) if parts.trigger else ""
+        below = font(left(rest), soft, SMALL) if rest else ""
+        return {
+            "label": '<<table border="0" cellborder="0" cellspacing="0" cellpadding="2">'
+            f'<tr><td align="left" balign="left">{above}{below}</td></tr></table>>'
+        }
+
+
+def _edge(tail: End, head: End, is_down: bool, given: dict[str, str]) -> str:
+    """Return an arrow; one that leads up is turned round."""
+    first, second = (tail, head) if is_down else (head, tail)
+    clips = {"ltail": first.clip, "lhead": second.clip}
+    given = {**{key: clip for key, clip in clips.items() if clip}, **given}
+    if not is_down:
+        given = {"dir": "back", **given}
+    return "  " + statement(f"{first.node} -> {second.node}", **given)
+
+
+def _ink(origin: Origin) -> str:
+    return GREY if origin is Origin.INHERITED else INK
+
+
+def _soft(origin: Origin) -> str:
+    return GREY if origin is Origin.INHERITED else SOFT
+
+
+def _node_name(state: State) -> str:
+    return f"s{state.index}"
+
+
+def _cluster(state: State) -> str:
+    return f"cluster_{state.index}"
+
+
+def _initial(state: State) -> str:
+    return f"initial_{state.index}"
+
+
+def _words(transition: Transition) -> str:
+    return f"label_{transition.index}"
+
+
+def _bar(transition: Transition) -> str:
+    return f"fork_{transition.index}"
+
+
+def _own(state: State) -> str:
+    return f"own_{state.index}"

@@ -1,0 +1,102 @@
+"""Visit or change every part of a document, of whatever kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from typing import Any
+
+from fsmkit.diagnostics import Text
+from fsmkit.document.document import Document
+
+EXPRESSIONS = frozenset(
+    [
+        "array",
+        "call",
+        "condition",
+        "content_expr",
+        "delay_expr",
+        "done_content",
+        "event_expr",
+        "guard",
+        "id_expr",
+        "id_location",
+        "index",
+        "init",
+        "invariant",
+        "item",
+        "location",
+        "name_list",
+        "src_expr",
+        "super_guards",
+        "target_expr",
+        "type_expr",
+        "value",
+        "values",
+    ]
+)
+"""The fields of what a document is made of that hold expressions; other texts are names."""
+
+
+def parts(whole: object) -> Iterator[object]:
+    """Return everything in a document, in order; places and invoked charts are left aside."""
+    left: list[Any] = [whole]
+    while left:
+        part = left.pop()
+        yield part
+        if type(part) is tuple:
+            left += part[::-1]
+        elif names := _names_backwards(part.__class__):
+            if isinstance(part, Document) and part is not whole:
+                continue
+            left += [getattr(part, name) for name in names]
+
+
+def mapped(part: Any, change: Callable[[object], object]) -> Any:
+    """Return a part of a document in which each part is what ``change`` makes of it.
+
+    Where that is None, the parts of the part are looked at. A tuple takes the place of one part
+    among others. Of the texts only expressions are seen; invoked charts are left as they are.
+    """
+    made = change(part)
+    if made is not None:
+        return made
+    if isinstance(part, tuple):
+        found: list[Any] = []
+        for each in part:
+            new = mapped(each, change)
+            found += new if isinstance(new, tuple) and not isinstance(each, tuple) else (new,)
+        return tuple(found)
+    if not is_dataclass(part) or isinstance(part, Text | type):
+        return part
+    values = {name: getattr(part, name) for name in _field_names(type(part))}
+    return replace(
+        part,
+        **{
+            name: mapped(value, change)
+            for name, value in values.items()
+            if not isinstance(value, Document) and (name in EXPRESSIONS or not _is_text(value))
+        },
+    )
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, Text) or (
+        isinstance(value, tuple) and bool(value) and isinstance(value[0], Text)
+    )
+
+
+@cache
+def _names_backwards(kind: type[Any]) -> tuple[str, ...]:
+    """Return what a piece of a document holds, the last first; nothing for what has no parts."""
+    if kind is Text or not is_dataclass(kind):
+        return ()
+    return _field_names(kind)[::-1]
+
+
+@cache
+def _field_names(kind: type[Any]) -> tuple[str, ...]:
+    """Return what a piece of a document holds, but for the places."""
+    names = (known.name for known in fields(kind))
+    return tuple(name for name in names if name not in ("span", "source"))

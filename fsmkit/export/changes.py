@@ -1,0 +1,95 @@
+"""Steps of a machine that change components alike, and so can be said at once.
+
+One by one, the steps of a chart that stands open are more than tools read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from fsmkit.export.components import Code
+from fsmkit.export.network import Move
+
+Change = Mapping[int, int]
+"""For components, their values afterwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """Moves that do the same, from different local states, and change components alike."""
+
+    moves: tuple[Move, ...]
+    change: Change
+
+    @property
+    def sources(self) -> frozenset[int]:
+        """The local states that they come from."""
+        return frozenset(move.source for move in self.moves)
+
+
+def joined(
+    moves: Iterable[Move], same: Callable[[Move], Hashable], codes: Sequence[Code]
+) -> tuple[Joint, ...]:
+    """Return moves by what ``same`` tells of them, and by what they change."""
+    groups: dict[Hashable, list[Move]] = {}
+    for move in moves:
+        groups.setdefault(same(move), []).append(move)
+    found: list[Joint] = []
+    for group in groups.values():
+        steps = [(move.source, move.target) for move in group]
+        for change, places in changes(codes, steps):
+            found.append(Joint(tuple(group[place] for place in places), change))
+    return tuple(found)
+
+
+def changes(
+    codes: Sequence[Code], steps: Sequence[tuple[int, int]], but: Collection[int] = ()
+) -> Iterator[tuple[Change, list[int]]]:
+    """Yield what steps between local states change, and the places of those that change just that.
+
+    A step that changes less counts as one that changes more, if it comes to the same. Some
+    components may be left out.
+    """
+    exact: dict[tuple[tuple[int, int], ...], list[int]] = {}
+    for place, (before, after) in enumerate(steps):
+        pairs = enumerate(zip(codes[before], codes[after], strict=True))
+        change = tuple((n, new) for n, (old, new) in pairs if old != new and n not in but)
+        exact.setdefault(change, []).append(place)
+    left = dict.fromkeys(sorted(exact, key=len))
+    while left:
+        change, _ = left.popitem()
+        wanted = dict(change)
+        places = exact[change]
+        for smaller in list(left):
+            if not all(wanted.get(n) == new for n, new in smaller):
+                continue
+            fits = {p for p in exact[smaller] if _has(codes[steps[p][1]], change)}
+            places += fits
+            exact[smaller] = [p for p in exact[smaller] if p not in fits]
+            if not exact[smaller]:
+                del left[smaller]
+        yield wanted, sorted(places)
+
+
+def _has(code: Code, change: Iterable[tuple[int, int]]) -> bool:
+    return all(code[n] == value for n, value in change)
+
+
+def by_themselves(
+    codes: Sequence[Code], steps: Sequence[tuple[int, int]]
+) -> dict[int, dict[int, set[int]]]:
+    """Return the components that steps change as functions of themselves: by how much, from where.
+
+    A value from which a component does not change is left out.
+    """
+    found: dict[int, dict[int, set[int]]] = {}
+    for component in range(len(codes[0])):
+        values = {(codes[before][component], codes[after][component]) for before, after in steps}
+        if len({old for old, _ in values}) < len(values) or all(old == new for old, new in values):
+            continue
+        shifts = found.setdefault(component, {})
+        for old, new in sorted(values):
+            if old != new:
+                shifts.setdefault(new - old, set()).add(old)
+    return found

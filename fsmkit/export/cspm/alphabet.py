@@ -1,0 +1,134 @@
+"""The events of a network by name, and for each machine and queue those that it takes part in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from fsmkit.export.cspm.events import (
+    NOBODY,
+    Demand,
+    Event,
+    OnMachine,
+    OnQueue,
+    events_of,
+    is_posted,
+    on_machine,
+    on_queue,
+)
+from fsmkit.export.cspm.identifiers import Names
+from fsmkit.export.local_states import word
+from fsmkit.export.network import Move, Network
+from fsmkit.texts import telling
+
+
+@dataclass(frozen=True, slots=True)
+class Spelt:
+    """The names of a machine: of its equations, its local states, its messages.
+
+    ``channel``: that of its visible events.
+    """
+
+    channel: str
+    process: str
+    queue: str
+    closed: str
+    unseen: str
+    steps: str
+    locals: tuple[str, ...]
+    messages: tuple[str, ...]
+
+
+@dataclass
+class Alphabet:
+    """All events. ``moves``: of each machine its moves with the events that they can be.
+
+    ``told`` and ``queued``: the events that are the same to a machine, or to a queue.
+    """
+
+    network: Network
+    names: Names = field(default_factory=Names)
+    spelt: tuple[Spelt, ...] = ()
+    events: dict[Event, str] = field(default_factory=dict)
+    labels: dict[str, str] = field(default_factory=dict)
+    moves: list[list[tuple[Move, str]]] = field(default_factory=list)
+    told: list[dict[OnMachine, list[str]]] = field(default_factory=list)
+    queued: list[dict[OnQueue, list[str]]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Name everything: what people see first."""
+        network, names = self.network, self.names
+        channels = [names.new(automaton.name) for automaton in network.automata]
+        for automaton in network.automata:
+            for move in automaton.moves:
+                if move.label not in self.labels:
+                    self.labels[move.label] = names.new(word(move.label))
+        for machine, automaton in enumerate(network.automata):
+            found = []
+            for move in automaton.moves:
+                for event in events_of(network, move, machine):
+                    if event not in self.events:
+                        text = f"{channels[machine]}_{word(event.label)}"
+                        self.events[event] = names.new(text)
+                    found.append((move, self.events[event]))
+            self.moves.append(found)
+        self.spelt = tuple(self._spelt(n, channel) for n, channel in enumerate(channels))
+        for machine in range(len(network.automata)):
+            self._concerns(machine)
+
+    def _spelt(self, machine: int, channel: str) -> Spelt:
+        automaton, new = self.network.automata[machine], self.names.new
+        upper = channel.upper()
+        return Spelt(
+            channel,
+            new(upper),
+            new(f"{upper}_QUEUE"),
+            new(f"{upper}_QUEUE_CLOSED"),
+            new(f"{upper}_UNSEEN"),
+            new(f"{upper}_STEPS"),
+            tuple(new(f"{upper}_{local.name}") for local in automaton.locals),
+            tuple(new(f"{channel}_gets_{arrival.name}") for arrival in automaton.arrivals),
+        )
+
+    def _concerns(self, machine: int) -> None:
+        told: dict[OnMachine, list[str]] = {}
+        queued: dict[OnQueue, list[str]] = {}
+        for event, name in self.events.items():
+            if event.machine != machine:
+                to_machine = on_machine(self.network, event, machine)
+                if to_machine is not None:
+                    told.setdefault(to_machine, []).append(name)
+            if self.network.automata[machine].queue:
+                to_queue = on_queue(self.network, event, machine)
+                if to_queue is not None:
+                    queued.setdefault(to_queue, []).append(name)
+        self.told.append(told)
+        self.queued.append(queued)
+
+    def own(self, machine: int) -> list[str]:
+        """Return the steps of a machine."""
+        return [name for event, name in self.events.items() if event.machine == machine]
+
+    @telling
+    def about(self, event: Event) -> str:
+        """Return what an event is, in words."""
+        return f"{event.label}: {', '.join(self._about(event)) or 'tells nobody'}"
+
+    def _about(self, event: Event) -> Iterator[str]:
+        automata = self.network.automata
+        if event.taken is not None:
+            yield f"takes {automata[event.machine].arrivals[event.taken].text}"
+        if event.own is Demand.EMPTY:
+            yield "nothing waits for it"
+        if event.own is Demand.SOME:
+            yield "while something waits for it"
+        if event.waiting is not None:
+            holder = event.waiting
+            one = "nothing" if holder == NOBODY else f"one event for {automata[holder].name}"
+            yield f"from outside, while {one} waits"
+        for sent in event.sent:
+            target = automata[sent.target]
+            verb = "posts to" if is_posted(self.network, sent) else "tells"
+            yield f"{verb} {target.name}: {target.arrivals[sent.message].text}"
+        if event.stops:
+            yield "stops"

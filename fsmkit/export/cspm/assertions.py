@@ -1,0 +1,142 @@
+"""Properties as events that happen where they are violated, and what is asserted of these."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import assert_never
+
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.export.cspm.identifiers import Names
+from fsmkit.export.formula import (
+    All,
+    Any,
+    Constant,
+    Formula,
+    In,
+    Not,
+    QueueEmpty,
+    condition_of,
+    deadlock,
+    positive,
+    simplified,
+)
+from fsmkit.export.network import Network
+from fsmkit.system.system import JUDGED_AT_STATES, Property, PropertyKind
+
+MOST_CASES = 2048
+"""Combinations in which one property can be violated; with more, it is not carried over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A combination of local states, by machine, and the machines whose queues must be empty."""
+
+    locals: tuple[tuple[int, frozenset[int]], ...]
+    empty: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Asserted:
+    """A property. ``name`` is that of its event; ``cases`` tells where that can happen.
+
+    ``wanted``: it shall happen. ``missing``: why it is not carried over.
+    """
+
+    name: str
+    of: Property
+    cases: tuple[Case, ...] = ()
+    wanted: bool = False
+    missing: str = ""
+
+    @property
+    def is_livelock(self) -> bool:
+        """Whether this is asserted by itself, without events."""
+        return self.of.kind is PropertyKind.LIVELOCK_FREE
+
+    @property
+    def is_carried(self) -> bool:
+        """Whether events of it are in the model."""
+        return not self.missing and not self.is_livelock
+
+
+def asserted(network: Network, names: Names) -> tuple[Asserted, ...]:
+    """Return what the properties of a system assert."""
+    return tuple(
+        _asserted(network, names.new(property_.name), property_)
+        for property_ in network.closed.system.properties
+    )
+
+
+def _asserted(network: Network, name: str, property_: Property) -> Asserted:
+    kind = property_.kind
+    if property_.unexplored:
+        return Asserted(name, property_, missing=property_.unexplored)
+    if kind is PropertyKind.LIVELOCK_FREE:
+        return Asserted(name, property_)
+    if kind is PropertyKind.LEADS_TO:
+        why = "it asks of fair runs what comes some time, which no refusal tells"
+        return Asserted(name, property_, missing=why)
+    if kind is not PropertyKind.DEADLOCK_FREE and kind not in JUDGED_AT_STATES:
+        return Asserted(name, property_, missing=f"`{kind.value}` is not a set of traces")
+    try:
+        condition = (
+            deadlock(network)
+            if kind is PropertyKind.DEADLOCK_FREE
+            else condition_of(network, property_)
+        )
+    except FsmkitError as error:
+        return Asserted(name, property_, missing=error.diagnostics[0].message)
+    bad = simplified(positive(network, condition, negated=kind is PropertyKind.INVARIANT))
+    distinct = _cases(bad)
+    if distinct is None:
+        return Asserted(name, property_, missing=f"it has more than {MOST_CASES:,} cases")
+    if Case((), frozenset()) in distinct:
+        always = frozenset(range(len(network.automata[0].locals)))
+        distinct = (Case(((0, always),), frozenset()),)
+    return Asserted(name, property_, distinct, wanted=kind is PropertyKind.REACHABLE)
+
+
+def _cases(formula: Formula) -> tuple[Case, ...] | None:
+    """Return the cases of a formula, each possible (its DNF); None if there are too many."""
+    match formula:
+        case Constant(value):
+            return (Case((), frozenset()),) if value else ()
+        case In(machine, numbers):
+            return (Case(((machine, numbers),), frozenset()),) if numbers else ()
+        case QueueEmpty(machine):
+            return (Case((), frozenset({machine})),)
+        case Any(parts):
+            return _joined(parts, lambda found, other: (*found, *other), ())
+        case All(parts):
+            return _joined(parts, _both, (Case((), frozenset()),))
+        case Not():
+            raise AssertionError("negations are within tests")
+        case _:
+            assert_never(formula)
+
+
+def _joined(
+    parts: tuple[Formula, ...],
+    join: Callable[[tuple[Case, ...], tuple[Case, ...]], Iterable[Case]],
+    found: tuple[Case, ...],
+) -> tuple[Case, ...] | None:
+    for part in parts:
+        other = _cases(part)
+        if other is None:
+            return None
+        found = tuple(dict.fromkeys(join(found, other)))
+        if len(found) > MOST_CASES:
+            return None
+    return found
+
+
+def _both(one: tuple[Case, ...], other: tuple[Case, ...]) -> Iterator[Case]:
+    """Yield the cases in which one of each holds, if that is possible."""
+    for left, right in product(one, other):
+        locals_ = dict(left.locals)
+        for machine, numbers in right.locals:
+            locals_[machine] = locals_.get(machine, numbers) & numbers
+        if all(locals_.values()):
+            yield Case(tuple(sorted(locals_.items())), left.empty | right.empty)

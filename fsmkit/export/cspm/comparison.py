@@ -1,0 +1,160 @@
+"""A derived chart and its base as processes over what the base can see of steps.
+
+An event is a word (`verify.properties.refinement_view`) with the outputs after it, what was read
+of inputs,
+and, where the derived chart leaves an abstract state, where that is for the base. The base does in
+one event all that it does unseen before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fsmkit.chart.chart import Chart
+from fsmkit.export.exporter import Wanted
+from fsmkit.export.transition_system import too_large, too_many_choices
+from fsmkit.language import Value
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.verify.properties.refinement import Inputs, Pair, Search, kept
+from fsmkit.verify.properties.refinement_view import Word
+from fsmkit.verify.statespace.actions import Chooser, TooManyChoices
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What the base sees of a step, and what decides how it can follow.
+
+    ``place``: where the base goes on if the derived chart leaves an abstract state.
+    """
+
+    word: Word
+    outputs: tuple[Value, ...]
+    inputs: tuple[tuple[str, Value], ...]
+    place: Snapshot | None
+
+
+State = Snapshot | None
+"""None: not started."""
+Steps = dict[State, dict[tuple[Sight, Snapshot], None]]
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Both charts as graphs over the same sights; ``samples``: values that stand for others."""
+
+    derived: Chart
+    base: Chart
+    derived_steps: Steps
+    base_steps: Steps
+    samples: tuple[str, ...]
+
+
+class _Recording(Search):
+    """A search that remembers what was read of inputs in the step that was taken last."""
+
+    def __init__(self, derived: Chart, base: Chart) -> None:
+        super().__init__(derived, base)
+        self.known: dict[str, Value] = {}
+
+    def _reader(self, chooser: Chooser) -> Inputs:
+        read, known = super()._reader(chooser), dict[str, Value]()
+        self.known = known
+
+        def recorded(name: str) -> Value:
+            known[name] = read(name)
+            return known[name]
+
+        return recorded
+
+    def sight(self, word: Word, after: Snapshot) -> Sight:
+        """Return what the base sees of the step that was taken last."""
+        leaves = any(group.leaves for group in word)
+        return Sight(
+            word,
+            self.seen.outputs(after),
+            tuple(sorted((k, v) for k, v in self.known.items() if k in self.missing)),
+            self.seen.seen(after) if leaves else None,
+        )
+
+    def follow(self, base: State, sight: Sight) -> Iterator[Snapshot]:
+        """Yield where the base can be after a sight; of inputs not in it any value is read."""
+        chooser, more = Chooser(), True
+        given = dict(sight.inputs)
+        while more:
+            chooser.begin()
+            read = super()._reader(chooser)
+
+            def known(name: str, read: Inputs = read) -> Value:
+                return given[name] if name in given else read(name)
+
+            for found in self._reached(base, sight, known):
+                if self.plain.outputs(found) == sight.outputs or not found.running:
+                    yield found
+            more = chooser.advance()
+
+    def _reached(self, base: State, sight: Sight, read: Inputs) -> Iterator[Snapshot]:
+        if base is None:
+            yield from self._started(sight.word, read)
+            return
+        for reached in self._match(base, sight.word, read, 0):
+            after = sight.place if reached is None else reached
+            assert after is not None  # noqa: S101  (it leaves an abstract state)
+            yield kept(self.base_steps, self.base, after)
+
+
+def comparison(derived: Chart, base: Chart, wanted: Wanted) -> Comparison:
+    """Take all steps of a derived chart, and of its base all that can be seen of those.
+
+    Raises `FsmkitError` (``export-too-large``) beyond the limits.
+    """
+    search = _Recording(derived, base)
+    try:
+        taken = _derived_steps(search, wanted)
+        first = [sight for sight, _ in taken[None]]
+        others = (s for state, to in taken.items() if state is not None for s, _ in to)
+        later = list(dict.fromkeys(others))
+        followed: Steps = {}
+        ahead: list[State] = [None]
+        while ahead:
+            state = ahead.pop()
+            if state in followed:
+                continue
+            followed[state] = {}
+            for sight in first if state is None else later:
+                for reached in search.follow(state, sight):
+                    followed[state][sight, reached] = None
+                    ahead.append(reached)
+            _demand(search, wanted, len(taken) + len(followed))
+    except TooManyChoices as error:
+        raise too_many_choices(search.closed) from error
+    return Comparison(derived, base, taken, followed, search.samples)
+
+
+def _derived_steps(search: _Recording, wanted: Wanted) -> Steps:
+    """Return the steps of the derived chart, with all inputs that the base asks for on the way.
+
+    What lies behind a step that the base cannot follow is left out.
+    """
+    taken: Steps = {}
+    known: set[Pair] = set()
+    ahead: list[Pair | None] = [None]
+    while ahead:
+        pair = ahead.pop()
+        of = taken.setdefault(None if pair is None else pair.derived, {})
+        for move, reached in search.moves(pair):
+            of[search.sight(move.word, reached.derived), reached.derived] = None
+            taken.setdefault(reached.derived, {})
+            if reached.bases and reached not in known:
+                known.add(reached)
+                ahead.append(reached)
+        wanted.deadline.look()
+        _demand(search, wanted, len(known))
+        if wanted.progress is not None and len(known) % 64 == 0:
+            wanted.progress(len(known), search.taken)
+    return taken
+
+
+def _demand(search: Search, wanted: Wanted, states: int) -> None:
+    if states > wanted.most:
+        raise too_large(search.closed, states, wanted.most)

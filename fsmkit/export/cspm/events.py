@@ -1,0 +1,199 @@
+"""The steps of a network as events: what each demands of all parts, and what it does to them.
+
+An event is a step of the system: the machine that moves, every queue that is read, filled or asked
+whether it is empty, and every machine that is told a value take part in it at once. Moves that are
+alike in all that others notice are one event; where they lead is the business of the machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+from fsmkit.export.network import Automaton, Move, Network, Sent
+from fsmkit.verify.statespace.actions import Action, Who
+from fsmkit.verify.statespace.closed_system import PATIENCE
+
+assert PATIENCE == 1  # noqa: S101  (`Event.waiting` names the only queue in which one event waits)
+
+NOBODY = -1
+"""`Event.waiting`: no queue holds anything."""
+
+
+class Turn(Enum):
+    """Who must have nothing to do, so that a machine may move (see `closed_system`)."""
+
+    SEES = "a monitor sees what happened"
+    ANSWERS = "the environment answers: no monitor waits"
+    CALM = "neither a monitor nor the environment waits"
+
+
+class Demand(Enum):
+    """How many events a queue must hold."""
+
+    ANY = "any number"
+    EMPTY = "none"
+    ONE = "one"
+    SOME = "one or more"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A step, as the parts of the network notice it.
+
+    ``taken`` and ``own``: what is at the head of the machine's own queue, or how much it holds.
+    ``waiting``: of what comes from outside, the machine in whose queue the only event waits.
+    ``is_internal``: the machine does it by itself (who.INTERNAL). ``stops``: it is its last.
+    """
+
+    machine: int
+    label: str
+    turn: Turn
+    taken: int | None
+    own: Demand
+    waiting: int | None
+    sent: tuple[Sent, ...]
+    stops: bool
+    is_internal: bool
+
+
+@dataclass(frozen=True, slots=True)
+class OnQueue:
+    """What an event is to the queue of a machine."""
+
+    demand: Demand
+    taken: int | None
+    posted: tuple[int, ...]
+    closes: bool
+
+
+@dataclass(frozen=True, slots=True)
+class OnMachine:
+    """What an event of others is to a machine: what it is told, what its own queue must hold."""
+
+    demand: Demand
+    told: tuple[int, ...]
+
+
+def events_of(network: Network, move: Move, machine: int) -> Iterator[Event]:
+    """Yield the events that a move can be: one, or more where a condition has several cases."""
+    automaton = network.automata[machine]
+    source, target = automaton.locals[move.source], automaton.locals[move.target]
+    own = Demand.EMPTY if move.needs_empty else Demand.ANY
+    for turn, held in _turns(automaton, move):
+        for waiting in _waiting(network, move, machine):
+            yield Event(
+                machine,
+                move.label,
+                turn,
+                move.taken,
+                held or own,
+                waiting,
+                move.sent,
+                source.running and not target.running,
+                move.who is Who.INTERNAL,
+            )
+
+
+def _turns(automaton: Automaton, move: Move) -> Iterator[tuple[Turn, Demand | None]]:
+    """Yield when it is the turn of a move, and what that asks of the queue beside the machine."""
+    takes = move.action is Action.TAKE
+    waits = takes or automaton.locals[move.source].waiting > 0
+    if automaton.is_monitor:
+        yield Turn.SEES if waits else Turn.CALM, None
+    elif automaton.is_environment and waits:
+        yield Turn.ANSWERS, None
+    else:
+        if automaton.is_environment and automaton.queue and move.action is Action.EVENTLESS:
+            yield Turn.ANSWERS, Demand.SOME
+        yield Turn.CALM, None
+
+
+def _waiting(network: Network, move: Move, machine: int) -> Iterator[int | None]:
+    """Yield in which queue an event may wait while something comes from outside."""
+    if not move.from_outside:
+        yield None
+        return
+    mine = network.automata[machine].locals[move.source].waiting
+    if mine <= PATIENCE:
+        for holder in (NOBODY, *holders(network)):
+            if (holder == machine) == (mine > 0) or network.automata[machine].queue:
+                yield holder
+
+
+def holders(network: Network) -> list[int]:
+    """Return the machines in whose queue something can wait while others move."""
+    return [
+        n
+        for n, automaton in enumerate(network.automata)
+        if not automaton.is_environment
+        and not automaton.is_monitor
+        and (automaton.queue or any(local.waiting for local in automaton.locals))
+    ]
+
+
+def on_queue(network: Network, event: Event, machine: int) -> OnQueue | None:
+    """Return what an event is to the queue beside a machine; None if nothing."""
+    mine = event.machine == machine
+    found = OnQueue(
+        _demand(network, event, machine),
+        event.taken if mine else None,
+        tuple(s.message for s in event.sent if s.target == machine and is_posted(network, s)),
+        mine and event.stops,
+    )
+    return None if found == OnQueue(Demand.ANY, None, (), False) else found
+
+
+def on_machine(network: Network, event: Event, machine: int) -> OnMachine | None:
+    """Return what an event is to a machine that does not move; None if nothing."""
+    automaton = network.automata[machine]
+    inside = not automaton.queue and any(local.waiting for local in automaton.locals)
+    demand = _demand(network, event, machine) if inside else Demand.ANY
+    told = told_values(network, event.sent, machine)
+    return None if demand is Demand.ANY and not told else OnMachine(demand, told)
+
+
+def _demand(network: Network, event: Event, machine: int) -> Demand:
+    automaton = network.automata[machine]
+    if event.machine == machine and event.own is not Demand.ANY:
+        return event.own
+    if event.waiting is not None:
+        return Demand.ONE if event.waiting == machine else Demand.EMPTY
+    if automaton.is_monitor:
+        return Demand.ANY if event.turn is Turn.SEES else Demand.EMPTY
+    if automaton.is_environment and event.turn is Turn.CALM:
+        return Demand.EMPTY
+    return Demand.ANY
+
+
+def is_posted(network: Network, sent: Sent) -> bool:
+    """Whether a message goes to the queue that stands beside its target."""
+    automaton = network.automata[sent.target]
+    return automaton.queue > 0 and automaton.arrivals[sent.message].is_event
+
+
+def told_values(network: Network, sent: tuple[Sent, ...], machine: int) -> tuple[int, ...]:
+    """Return the messages that change the local state of a machine at once."""
+    automaton = network.automata[machine]
+    return tuple(
+        s.message
+        for s in sent
+        if s.target == machine and not is_posted(network, s) and not _is_idle(automaton, s.message)
+    )
+
+
+def _is_idle(automaton: Automaton, message: int) -> bool:
+    return all(
+        before == after for (before, m), (after, _) in automaton.receives.items() if m == message
+    )
+
+
+def after_told(automaton: Automaton, local: int, told: tuple[int, ...]) -> int | None:
+    """Return the local state after some values; None if the explorer has not seen that."""
+    for message in told:
+        known = automaton.receives.get((local, message))
+        if known is None:
+            return None
+        local = known[0]
+    return local

@@ -1,0 +1,83 @@
+"""Names in CSPm: legal, all different, and none that the language has already.
+
+Names that are built in can be defined anew, and what used them then means something else in
+silence, so they count as taken like reserved words.
+"""
+
+from __future__ import annotations
+
+from fsmkit.emit import Emitter
+from fsmkit.export.local_states import word
+from fsmkit.texts.lines import one_line
+
+RESERVED = """
+    and assert channel datatype else endmodule exports external false if include instance let module
+    not nametype or print subtype then Timed transparent true within
+"""
+BUILT_IN = """
+    Bool Char Events Int Map Proc Seq Set Union Inter CHAOS DIV RUN SKIP STOP TSKIP TSTOP WAIT
+    card chase chase_nocache concat deter diamond diff dbisim elem emptyMap empty error extensions
+    failure_watchdog False fdr head inter length lazyenumerate lazynorm loop mapDelete mapFromList
+    mapLookup mapMember mapToList mapUpdate mapUpdateMultiple member model_compress mtransclose
+    normal normalise null prioritise prioritise_nocache prioritisepo priority productions relational
+    relational_image relational_inverse_image sbisim seq set show synchronise tail tau_loop_factor
+    timed_priority tock trace_watchdog transpose tick True union wbisim
+"""
+
+
+class Names:
+    """Gives each name out once."""
+
+    def __init__(self) -> None:
+        """Begin with what the language and the frame of the file take."""
+        self._used = {*RESERVED.split(), *BUILT_IN.split()}
+
+    def new(self, text: str) -> str:
+        """Return an identifier for a text: of ``p[1]`` ``p_1``, of another like it ``p_1_2``."""
+        base = word(text)
+        name, number = base, 1
+        while name in self._used:
+            number += 1
+            name = f"{base}_{number}"
+        self._used.add(name)
+        return name
+
+
+def comment(text: str) -> str:
+    """Return a text for a comment, which ends with its line."""
+    return " ".join(one_line(text).split())
+
+
+def listed(names: list[str], indent: str, opening: str = "{", closing: str = "}") -> str:
+    """Return a set or a list, broken into lines of a moderate length."""
+    lines, line = [], ""
+    for name in names:
+        piece = name if not line else f", {name}"
+        if line and len(line) + len(piece) > 88 - len(indent):
+            lines.append(f"{line},")
+            piece, line = name, ""
+        line += piece
+    lines.append(line)
+    return f"{opening}{f'{chr(10)}{indent} '.join(lines)}{closing}"
+
+
+def offer(variable: str, events: list[str], to: str) -> str:
+    """Return a process that offers events which all lead to the same."""
+    if len(events) == 1:
+        return f"({events[0]} -> {to})"
+    return f"([] {variable} : {listed(events, '      ')} @ ({variable} -> {to}))"
+
+
+def equation(out: Emitter, name: str, terms: list[str]) -> None:
+    """Write an equation of a process that offers all terms."""
+    out.line(f"{name} =")
+    if not terms:
+        out.line("  STOP")
+    for number, term in enumerate(terms):
+        out.line(f"  {'[] ' if number else '   '}{term}")
+
+
+def remark(out: Emitter, text: str) -> None:
+    """Write a comment, line by line."""
+    for line in text.splitlines():
+        out.line(f"-- {one_line(line)}".rstrip())

@@ -1,0 +1,35 @@
+"""The exporter ``cspm``."""
+
+from __future__ import annotations
+
+from fsmkit.chart.chart import Chart
+from fsmkit.export.exporter import Exported, Wanted
+from fsmkit.system.system import System
+
+
+class Cspm:
+    """Writes a network of automata for FDR and other tools of CSP."""
+
+    name = "cspm"
+    summary = "FDR: a process for each machine and each queue"
+
+    def export(self, system: System, wanted: Wanted) -> Exported:
+        """Explore by the interpreter, then write the local steps."""
+        from fsmkit.export.collect import network_of
+        from fsmkit.export.cspm.model import written
+
+        network = network_of(system, wanted)
+        figures = {"states": network.states, "transitions": network.transitions}
+        return Exported(written(network), figures)
+
+    def export_refinement(self, derived: Chart, base: Chart, wanted: Wanted) -> Exported:
+        """Take the steps of both charts by the interpreter, then write them."""
+        from fsmkit.export.cspm.comparison import comparison
+        from fsmkit.export.cspm.refinement_model import written
+
+        found = comparison(derived, base, wanted)
+        figures = {"states": len(found.derived_steps), "states of the base": len(found.base_steps)}
+        return Exported(written(found), figures)
+
+
+PLUGIN = Cspm()

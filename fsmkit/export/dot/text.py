@@ -1,0 +1,24 @@
+"""A transition system as a text for Graphviz: small ones can be looked at.
+
+A state is a box with the active leaves of its machines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fsmkit.export.transition_system import TransitionSystem
+from fsmkit.texts.dot import quoted, statement
+
+
+def written(system: TransitionSystem) -> Iterator[str]:
+    """Yield the lines, each with its end."""
+    yield f"digraph {quoted(system.name)} {{\n"
+    yield 'node [shape=box, style=rounded, fontname="Helvetica", fontsize=10];\n'
+    yield 'edge [fontname="Helvetica", fontsize=9];\n'
+    yield statement("0", label="", shape="point") + "\n"
+    for number, shown in enumerate(system.configurations[1:], 1):
+        yield statement(str(number), label=shown.replace(" ", "\n")) + "\n"
+    for arrow in system.arrows:
+        yield statement(f"{arrow.source} -> {arrow.target}", label=arrow.label) + "\n"
+    yield "}\n"

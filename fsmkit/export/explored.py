@@ -1,0 +1,171 @@
+"""What the machines of a closed system do, each by itself, in all global states together.
+
+The core explores, and says which local states there were and which messages came to them; the
+interpreter then performs each local step once. Without a compiler the interpreter does it all.
+"""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import Any
+
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.export.exporter import Wanted
+from fsmkit.export.transition_system import too_large, too_many_choices
+from fsmkit.verify.engines.c.engine import CEngine, compiler
+from fsmkit.verify.resources.deadline import TimeUp
+from fsmkit.verify.statespace.actions import Message, Outcome, Step, TooManyChoices
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.exploration import End
+from fsmkit.verify.statespace.global_steps import Edge, GlobalSteps, State
+from fsmkit.verify.statespace.reduced_successors import SparingSteps
+
+MEMORY = 4 << 30
+"""Bytes that the core may use."""
+
+
+class Explored(GlobalSteps):
+    """All global states, and the local states that are in one."""
+
+    def __init__(self, closed: Closed) -> None:
+        """Begin with nothing explored."""
+        super().__init__(closed, SparingSteps(closed))
+        self.starts: list[State] = []
+        self.how_started: tuple[tuple[Step, ...], ...] = ()
+        self.states = 0
+        self.transitions = 0
+        self.reached: tuple[set[int], ...] = tuple(set() for _ in closed.charts)
+
+    def begin(self) -> list[Edge]:
+        """Start the machines in all ways in which they can."""
+        edges = list(self.initial())
+        ways: dict[State, tuple[Step, ...]] = {}
+        for edge in edges:
+            ways.setdefault(edge.to, edge.steps)
+        self.starts, self.how_started = list(ways), tuple(ways.values())
+        return edges
+
+    def run(self, wanted: Wanted) -> None:
+        """Reach all global states by the interpreter."""
+        self.begin()
+        seen = set(self.starts)
+        ahead = list(self.starts)
+        expanded = 0
+        while ahead:
+            wanted.deadline.look()
+            if len(seen) > wanted.most:
+                raise too_large(self.closed, len(seen), wanted.most)
+            if expanded % 256 == 0 and wanted.progress is not None:
+                wanted.progress(len(seen), self.transitions)
+            expanded += 1
+            for edge in self.successors(ahead.pop()):
+                self.transitions += 1
+                if edge.to not in seen:
+                    seen.add(edge.to)
+                    ahead.append(edge.to)
+        self.states = len(seen)
+        for state in seen:
+            for locals_, number in zip(self.reached, state, strict=True):
+                locals_.add(number)
+
+    def follow(self, graph: dict[str, Any]) -> None:
+        """Perform the local steps that the core tells of."""
+        _Follower(self, graph).run()
+
+
+def local_steps_of(closed: Closed, wanted: Wanted) -> Explored:
+    """Return the local steps of all that can be reached.
+
+    Raises `FsmkitError` (``export-too-large``) beyond the limits.
+    """
+    explored = Explored(closed)
+    try:
+        if compiler() is None:
+            explored.run(wanted)
+        else:
+            _explore_by_core(closed, wanted, explored)
+    except TooManyChoices as error:
+        raise too_many_choices(closed) from error
+    return explored
+
+
+def _explore_by_core(closed: Closed, wanted: Wanted, explored: Explored) -> None:
+    def progress(states: int, transitions: int, depth: int) -> None:
+        del depth
+        if wanted.progress is not None:
+            wanted.progress(states, transitions)
+
+    with closing(CEngine(closed, Findings(), wanted.deadline)) as engine:
+        command = [str(engine.program), "--graph", "--memory", str(MEMORY), *engine.limits(0)]
+        told = engine.result(command, progress)
+    if told["outcome"] == End.TIME.value:
+        raise TimeUp
+    if told["outcome"] != End.COMPLETE.value:
+        raise too_large(closed, told["states"], told["states"])
+    explored.states = told["states"]
+    explored.transitions = told["transitions"]
+    explored.follow(told["graph"])
+
+
+class _Follower:
+    """Finds the local states of the interpreter that are those of the core."""
+
+    def __init__(self, explored: Explored, graph: dict[str, Any]) -> None:
+        self._explored = explored
+        self._steps = graph["locals"]
+        self._starts = graph["starts"]
+        self._coming: dict[tuple[int, int], list[tuple[int, int]]] = {}
+        self._numbers: dict[tuple[int, int], int] = {}
+        self._messages: dict[int, Message] = {}
+        self._ahead: list[tuple[int, int]] = []
+        for target, local, message, after in graph["deliveries"]:
+            self._coming.setdefault((target, local), []).append((message, after))
+
+    def run(self) -> None:
+        """Follow all steps, then all messages, until nothing is new."""
+        edges = self._explored.begin()
+        for edge, locals_ in zip(edges, self._starts, strict=True):
+            for machine, (ours, theirs) in enumerate(zip(edge.to, locals_, strict=True)):
+                self._same(machine, theirs, ours)
+        done: set[tuple[int, int, int]] = set()
+        while self._ahead:
+            while self._ahead:
+                self._follow(*self._ahead.pop())
+            for (machine, theirs), ours in list(self._numbers.items()):
+                for message, after in self._coming.get((machine, theirs), ()):
+                    key = machine, theirs, message
+                    if message in self._messages and key not in done:
+                        done.add(key)
+                        number = self._explored.after(machine, ours, self._messages[message])
+                        self._same(machine, after, number)
+
+    def _same(self, machine: int, theirs: int, ours: int) -> None:
+        """Remember which local state is which; the core and the interpreter must agree."""
+        known = self._numbers.get((machine, theirs))
+        if known is None:
+            self._numbers[machine, theirs] = ours
+            self._explored.reached[machine].add(ours)
+            self._ahead.append((machine, theirs))
+        elif known != ours:
+            raise fail(
+                "explorer-build",
+                "the explorer and the interpreter disagree on a local state",
+                help="please report it",
+            )
+
+    def _follow(self, machine: int, theirs: int) -> None:
+        ours = self._numbers[machine, theirs]
+        own, open_, elapsed = self._steps[machine][theirs]
+        if own is not None:
+            self._match(machine, own, self._explored.own_steps(machine, ours))
+        if open_ is not None:
+            self._match(machine, open_, self._explored.open_steps(machine, ours))
+        if elapsed is not None:
+            self._same(machine, elapsed, self._explored.elapsed(machine, ours))
+
+    def _match(self, machine: int, theirs: list[Any], ours: list[Outcome]) -> None:
+        found = {(o.step.action.value, o.step.argument, o.step.choices): o for o in ours}
+        for action, argument, choices, after, messages in theirs:
+            outcome = found[action, argument, tuple(choices)]
+            self._messages.update(zip(messages, outcome.messages, strict=True))
+            self._same(machine, after, self._explored.intern(machine, outcome.after))

@@ -1,0 +1,71 @@
+"""What writes a closed system in the notation of another tool, a plug-in (`fsmkit.plugins`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import fail
+from fsmkit.system.system import System
+from fsmkit.verify.resources.deadline import Deadline, TimeUp
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """How to export: time and watchdogs as `verify.explore` takes them, and where to give up.
+
+    ``most``: states that are explored. Where the ``deadline`` passes, `TimeUp` is raised.
+    ``progress`` is told states and transitions so far.
+    """
+
+    untimed: bool = False
+    silent: bool = False
+    most: int = 1_000_000
+    deadline: Deadline = field(default_factory=Deadline)
+    progress: Callable[[int, int], None] | None = None
+
+
+@contextmanager
+def given_up_at(deadline: Deadline) -> Iterator[None]:
+    """Report a deadline that passes within as an error (``export-too-large``)."""
+    try:
+        yield
+    except TimeUp:
+        raise fail(
+            "export-too-large",
+            f"nothing is exported: {deadline.why()}",
+            help="give more with `--timeout`, or export a smaller system",
+        ) from None
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """A text, and figures to be told of it, by name: ``states``, ``transitions``."""
+
+    text: str
+    figures: Mapping[str, int]
+
+
+@runtime_checkable
+class Exporter(Protocol):
+    """Writes systems in one notation."""
+
+    name: str
+    summary: str
+    """For whom it is: a few words for ``--help``."""
+
+    def export(self, system: System, wanted: Wanted) -> Exported:
+        """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
+        ...
+
+
+@runtime_checkable
+class RefinementExporter(Exporter, Protocol):
+    """Writes, too, whether a chart refines another (`verify.properties.refinement`)."""
+
+    def export_refinement(self, derived: Chart, base: Chart, wanted: Wanted) -> Exported:
+        """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
+        ...

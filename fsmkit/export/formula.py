@@ -1,0 +1,288 @@
+"""Conditions on global states of a network: what a property says, as tests of local states."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import product
+from typing import assert_never
+
+from fsmkit.chart.walk import nodes
+from fsmkit.diagnostics import fail
+from fsmkit.export.network import Network
+from fsmkit.language import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Variable
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.system.system import Atom, Property, PropertyKind
+from fsmkit.texts import plain
+from fsmkit.verify.engines.python.evaluate import judge
+
+MOST_CASES = 1 << 14
+"""Combinations of what machines show that are tried for one comparison."""
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """Always, or never."""
+
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class In:
+    """A machine is in one of these local states, by number."""
+
+    machine: int
+    locals: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class QueueEmpty:
+    """Nothing waits in the queue that stands beside a machine."""
+
+    machine: int
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """The part does not hold."""
+
+    part: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class All:
+    """All parts hold."""
+
+    parts: tuple[Formula, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Any:
+    """Some part holds."""
+
+    parts: tuple[Formula, ...]
+
+
+Formula = Constant | In | QueueEmpty | Not | All | Any
+
+
+def condition_of(network: Network, property_: Property) -> Formula:
+    """Return when the condition of a property holds.
+
+    Raises `FsmkitError` (``not-exported``) where it asks what occurs in a step, or compares too
+    much.
+    """
+    if property_.condition is None or property_.is_of_steps:
+        raise fail(
+            "not-exported",
+            f"`{plain(property_.text)}` asks what occurs in a step",
+            property_.span,
+            help="watch the event by a monitor, and export that",
+        )
+    return simplified(_Reader(network, property_).formula(property_.condition))
+
+
+def goal_of(network: Network, property_: Property) -> Formula:
+    """Return when the goal of a `leads_to` holds."""
+    goal = property_.goal
+    assert goal is not None  # noqa: S101  (of this kind)
+    return condition_of(network, replace(property_, condition=goal.expression, atoms=goal.atoms))
+
+
+class _Reader:
+    """Takes a condition apart as far as each part can be evaluated by itself."""
+
+    def __init__(self, network: Network, property_: Property) -> None:
+        self._network = network
+        self._property = property_
+        self._atoms = dict(property_.atoms)
+
+    def formula(self, expr: Expr) -> Formula:
+        """Return when an expression is true."""
+        match expr:
+            case Binary(BinaryOp.AND, left, right):
+                return All((self.formula(left), self.formula(right)))
+            case Binary(BinaryOp.OR, left, right):
+                return Any((self.formula(left), self.formula(right)))
+            case Unary(UnaryOp.NOT, operand):
+                return Not(self.formula(operand))
+            case _:
+                return self._cases(expr)
+
+    def _cases(self, expr: Expr) -> Formula:
+        """Return for which combinations of what the machines show it is true."""
+        machines = sorted(self._machines(expr))
+        groups = [self._shown(machine, expr) for machine in machines]
+        count = reduce(lambda n, group: n * len(group), groups, 1)
+        if count > MOST_CASES:
+            raise fail(
+                "not-exported",
+                f"`{plain(self._property.text)}` compares {count:,} combinations of values",
+                self._property.span,
+                help="declare narrower ranges, or let a chart compare",
+            )
+        some = [automaton.locals[0].snapshot for automaton in self._network.automata]
+        asked = replace(self._property, condition=expr, kind=PropertyKind.NEVER)
+        found: list[Formula] = []
+        for combination in product(*(group.values() for group in groups)):
+            snapshots = list(some)
+            for machine, locals_ in zip(machines, combination, strict=True):
+                first = min(locals_)
+                snapshots[machine] = self._network.automata[machine].locals[first].snapshot
+            if judge(self._network.closed, asked, tuple(snapshots)):
+                parts = zip(machines, combination, strict=True)
+                found.append(All(tuple(In(m, frozenset(locals_)) for m, locals_ in parts)))
+        return Any(tuple(found))
+
+    def _machines(self, expr: Expr) -> set[int]:
+        if self._property.owner is not None:
+            return {self._property.owner}
+        names = (n.name for n in nodes(expr) if isinstance(n, Variable))
+        return {self._atoms[name].machine for name in names}
+
+    def _shown(self, machine: int, expr: Expr) -> dict[object, list[int]]:
+        """Group the local states of a machine by what the expression can see of them."""
+        groups: dict[object, list[int]] = {}
+        for number, local in enumerate(self._network.automata[machine].locals):
+            values = tuple(self._values(machine, number, expr))
+            groups.setdefault((values, local.running), []).append(number)
+        return groups
+
+    def _values(self, machine: int, number: int, expr: Expr) -> Iterator[object]:
+        snapshot = self._network.automata[machine].locals[number].snapshot
+        chart = self._network.closed.charts[machine]
+        for node in nodes(expr):
+            if isinstance(node, InState):
+                yield node.state in snapshot.configuration
+            elif isinstance(node, Variable):
+                atom = self._atoms.get(node.name, Atom(machine, variable=node.name))
+                if atom.machine != machine:
+                    continue
+                if atom.state is not None:
+                    yield atom.state in snapshot.configuration
+                else:
+                    slot = index_of(chart).slots[atom.variable]
+                    yield snapshot.data[slot] if slot >= 0 else snapshot.inputs[-1 - slot]
+
+
+def deadlock(network: Network) -> Formula:
+    """Return when nothing can happen any more though some machine is not at rest.
+
+    VERIFICATION: no event waits, no timer is armed, nothing that is owed is possible.
+    """
+    quiet: list[Formula] = []
+    restless: list[Formula] = []
+    for machine, automaton in enumerate(network.automata):
+        if automaton.queue:
+            quiet.append(QueueEmpty(machine))
+        still = frozenset(
+            number
+            for number, local in enumerate(automaton.locals)
+            if not (
+                local.waiting
+                or (local.awaited and not automaton.is_monitor)
+                or local.faulted
+                or local.busy
+                or local.owed
+            )
+        )
+        quiet.append(In(machine, still))
+        moving = (n for n, local in enumerate(automaton.locals) if not local.at_rest)
+        restless.append(In(machine, frozenset(moving)))
+    parts = [_known(network, part) for part in (*quiet, Any(tuple(restless)))]
+    return simplified(All(tuple(parts)))
+
+
+def _known(network: Network, formula: Formula) -> Formula:
+    """Return a formula in which tests that are always or never met are constants."""
+    match formula:
+        case In(machine, locals_):
+            if not locals_:
+                return Constant(value=False)
+            if len(locals_) == len(network.automata[machine].locals):
+                return Constant(value=True)
+            return formula
+        case Not(part):
+            return Not(_known(network, part))
+        case All(parts):
+            return All(tuple(_known(network, part) for part in parts))
+        case Any(parts):
+            return Any(tuple(_known(network, part) for part in parts))
+        case Constant() | QueueEmpty():
+            return formula
+        case _:
+            assert_never(formula)
+
+
+def simplified(formula: Formula) -> Formula:
+    """Return an equal formula without constants inside, tests of one machine joined."""
+    match formula:
+        case Not(part):
+            inner = simplified(part)
+            return Constant(not inner.value) if isinstance(inner, Constant) else Not(inner)
+        case All(parts) | Any(parts):
+            return _joined([simplified(part) for part in parts], is_all=isinstance(formula, All))
+        case In(_, locals_) if not locals_:
+            return Constant(value=False)
+        case _:
+            return formula
+
+
+def _joined(parts: Collection[Formula], *, is_all: bool) -> Formula:
+    tests: dict[int, frozenset[int]] = {}
+    others: list[Formula] = []
+    for part in parts:
+        match part:
+            case Constant(value) if value is is_all:
+                continue
+            case Constant():
+                return part
+            case All(inner) if is_all:
+                pending: tuple[Formula, ...] = inner
+            case Any(inner) if not is_all:
+                pending = inner
+            case _:
+                pending = (part,)
+        for one in pending:
+            if not isinstance(one, In):
+                others.append(one)
+            elif one.machine not in tests:
+                tests[one.machine] = one.locals
+            elif is_all:
+                tests[one.machine] &= one.locals
+            else:
+                tests[one.machine] |= one.locals
+    if is_all and not all(tests.values()):
+        return Constant(value=False)
+    found = [*(In(machine, locals_) for machine, locals_ in tests.items()), *others]
+    if not found:
+        return Constant(is_all)
+    if len(found) == 1:
+        return found[0]
+    return All(tuple(found)) if is_all else Any(tuple(found))
+
+
+def positive(network: Network, formula: Formula, *, negated: bool = False) -> Formula:
+    """Return an equal formula, or its negation, without `Not` but before `QueueEmpty`."""
+    match formula:
+        case Constant(value):
+            return Constant(value is not negated)
+        case In(machine, locals_):
+            if not negated:
+                return formula
+            return In(machine, frozenset(range(len(network.automata[machine].locals))) - locals_)
+        case Not(part):
+            return positive(network, part, negated=not negated)
+        case All(parts):
+            inner = tuple(positive(network, part, negated=negated) for part in parts)
+            return Any(inner) if negated else All(inner)
+        case Any(parts):
+            inner = tuple(positive(network, part, negated=negated) for part in parts)
+            return All(inner) if negated else Any(inner)
+        case QueueEmpty():
+            if negated:
+                raise AssertionError("only what is quiet asks for empty queues")
+            return formula
+        case _:
+            assert_never(formula)

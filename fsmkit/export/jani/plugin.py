@@ -1,0 +1,26 @@
+"""The exporter ``jani``."""
+
+from __future__ import annotations
+
+from fsmkit.export.exporter import Exported, Wanted
+from fsmkit.system.system import System
+
+
+class Jani:
+    """Writes a network of automata as a jani-model."""
+
+    name = "jani"
+    summary = "Storm and other readers of JANI: an automaton for each machine"
+
+    def export(self, system: System, wanted: Wanted) -> Exported:
+        """Explore, then write the local steps."""
+        from fsmkit.export.collect import network_of
+        from fsmkit.export.jani.layout import laid_out
+        from fsmkit.export.jani.model import model_of
+
+        network = network_of(system, wanted)
+        figures = {"states": network.states, "transitions": network.transitions}
+        return Exported(laid_out(model_of(network)), figures)
+
+
+PLUGIN = Jani()

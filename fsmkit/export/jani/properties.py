@@ -1,0 +1,96 @@
+"""Properties of a network in JANI: what can be reached has the greatest probability 1, else 0."""
+
+from __future__ import annotations
+
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.export.formula import condition_of, deadlock, goal_of
+from fsmkit.export.jani.identifiers import UNFORESEEN, Spelling
+from fsmkit.export.jani.terms import Json, binary, conjunction, negated
+from fsmkit.export.network import Network
+from fsmkit.system.system import JUDGED_AT_STATES, Property, PropertyKind
+from fsmkit.texts import plain
+
+FORESEEN = "foreseen"
+"""The property that nothing happens which the explorer never saw."""
+
+
+def properties_of(network: Network, spelling: Spelling) -> tuple[list[Json], list[str]]:
+    """Return the properties, and remarks on those that are left out."""
+    found: list[Json] = []
+    remarks: list[str] = []
+    properties = network.closed.system.properties
+    for property_ in properties:
+        try:
+            values = _values(network, spelling, property_)
+        except FsmkitError as error:
+            remarks.append(_left_out(property_, error.diagnostics[0].message))
+            continue
+        if isinstance(values, str):
+            remarks.append(_left_out(property_, values))
+            continue
+        unfair = property_.kind is PropertyKind.LEADS_TO
+        note = " (no fairness: what is owed may never come)" if unfair else ""
+        some = property_.kind is PropertyKind.REACHABLE
+        found.append(_property(property_.name, values, property_.text + note, some=some))
+    name = FORESEEN
+    while name in {property_.name for property_ in properties}:
+        name += "_"
+    found.append(_property(name, never(UNFORESEEN), "all that happens the explorer saw, too"))
+    return found, remarks
+
+
+def _left_out(property_: Property, why: str) -> str:
+    return (
+        f"Property `{plain(property_.name)}` ({plain(property_.text)}) is not carried over: {why}."
+    )
+
+
+def _values(network: Network, spelling: Spelling, property_: Property) -> dict[str, Json] | str:
+    """Return when a property holds, or why that is not said."""
+    kind = property_.kind
+    if property_.unexplored:
+        return property_.unexplored
+    if kind is PropertyKind.DEADLOCK_FREE:
+        return never(spelling.formula(deadlock(network)))
+    if kind not in JUDGED_AT_STATES | {PropertyKind.LEADS_TO, PropertyKind.RECOVERABLE}:
+        return f"`{kind.value}` is no formula over states"
+    condition = spelling.formula(condition_of(network, property_))
+    if kind is PropertyKind.INVARIANT:
+        return never(negated(condition))
+    if kind is PropertyKind.REACHABLE:
+        return sometimes(condition)
+    if kind is PropertyKind.RECOVERABLE:
+        return never(never(condition))
+    if kind is PropertyKind.LEADS_TO:
+        goal = spelling.formula(goal_of(network, property_))
+        return never(conjunction((condition, _may_stay_away(goal))))
+    return never(condition)
+
+
+def never(bad: Json) -> dict[str, Json]:
+    """Return that a state is never reached."""
+    return {"op": "≤", "left": _probability("Pmax", bad), "right": 0}
+
+
+def sometimes(good: Json) -> dict[str, Json]:
+    """Return that a state can be reached."""
+    return {"op": ">", "left": _probability("Pmax", good), "right": 0}
+
+
+def _may_stay_away(good: Json) -> Json:
+    """Return that some run never reaches a state."""
+    return binary("<", _probability("Pmin", good), 1)
+
+
+def _probability(op: str, state: Json) -> Json:
+    return {"op": op, "exp": {"op": "F", "exp": state}}
+
+
+def _property(name: str, values: dict[str, Json], note: str, *, some: bool = False) -> Json:
+    """Return a property of all initial states, or of ``some`` of them."""
+    fun = "∃" if some else "∀"
+    return {
+        "name": name,
+        "expression": {"op": "filter", "fun": fun, "values": values, "states": {"op": "initial"}},
+        "comment": note,
+    }

@@ -1,0 +1,154 @@
+"""The labelled transition system of a closed system: all its states, and what happens between them.
+
+State 0 is before the machines start; the steps out of it are the ways in which they can. A label
+names a machine and what happens to it, ``feeder: arrived``, or is ``TICK`` where a unit of time
+passes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.export.exporter import Wanted
+from fsmkit.runtime.interpreter.run import is_deferred
+from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot, Timeout
+from fsmkit.system.system import System
+from fsmkit.verify.report.counterexample import occurrence_text
+from fsmkit.verify.resources.deadline import Stage
+from fsmkit.verify.statespace.actions import Action, Step, TooManyChoices
+from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.global_steps import Edge, GlobalSteps, State
+from fsmkit.verify.statespace.sessions import timer_of
+
+TICK = "tick"
+START = "start"
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """A transition from one state to another, both by number."""
+
+    source: int
+    label: str
+    target: int
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionSystem:
+    """States are numbered from 0, the initial one; ``configurations`` says what each shows."""
+
+    name: str
+    configurations: tuple[str, ...]
+    arrows: tuple[Arrow, ...]
+
+    @property
+    def states(self) -> int:
+        """How many there are."""
+        return len(self.configurations)
+
+
+def system_of(system: System, wanted: Wanted) -> TransitionSystem:
+    """Explore a system by the interpreter, breadth first.
+
+    Raises `FsmkitError` (``export-too-large``) beyond the limits: a part of a transition system
+    would pass for the whole of it. Time also ends within a step, which may last long.
+    """
+    return wanted.deadline.cut_off(Stage.EXPLORING, partial(_explored, system, wanted))
+
+
+def _explored(system: System, wanted: Wanted) -> TransitionSystem:
+    closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
+    steps = GlobalSteps(closed)
+    numbers: dict[State, int] = {}
+    order: list[State] = []
+    arrows: list[Arrow] = []
+
+    def number_of(state: State) -> int:
+        known = numbers.get(state)
+        if known is None:
+            known = numbers[state] = 1 + len(order)
+            order.append(state)
+        return known
+
+    try:
+        arrows += [Arrow(0, START, number_of(edge.to)) for edge in steps.initial()]
+        at = 0
+        while at < len(order):
+            if len(order) > wanted.most:
+                raise too_large(closed, len(order), wanted.most)
+            if at % 256 == 0 and wanted.progress is not None:
+                wanted.progress(len(order), len(arrows))
+            before = order[at]
+            snapshots = steps.snapshots(before)
+            at += 1
+            for edge in steps.successors(before):
+                label = _label(closed, snapshots, edge)
+                arrows.append(Arrow(at, label, number_of(edge.to)))
+    except TooManyChoices as error:
+        raise too_many_choices(closed) from error
+    shown = tuple(_configuration(closed, steps.snapshots(state)) for state in order)
+    return TransitionSystem(closed.system.name, ("", *shown), tuple(arrows))
+
+
+def too_large(closed: Closed, states: int, most: int) -> FsmkitError:
+    """Return the error for a system beyond the limits."""
+    return fail(
+        "export-too-large",
+        f"`{closed.system.name}` has more than {min(states, most):,} states",
+        help="raise `--most`, or export a smaller system",
+    )
+
+
+def too_many_choices(closed: Closed) -> FsmkitError:
+    """Return the error for a step that cannot be tried with all that is open in it."""
+    return fail(
+        "export-too-large",
+        f"a step of `{closed.system.name}` has too many combinations of choices",
+        help="declare narrower ranges for inputs, payloads and results",
+    )
+
+
+def _configuration(closed: Closed, snapshots: tuple[Snapshot, ...]) -> str:
+    """Return the active leaves of each machine."""
+    found = []
+    for machine, chart, snapshot in zip(
+        closed.system.machines, closed.charts, snapshots, strict=True
+    ):
+        leaves = (chart.states[s] for s in sorted(snapshot.configuration))
+        active = "+".join(state.id for state in leaves if state.is_leaf)
+        found.append(f"{machine.name}={active or 'stopped'}")
+    return " ".join(found)
+
+
+def _label(closed: Closed, snapshots: tuple[Snapshot, ...], edge: Edge) -> str:
+    (step,) = edge.steps
+    if step.action is Action.ELAPSE:
+        return TICK
+    machine = closed.system.machines[step.machine].name
+    return f"{machine}: {cause(closed, snapshots[step.machine], step)}"
+
+
+def cause(closed: Closed, snapshot: Snapshot, step: Step) -> str:
+    """Return what happens to a machine in a step that it can take."""
+    chart = closed.charts[step.machine]
+    match step.action:
+        case Action.TAKE:
+            waiting = [o for o in snapshot.deferred if not is_deferred(chart, snapshot, o.event)]
+            heads = (*waiting, *snapshot.queue)
+            return occurrence_text(chart, heads[0]) if heads else "an invoked machine goes on"
+        case Action.FIRE:
+            own, timer = timer_of(chart, snapshot, step.argument)
+            if not isinstance(timer.what, Timeout):
+                return "delayed event"
+            source = own.transitions[timer.what.transition].source
+            return f"timeout in {own.states[source].id}"
+        case Action.OCCUR:
+            possible = closed.possible[step.argument]
+            if possible.spontaneous:
+                number = int(chart.events[possible.event].name.rpartition(".")[2])
+                return f"leaves {chart.states[chart.transitions[number].source].id}"
+            return occurrence_text(chart, Occurrence(possible.event, possible.payload))
+        case _:
+            return "inputs changed"

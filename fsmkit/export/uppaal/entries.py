@@ -1,0 +1,125 @@
+"""What a recorded macrostep consists of, and where it leads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fsmkit.language import Expr, Value, Variable
+from fsmkit.runtime.interpreter.snapshot import Delayed, Timeout
+
+AT_HAND = 0
+"""The number of the event that a macrostep begins with; those that it raises are numbered on."""
+FIRST_SLOT = 1000
+"""From here on, what is numbered are the slots of delayed sends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Test:
+    """A condition and its truth on this path."""
+
+    condition: Expr
+    holds: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Picked:
+    """An operation has given one of its results; which one is open."""
+
+    operation: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Assigned:
+    """A value is stored in a variable, an element, or a part of a record."""
+
+    location: Expr
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """An event or a call leaves by a port that is wired."""
+
+    port: int
+    values: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Posted:
+    """An event goes to the own queue."""
+
+    event: int
+    values: tuple[Expr, ...]
+
+
+Entry = Test | Picked | Assigned | Told | Posted
+
+
+@dataclass(frozen=True, slots=True)
+class Armed:
+    """A timer: what it does after ``greatest`` ticks at the latest (None: no end), and least."""
+
+    what: Timeout | Delayed
+    least: int
+    greatest: int | None
+    is_interval: bool = False
+
+    @property
+    def slot(self) -> int | None:
+        """The slot of a delayed send."""
+        if isinstance(self.what, Delayed):
+            (number,) = self.what.occurrence.payload
+            assert isinstance(number, int)  # noqa: S101  (given when recorded)
+            return number
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """What a location stands for: all of a machine but data, histories and queue.
+
+    ``timers``: from the longest delay to the shortest, equal ones in the order of arming: so it is
+    known which of several that are due at once was armed first.
+    """
+
+    configuration: frozenset[int]
+    timers: tuple[Armed, ...] = ()
+    running: bool = True
+    fault: str = ""
+
+
+History = tuple[tuple[int, frozenset[int]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """One way through a macrostep. ``written``: the histories that it records, or forgets."""
+
+    entries: tuple[Entry, ...]
+    target: Key
+    written: tuple[tuple[int, frozenset[int] | None], ...]
+    fresh: tuple[Armed, ...]
+    took: bool
+    happened: bool
+    """Whether there was a microstep at all."""
+
+    def is_idle(self, source: Key) -> bool:
+        """Whether nothing changes and nobody is told anything."""
+        tells = any(not isinstance(entry, Test | Picked) for entry in self.entries)
+        return not tells and self.target == source and not self.fresh
+
+
+Payload = Mapping[str, Expr]
+"""The value of each field of an event."""
+
+
+def scratch(instance: int, field: str) -> str:
+    """Return the name of a part of an event at hand; no chart can have such a variable."""
+    return f"@{instance}.{field}"
+
+
+def is_scratch(variable: Variable) -> bool:
+    """Whether this is a part of an event, not a variable of the chart."""
+    return variable.name.startswith("@")

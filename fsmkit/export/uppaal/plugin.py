@@ -1,0 +1,39 @@
+"""The exporter ``uppaal``."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from fsmkit.export.exporter import Exported, Wanted
+from fsmkit.system.system import System
+from fsmkit.verify.resources.deadline import Stage
+
+
+class Uppaal:
+    """Writes a closed system as a network of timed automata, to be read and changed."""
+
+    name = "uppaal"
+    summary = "UPPAAL: a template for each machine, timers as clocks, queries"
+    flat = False
+
+    def export(self, system: System, wanted: Wanted) -> Exported:
+        """Follow all macrosteps with open data, then write, in the time that is given."""
+        work = partial(self._write, system, wanted)
+        return wanted.deadline.cut_off(Stage.EXPLORING, work)
+
+    def _write(self, system: System, wanted: Wanted) -> Exported:
+        from fsmkit.export.uppaal.translate import translated
+        from fsmkit.export.uppaal.writing import write
+        from fsmkit.verify.statespace.closed_system import close
+
+        closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
+        network = translated(closed, flat=self.flat, paced=self.flat)
+        figures = {
+            "locations": sum(len(template.locations) for template in network.templates),
+            "edges": sum(len(template.edges) for template in network.templates),
+            "queries": sum(bool(query.formula) for query in network.queries),
+        }
+        return Exported(write(network), figures)
+
+
+PLUGIN = Uppaal()

@@ -1,0 +1,290 @@
+"""What is asked of expressions before they are printed: bounds, and whether they can fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import assert_never
+
+from fsmkit.diagnostics import Span, fail
+from fsmkit.language import (
+    BOOL,
+    Apply,
+    ArrayType,
+    Binary,
+    BinaryOp,
+    BoolType,
+    Call,
+    Conditional,
+    Convert,
+    DurationType,
+    Element,
+    EnumType,
+    EventField,
+    EventName,
+    Expr,
+    Function,
+    InState,
+    IntType,
+    Invalid,
+    Literal,
+    Member,
+    Overflow,
+    SymbolType,
+    Unary,
+    UnaryOp,
+    Variable,
+)
+from fsmkit.language.arithmetic import exact, interval
+from fsmkit.language.conversion import bounds
+
+LEAST, GREATEST = -(2**31), 2**31 - 1
+"""The numbers that UPPAAL computes with (docs.uppaal.org, Types)."""
+
+
+def refuse(message: str, place: Span | None, way_out: str) -> Exception:
+    """Return the error of something that cannot be said."""
+    return fail("not-in-uppaal", message, place, help=way_out)
+
+
+def demand_small(lo: int, hi: int, place: Span | None) -> None:
+    """Refuse numbers beyond 32 bits."""
+    if lo < LEAST or hi > GREATEST:
+        raise refuse(
+            f"a value here can lie in {lo}..{hi}: UPPAAL computes with 32 bits",
+            place,
+            "declare narrower ranges, such as `0..1000`",
+        )
+
+
+def rebuilt(expr: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
+    """Return an expression in which what ``change`` gives stands for the nodes it gives it for."""
+    changed = change(expr)
+    if changed is not None:
+        return changed
+
+    def down(part: Expr) -> Expr:
+        return rebuilt(part, change)
+
+    match expr:
+        case Literal() | Variable() | EventField() | EventName() | InState() | Invalid():
+            return expr
+        case Unary(_, operand) | Convert(operand):
+            return replace(expr, operand=down(operand))
+        case Binary(_, left, right):
+            return replace(expr, left=down(left), right=down(right))
+        case Conditional(test, then, otherwise):
+            return replace(expr, test=down(test), then=down(then), otherwise=down(otherwise))
+        case Element(_, index):
+            return replace(expr, index=down(index))
+        case Member(record):
+            return replace(expr, record=down(record))
+        case Apply(_, arguments) | Call(_, arguments):
+            return replace(expr, arguments=tuple(map(down, arguments)))
+        case _:
+            assert_never(expr)
+
+
+# --- bounds ---------------------------------------------------------------------------------------
+
+
+def range_of(expr: Expr) -> tuple[int, int]:
+    """Return bounds of the values of an expression, as they are before it wraps around.
+
+    Refuses what has no bounds within 32 bits.
+    """
+    found = _range(expr)
+    demand_small(*found, expr.span)
+    return found
+
+
+def _range(expr: Expr) -> tuple[int, int]:
+    match expr:
+        case Literal(value) if isinstance(value, int):
+            return int(value), int(value)
+        case Unary(UnaryOp.NEGATE, operand):
+            lo, hi = range_of(operand)
+            return -hi, -lo
+        case Unary(UnaryOp.INVERT, operand):
+            lo, hi = range_of(operand)
+            return -hi - 1, -lo - 1
+        case Binary(op, left, right) if isinstance(expr.type, IntType):
+            found = interval(op, exact(*range_of(left)), exact(*range_of(right)))
+            if found is None:
+                raise refuse("this has no bounds", expr.span, "use a narrower range")
+            return found.lo, found.hi
+        case Conditional(_, then, otherwise):
+            one, other = range_of(then), range_of(otherwise)
+            return min(one[0], other[0]), max(one[1], other[1])
+        case Apply(function, arguments):
+            return _range_of_function(function, [range_of(a) for a in arguments])
+        case Convert(operand, IntType() | DurationType() as type_):
+            lo, hi, overflow = bounds(type_)
+            least, greatest = range_of(operand)
+            if lo <= least and greatest <= hi:
+                return least, greatest
+            if overflow is Overflow.WRAP:
+                return lo, hi
+            return min(max(least, lo), hi), min(max(greatest, lo), hi)
+        case _:
+            return range_of_type(expr.type, expr.span)
+
+
+def _range_of_function(function: Function, found: list[tuple[int, int]]) -> tuple[int, int]:
+    if function is Function.ABS:
+        ((lo, hi),) = found
+        return (0 if lo <= 0 <= hi else min(abs(lo), abs(hi))), max(abs(lo), abs(hi))
+    choose = min if function is Function.MIN else max
+    return choose(lo for lo, _ in found), choose(hi for _, hi in found)
+
+
+def range_of_type(type_: object, place: Span | None) -> tuple[int, int]:
+    """Return the least and greatest value of a scalar type; symbols are numbered elsewhere."""
+    match type_:
+        case BoolType():
+            found = (0, 1)
+        case EnumType(_, members):
+            found = (0, len(members) - 1)
+        case IntType() | DurationType():
+            lo, hi, _ = bounds(type_)
+            found = (lo, hi)
+        case SymbolType():
+            found = (0, GREATEST)
+        case ArrayType(element):
+            found = range_of_type(element, place)
+        case _:
+            raise refuse(
+                f"a value of type `{type_}` cannot be said",
+                place,
+                "use whole numbers, truth values or enumerations, in small units",
+            )
+    demand_small(*found, place)
+    return found
+
+
+# --- what can fail --------------------------------------------------------------------------------
+
+
+def safety(expr: Expr) -> Expr | None:
+    """Return what holds just where evaluating raises no content error; None: it never does."""
+    match expr:
+        case Invalid():
+            return Literal(False, BOOL, expr.span)
+        case Binary(BinaryOp.AND | BinaryOp.OR as op, left, right):
+            then = safety(right)
+            if then is not None:
+                skipped = denied(left) if op is BinaryOp.AND else left
+                then = _either(skipped, then)
+            return both(safety(left), then)
+        case Conditional(test, then, otherwise):
+            one, other = safety(then), safety(otherwise)
+            chosen = None
+            if one is not None or other is not None:
+                true = Literal(True, BOOL, expr.span)
+                chosen = Conditional(test, one or true, other or true, BOOL, expr.span)
+            return both(safety(test), chosen)
+        case Binary(op, left, right):
+            divides = None
+            if op in (BinaryOp.DIV, BinaryOp.REM):
+                lo, hi = range_of(right)
+                zero = Literal(0, exact(0, 0), expr.span)
+                if lo <= 0 <= hi:
+                    divides = Binary(BinaryOp.NE, right, zero, BOOL, expr.span)
+            return both(both(safety(left), safety(right)), divides)
+        case Element(array, index):
+            assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
+            last = array.type.length - 1
+            return both(safety(index), _between(index, 0, last))
+        case Unary(_, operand) | Convert(operand):
+            return safety(operand)
+        case Member(record):
+            return safety(record)
+        case Apply(_, arguments) | Call(_, arguments):
+            found: Expr | None = None
+            for argument in arguments:
+                found = both(found, safety(argument))
+            return found
+        case _:
+            return None
+
+
+def staying(expr: Expr) -> Expr | None:
+    """Return what holds where no value leaves a range that faults then; None: none ever does."""
+    match expr:
+        case Convert(operand, IntType(lo, hi, Overflow.FAULT)):
+            return both(staying(operand), _between(operand, lo, hi))
+        case Unary(_, operand) | Convert(operand):
+            return staying(operand)
+        case Binary(_, left, right):
+            return both(staying(left), staying(right))
+        case Conditional(test, then, otherwise):
+            return both(staying(test), both(staying(then), staying(otherwise)))
+        case Apply(_, arguments):
+            found: Expr | None = None
+            for argument in arguments:
+                found = both(found, staying(argument))
+            return found
+        case _:
+            return None
+
+
+def saturating(expr: Expr) -> list[Convert]:
+    """Return where a value may be brought to the nearest bound of its range."""
+    found: list[Convert] = []
+
+    def look(part: Expr) -> None:
+        if isinstance(part, Convert) and isinstance(part.type, IntType | DurationType):
+            lo, hi, overflow = bounds(part.type)
+            least, greatest = range_of(part.operand)
+            if overflow is Overflow.SATURATE and not lo <= least <= greatest <= hi:
+                found.append(part)
+
+    rebuilt(expr, look)
+    return found
+
+
+def fitting(convert: Convert) -> Expr | None:
+    """Return what holds where a value lies in the range that it is brought into."""
+    assert isinstance(convert.type, IntType | DurationType)  # noqa: S101  (one that saturates)
+    lo, hi, _ = bounds(convert.type)
+    return _between(convert.operand, lo, hi)
+
+
+def _between(expr: Expr, lo: int, hi: int) -> Expr | None:
+    least, greatest = range_of(expr)
+    found: Expr | None = None
+    for is_sure, op, bound in ((least >= lo, BinaryOp.GE, lo), (greatest <= hi, BinaryOp.LE, hi)):
+        if not is_sure:
+            limit = Literal(bound, exact(bound, bound), expr.span)
+            found = both(found, Binary(op, expr, limit, BOOL, expr.span))
+    return found
+
+
+def both(one: Expr | None, other: Expr | None) -> Expr | None:
+    """Return a conjunction; None is true."""
+    if one is None or other is None:
+        return other if one is None else one
+    return Binary(BinaryOp.AND, one, other, BOOL, one.span)
+
+
+def _either(one: Expr, other: Expr) -> Expr:
+    return Binary(BinaryOp.OR, one, other, BOOL, one.span)
+
+
+def denied(expr: Expr) -> Expr:
+    """Return the negation of a condition."""
+    opposite = {
+        BinaryOp.EQ: BinaryOp.NE,
+        BinaryOp.NE: BinaryOp.EQ,
+        BinaryOp.LT: BinaryOp.GE,
+        BinaryOp.GE: BinaryOp.LT,
+        BinaryOp.GT: BinaryOp.LE,
+        BinaryOp.LE: BinaryOp.GT,
+    }
+    match expr:
+        case Unary(UnaryOp.NOT, operand):
+            return operand
+        case Binary(op) if op in opposite:
+            return replace(expr, op=opposite[op])
+        case _:
+            return Unary(UnaryOp.NOT, expr, BOOL, expr.span)

@@ -1,0 +1,172 @@
+"""A closed system as a network: one template for each machine, data left as variables.
+
+Dense time, as zones have it: clocks for timers, invariants until when they must fire. Without
+time, if the system is closed so: then an armed timer fires whenever it may.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+from fsmkit.chart.walk import nodes
+from fsmkit.export.uppaal.automaton import Automaton, followed
+from fsmkit.export.uppaal.data import Data
+from fsmkit.export.uppaal.entries import Path, Posted, Told
+from fsmkit.export.uppaal.joining import joined
+from fsmkit.export.uppaal.layout import laid_out
+from fsmkit.export.uppaal.machine import Builder
+from fsmkit.export.uppaal.network import Network
+from fsmkit.export.uppaal.pace import Pace
+from fsmkit.export.uppaal.queries import MANY, Queries
+from fsmkit.export.uppaal.space import Space
+from fsmkit.export.uppaal.terms import refuse
+from fsmkit.export.uppaal.wellformed import demand_wellformed
+from fsmkit.language import InState
+from fsmkit.system.system import HEARD
+from fsmkit.verify.statespace.closed_system import Closed
+
+
+def translated(
+    closed: Closed, *, flat: bool = False, paced: bool = False, draw: bool = True
+) -> Network:
+    """Return the network of a system; ``flat``: expressions only, no functions.
+
+    ``paced``: without an urgent channel (`pace`). Raises `FsmkitError` (``not-in-uppaal``) where
+    something cannot be said. ``draw``: give positions.
+    """
+    _demand_sayable(closed)
+    space = Space(closed, flat, paced)
+    automata = [
+        followed(closed, machine, space.queueable(machine), space.known_inputs(machine))
+        for machine in range(len(closed.charts))
+    ]
+    space.declare_queues({n for n, automaton in enumerate(automata) if automaton.stops})
+    machines = closed.system.machines
+    order = sorted(range(len(machines)), key=lambda m: not machines[m].environment)
+    starting = [m for m in order if not automata[m].starts_at_once]
+    _demand_start_order(closed, [automata[m].start for m in order], order)
+    flags = _flags(closed, automata)
+    builders = []
+    for machine, automaton in enumerate(automata):
+        data = Data(space, machine, automaton, flags[machine])
+        boot = (starting.index(machine), len(starting)) if machine in starting else None
+        builders.append(Builder(space, machine, automaton, data, boot))
+    templates = [builder.template() for builder in builders]
+    if space.pace is not None:
+        templates = space.pace.paced(
+            templates,
+            [builder.rests() for builder in builders],
+            [queue.length for queue in space.queues.values()],
+        )
+    has_steps = bool(starting) or any(builder.takes_steps for builder in builders)
+    queries = Queries(space, builders, has_steps)
+    found = Network(
+        tuple(_remark(closed, space.pace)),
+        (),
+        tuple(templates),
+        tuple(queries.made()),
+    )
+    declarations = space.declarations(len(starting), boots=len(starting))
+    found = numbered(joined(replace(found, declarations=declarations)))
+    demand_wellformed(found)
+    return laid_out(found) if draw else found
+
+
+def numbered(network: Network) -> Network:
+    """Return a network whose locations have ids that are unique in the file, in their order."""
+    count = itertools.count()
+    templates = []
+    for template in network.templates:
+        ids = {location.id: f"id{next(count)}" for location in template.locations}
+        templates.append(
+            replace(
+                template,
+                locations=tuple(replace(one, id=ids[one.id]) for one in template.locations),
+                initial=ids[template.initial],
+                edges=tuple(
+                    replace(one, source=ids[one.source], target=ids[one.target])
+                    for one in template.edges
+                ),
+            )
+        )
+    return replace(network, templates=tuple(templates))
+
+
+def _remark(closed: Closed, pace: Pace | None) -> list[str]:
+    time = "any armed timer may fire at any time" if closed.untimed else "dense, in ticks"
+    tick = closed.charts[0].capacities.tick
+    found = [
+        f"{closed.system.name}, written by fsmkit export.",
+        f"Time is {time}" + ("." if closed.untimed else f"; a tick is {tick} microseconds."),
+        "A location is a stable configuration, named after its active leaves; a macrostep goes",
+        "through committed locations, so that no other machine moves meanwhile.",
+    ]
+    if pace is not None and pace.declared:
+        found.append(f"Nothing hurries by an urgent channel: time passes in {pace.instance}.later")
+        found.append("only, which is entered where nothing waits and left with every step.")
+    if closed.silent:
+        found.append("Watchdogs are assumed never to fire.")
+    if closed.samples:
+        found.append(f"Not every value from outside is tried: {', '.join(closed.samples)}.")
+    return found
+
+
+def _demand_sayable(closed: Closed) -> None:
+    """Refuse what is not translated, with a place."""
+    schedule = closed.system.schedule
+    if schedule is not None:
+        way_out = "export it with `schedule: interleaved`"
+        raise refuse("a cyclic schedule is not translated", schedule.span, way_out)
+    for chart in closed.charts:
+        for invocation in chart.invocations:
+            raise refuse(
+                f"`{invocation.id}` is invoked by `{chart.name}`, which is not translated",
+                invocation.span,
+                "make it a machine of its own in a system",
+            )
+        for state in chart.states:
+            if state.defer:
+                raise refuse(
+                    f"`{state.id}` defers events, which is not translated",
+                    state.span,
+                    "keep them in data: a latch for each",
+                )
+
+
+def _demand_start_order(closed: Closed, starts: list[tuple[Path, ...]], order: list[int]) -> None:
+    """Refuse a start whose messages would come in another order than in the explorer."""
+    told: set[int] = set()
+    for machine, paths in zip(order, starts, strict=True):
+        for path in paths:
+            posts = any(isinstance(entry, Posted) for entry in path.entries)
+            if posts and machine in told:
+                raise refuse(
+                    f"`{closed.system.machines[machine].name}` sends itself an event while starting"
+                    ", after others have sent it some",
+                    closed.charts[machine].root.span,
+                    "send it later",
+                )
+            for entry in path.entries:
+                if isinstance(entry, Told) and entry.port < HEARD:
+                    told |= {
+                        link.target for link in closed.system.event_links if link.source == machine
+                    }
+
+
+def _flags(closed: Closed, automata: list[Automaton]) -> list[dict[int, str]]:
+    """Return, for each machine, the states that properties ask for in many locations."""
+    found: list[dict[int, str]] = [{} for _ in automata]
+    asked: set[tuple[int, int]] = set()
+    for property_ in closed.system.properties:
+        atoms = [*property_.atoms, *(property_.goal.atoms if property_.goal else ())]
+        asked |= {(atom.machine, atom.state) for _, atom in atoms if atom.state is not None}
+        if property_.owner is not None:
+            tests = (n for n in nodes(property_.condition) if isinstance(n, InState))
+            asked |= {(property_.owner, test.state) for test in tests}
+    for machine, state in asked:
+        automaton = automata[machine]
+        count = sum(state in key.configuration for key in automaton.keys)
+        if count > MANY:
+            found[machine][state] = ""
+    return found

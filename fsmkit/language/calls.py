@@ -1,0 +1,113 @@
+"""Calls: ``In``, the functions of the language, and the operations of the host."""
+
+# mypy: disable-error-code="func-returns-value"
+# (`return context.report(...)` reports and gives up)
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fsmkit.diagnostics import Severity
+from fsmkit.language.arithmetic import exact
+from fsmkit.language.mathematics import MATH, apply, bind_math
+from fsmkit.language.names import suggestion
+from fsmkit.language.scope import Signature
+from fsmkit.language.syntax import CallNode, MemberNode, NameNode, StringNode
+from fsmkit.language.tree import Call, Expr, Function, InState, Literal
+from fsmkit.language.types import BOOL, ArrayType
+
+if TYPE_CHECKING:
+    from fsmkit.language.binding import Binder
+
+BUILT_IN = ("In", "len", *(function.value for function in Function))
+
+
+def bind_call(binder: Binder, node: CallNode) -> Expr | None:
+    """Type a call."""
+    scope = binder.context.scope
+    match node.callee:
+        case NameNode(name=name) if name in scope.operations:
+            return _operation(binder, node, name, scope.operations[name])
+        case NameNode(name="In"):
+            return _in_state(binder, node)
+        case NameNode(name="len"):
+            return _length(binder, node)
+        case NameNode(name="min" | "max" | "abs" as name):
+            return apply(binder, node, Function(name))
+        case MemberNode(base=NameNode(name="Math"), name=name) if name in MATH:
+            return bind_math(binder, node, name)
+        case NameNode(name=name):
+            known = (*scope.operations, *BUILT_IN)
+            declare = f"declare it under `operations`: `{name}(...)`"
+            return binder.context.report(
+                "unknown-name",
+                f"unknown operation `{name}`",
+                binder.span(node.callee),
+                suggestion(name, known, declare),
+            )
+        case _:
+            return binder.context.report(
+                "outside-language",
+                f"`{binder.text.value[node.callee.start : node.callee.end]}` cannot be called",
+                binder.span(node.callee),
+                "declare an operation and call it",
+            )
+
+
+def _operation(binder: Binder, node: CallNode, name: str, signature: Signature) -> Expr | None:
+    from fsmkit.language.typing import fit
+
+    wanted = signature.parameters
+    if len(wanted) != len(node.arguments):
+        names = ", ".join(f"{p.name} {p.type}" for p in wanted)
+        return binder.context.report(
+            "wrong-arguments",
+            f"`{name}` takes {len(wanted)} arguments, not {len(node.arguments)}",
+            binder.span(node),
+            f"it is declared as `{name}({names})`",
+        )
+    arguments = []
+    for argument, parameter in zip(node.arguments, wanted, strict=True):
+        expr = binder.value(argument, parameter.type)
+        fitted = None if expr is None else fit(binder.context, expr, parameter.type)
+        if fitted is not None:
+            arguments.append(fitted)
+    if len(arguments) < len(wanted):
+        return None
+    return Call(name, tuple(arguments), signature.result, binder.span(node))
+
+
+def _in_state(binder: Binder, node: CallNode) -> Expr | None:
+    """Type ``In(state)``: of no state of the chart it is false in SCXML, as none is active."""
+    scope = binder.context.scope
+    states = scope.states
+    if len(node.arguments) != 1:
+        message = f"`In` takes one state, not {len(node.arguments)}"
+        return binder.context.report("wrong-arguments", message, binder.span(node))
+    argument = node.arguments[0]
+    # an id may hold `.` and `-`, which are operators anywhere else
+    written = binder.text.value[argument.start : argument.end].strip()
+    state = argument.value if isinstance(argument, StringNode) else written
+    if state in states:
+        return InState(states[state], state, binder.span(node))
+    is_loose = scope.dialect != "fsmkit"
+    otherwise = "it is never active: name a state of this chart" if is_loose else None
+    binder.context.report(
+        "unknown-name",
+        f"unknown state `{state}`",
+        binder.span(argument),
+        suggestion(state, states, otherwise or "name a state of this chart"),
+        Severity.WARNING if is_loose else None,
+    )
+    return Literal(False, BOOL, binder.span(node)) if is_loose else None
+
+
+def _length(binder: Binder, node: CallNode) -> Expr | None:
+    argument = binder.value(node.arguments[0]) if len(node.arguments) == 1 else None
+    if argument is None and len(node.arguments) == 1:
+        return None
+    type_ = None if argument is None else argument.type
+    if not isinstance(type_, ArrayType):
+        message = "`len` takes one array"
+        return binder.context.report("wrong-arguments", message, binder.span(node))
+    return Literal(type_.length, exact(type_.length, type_.length), binder.span(node))

@@ -1,0 +1,150 @@
+"""Values brought into types: what storing does, and where it does nothing."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import assert_never
+
+from fsmkit.language.arithmetic import wrapped
+from fsmkit.language.tree import Convert, Expr, Literal
+from fsmkit.language.types import (
+    LONGEST_DURATION,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    Overflow,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
+
+
+def can_convert(source: Type, target: Type) -> bool:
+    """Whether a value of one type can be stored in another, perhaps changed."""
+    match target:
+        case IntType():
+            return isinstance(source, IntType | FloatType)
+        case FloatType():
+            return isinstance(source, IntType | FloatType)
+        case DurationType():
+            return isinstance(source, DurationType)
+        case _:
+            return source == target
+
+
+def fits(source: Type, target: Type) -> bool:
+    """Whether every value of one type is, unchanged, a value of another."""
+    match source, target:
+        case IntType(), IntType():
+            return target.lo <= source.lo and source.hi <= target.hi
+        case FloatType(), FloatType():
+            return source.bits <= target.bits
+        case _:
+            return source == target
+
+
+def bounds(type_: IntType | DurationType) -> tuple[int, int, Overflow]:
+    """Return least and greatest value of what is counted in whole numbers, and its overflow."""
+    if isinstance(type_, DurationType):
+        return 0, LONGEST_DURATION, Overflow.SATURATE
+    return type_.lo, type_.hi, type_.overflow
+
+
+def rounded(value: float, bits: int) -> float:
+    """Return the nearest value of a floating-point type."""
+    if bits == 64 or math.isinf(value) or math.isnan(value):
+        return value
+    try:
+        return float(struct.unpack("f", struct.pack("f", value))[0])
+    except OverflowError:  # beyond the greatest finite one, by half a step at least
+        return math.copysign(math.inf, value)
+
+
+def whole(value: float, lo: int, hi: int) -> int:
+    """Truncate toward zero; NaN gives 0. Infinities lie beyond every bound."""
+    if math.isnan(value):
+        return 0
+    if math.isinf(value):
+        return hi + 1 if value > 0 else lo - 1
+    return int(value)
+
+
+def within(value: float, type_: IntType | DurationType) -> tuple[int, bool]:
+    """Bring a number into a type; also return whether it lay outside and the type does not wrap.
+
+    A float is never wrapped around: beyond the bounds it gives the nearest, as nothing is sure
+    about its low digits. That is not an error where the type wraps.
+    """
+    lo, hi, overflow = bounds(type_)
+    number = value if isinstance(value, int) else whole(value, lo, hi)
+    if lo <= number <= hi:
+        return number, False
+    if overflow is Overflow.WRAP and isinstance(value, int):
+        return wrapped(number, IntType(lo, hi)), False
+    return min(max(number, lo), hi), overflow is not Overflow.WRAP
+
+
+def convert(expr: Expr, type_: Type) -> Expr:
+    """Return the expression as a value of a type, wrapped in `Convert` unless it provably fits.
+
+    A literal that fits becomes a literal of that type; one constant fills an array. The types
+    must allow it (`can_convert`, or whole numbers to a duration).
+    """
+    source = expr.type
+    if isinstance(expr, Literal):
+        folded = _literal(expr, type_)
+        if folded is not None:
+            return folded
+    if source is None or not (
+        can_convert(source, type_)
+        or (isinstance(source, IntType) and isinstance(type_, DurationType))
+    ):
+        raise ValueError(f"{source} cannot become {type_}")
+    return expr if fits(source, type_) else Convert(expr, type_, expr.span)
+
+
+def _literal(expr: Literal, type_: Type) -> Literal | None:
+    """Return a literal in another type, None where that changes it and must be seen."""
+    value = expr.value
+    match expr.type, type_:
+        case (IntType() | FloatType(), FloatType(bits)) if isinstance(value, int | float):
+            return Literal(rounded(float(value), bits), type_, expr.span)
+        case (IntType(), IntType() | DurationType()) if isinstance(value, int):
+            lo, hi, _ = bounds(type_)
+            return Literal(value, type_, expr.span) if lo <= value <= hi else None
+        case (FloatType(), IntType(lo, hi)) if isinstance(value, float):
+            number = whole(value, lo, hi)
+            return Literal(number, type_, expr.span) if lo <= number <= hi else None
+        case (ArrayType(element, length), ArrayType(wanted, size)) if length == size:
+            assert isinstance(value, tuple)  # noqa: S101
+            items = [_literal(Literal(v, element, expr.span), wanted) for v in value]
+            found = [item.value for item in items if item is not None]
+            return Literal(tuple(found), type_, expr.span) if len(found) == size else None
+        case _:
+            return expr if expr.type == type_ else None
+
+
+def default_value(type_: Type) -> Value:
+    """Return the value of a variable that declares no start value: the one nearest to 0."""
+    match type_:
+        case BoolType():
+            return False
+        case IntType(lo, hi):
+            return min(max(0, lo), hi)
+        case FloatType():
+            return 0.0
+        case EnumType() | DurationType():
+            return 0
+        case SymbolType():
+            return ""
+        case ArrayType(element, length):
+            return (default_value(element),) * length
+        case RecordType(_, fields):
+            return tuple(default_value(field.type) for field in fields)
+        case _:
+            assert_never(type_)

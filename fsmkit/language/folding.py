@@ -1,0 +1,151 @@
+"""Constant parts of an expression computed beforehand, where that cannot be noticed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import assert_never
+
+from fsmkit.language.conversion import convert
+from fsmkit.language.environment import ContentError, RangeFault
+from fsmkit.language.evaluation import evaluate
+from fsmkit.language.tree import (
+    Apply,
+    Binary,
+    BinaryOp,
+    Call,
+    Conditional,
+    Convert,
+    Element,
+    EventField,
+    EventName,
+    Expr,
+    InState,
+    Invalid,
+    Literal,
+    Location,
+    Member,
+    Unary,
+    Variable,
+)
+from fsmkit.language.types import IntType, Overflow, Type, Value
+
+
+class _NotConstant(Exception):  # noqa: N818  (never leaves this module)
+    """Something of the machine was asked for, or something would happen."""
+
+
+class _Nothing:
+    """No machine at all."""
+
+    def variable(self, name: str) -> Value:
+        raise _NotConstant(name)
+
+    def event_field(self, name: str) -> Value:
+        raise _NotConstant(name)
+
+    def event_name(self) -> str:
+        raise _NotConstant
+
+    def event_type(self) -> str:
+        raise _NotConstant
+
+    def is_in(self, state: int) -> bool:
+        raise _NotConstant(state)
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:  # noqa: ARG002
+        raise _NotConstant(operation)
+
+    def range_error(self) -> None:
+        raise _NotConstant
+
+
+def fold(expr: Expr) -> Expr:
+    """Return the expression with its constant parts computed.
+
+    What would raise ``error.execution`` or ``error.range`` stays as it is, and so does every
+    call, index and division whose evaluation can be noticed.
+    """
+    match expr:
+        case Literal() | Variable() | EventField() | EventName() | InState() | Invalid():
+            return expr
+        case Unary(_, operand):
+            return _computed(replace(expr, operand=fold(operand)))
+        case Binary(_, left, right):
+            return _binary(replace(expr, left=fold(left), right=fold(right)))
+        case Conditional(test, then, otherwise):
+            test = fold(test)
+            if isinstance(test, Literal):
+                return fold(then if test.value else otherwise)
+            return replace(expr, test=test, then=fold(then), otherwise=fold(otherwise))
+        case Element(_, index):
+            return replace(expr, index=fold(index))
+        case Member(record):
+            return _computed(replace(expr, record=fold(record)))
+        case Apply(_, arguments):
+            return _computed(replace(expr, arguments=tuple(fold(a) for a in arguments)))
+        case Call(_, arguments):
+            return replace(expr, arguments=tuple(fold(a) for a in arguments))
+        case Convert(operand, type_):
+            inner = fold(operand)
+            # an operand folded to a constant may be seen to fit now
+            return _computed(convert(inner, type_))
+        case _:
+            assert_never(expr)
+
+
+def fold_location(location: Location) -> Location:
+    """Fold the index of what an assignment writes."""
+    folded = fold(location)
+    assert isinstance(folded, Variable | Element | Member)  # noqa: S101
+    return folded
+
+
+def _binary(expr: Binary) -> Expr:
+    if isinstance(expr.left, Literal):
+        match expr.op, expr.left.value:
+            case (BinaryOp.AND, True) | (BinaryOp.OR, False):
+                return expr.right
+            case (BinaryOp.AND, False) | (BinaryOp.OR, True):
+                return replace(expr.left, span=expr.span)
+    if isinstance(expr.right, Literal):
+        match expr.op, expr.right.value:
+            case (BinaryOp.AND, True) | (BinaryOp.OR, False):
+                return expr.left
+    return _computed(expr)
+
+
+def _computed(expr: Expr) -> Expr:
+    if isinstance(expr, Literal) or expr.type is None:
+        return expr
+    if not all(isinstance(part, Literal) for part in _parts(expr)):
+        return expr
+    try:
+        value = evaluate(expr, _Nothing())
+    except (ContentError, RangeFault, _NotConstant):
+        return expr
+    return Literal(value, _narrow(value, expr.type), expr.span)
+
+
+def _narrow(value: Value, type_: Type) -> Type:
+    """Return the type of a result: of an exact interval, just that value."""
+    if (
+        isinstance(type_, IntType)
+        and isinstance(value, int)
+        and type_.overflow is Overflow.SATURATE
+    ):
+        return IntType(value, value)
+    return type_
+
+
+def _parts(expr: Expr) -> tuple[Expr, ...]:
+    match expr:
+        case Unary(_, operand) | Convert(operand):
+            return (operand,)
+        case Binary(_, left, right):
+            return left, right
+        case Member(record):
+            return (record,)
+        case Apply(_, arguments):
+            return arguments
+        case _:
+            return (expr,)

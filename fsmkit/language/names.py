@@ -1,0 +1,82 @@
+"""Where typing stands, and how it says that a name is unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.diagnostics.nearest import nearest
+from fsmkit.language.scope import Scope
+from fsmkit.language.types import EnumType, Type
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """The names at hand, and where to report."""
+
+    scope: Scope
+    findings: Findings
+
+    @property
+    def is_ecmascript(self) -> bool:
+        """Whether ECMAScript's meaning is to be kept, or a finding given."""
+        return self.scope.dialect == "ecmascript"
+
+    def report(
+        self,
+        rule: str,
+        message: str,
+        at: Span | Text,
+        advice: str | None = None,
+        severity: Severity | None = None,
+    ) -> None:
+        """Add a finding. Returns None, so that ``return context.report(...)`` gives up."""
+        self.findings.add(rule, message, at, help=advice, severity=severity)
+
+
+def suggestion(name: str, candidates: Iterable[str], otherwise: str | None = None) -> str | None:
+    """Return the help ``did you mean ...`` where something is spelt much like a name."""
+    near = nearest(name, candidates)
+    return f"did you mean `{near}`?" if near else otherwise
+
+
+def kinds_of_name(scope: Scope) -> dict[str, str]:
+    """Return what each name of a scope is, in words, the first meaning where there are several."""
+    found: dict[str, str] = dict.fromkeys(scope.variables, "a variable")
+    for names, kind in (
+        (scope.constants, "a constant"),
+        (scope.operations, "an operation"),
+        (scope.types, "a type"),
+        (scope.states, "a state"),
+    ):
+        for name in names:
+            found.setdefault(name, kind)
+    return found
+
+
+def report_unknown(context: Context, name: str, span: Span, hint: Type | None = None) -> None:
+    """Report that a name means nothing as a value here, and say what was probably meant."""
+    scope = context.scope
+    kind = kinds_of_name(scope).get(name)
+    if kind == "an operation":
+        message, advice = f"`{name}` is an operation", f"call it: `{name}(...)`"
+    elif kind == "a type":
+        message, advice = f"`{name}` is a type", f"write one of its members: `{name}.member`"
+    elif kind == "a state":
+        message, advice = f"`{name}` is a state", f"ask whether it is active: `In({name})`"
+    else:
+        message, advice = f"unknown name `{name}`", _meant(scope, name, hint)
+    context.report("unknown-name", message, span, advice)
+
+
+def _meant(scope: Scope, name: str, hint: Type | None) -> str:
+    for type_ in scope.types.values():
+        if isinstance(type_, EnumType) and name in type_.members:
+            return f"did you mean `{type_.name}.{name}`?"
+    if scope.event_fields is not None and name in scope.event_fields:
+        return f"did you mean `event.{name}`?"
+    members = hint.members if isinstance(hint, EnumType) else ()
+    known = (*scope.variables, *scope.constants, *members, *scope.operations)
+    declare = "declare it under `data`, `inputs`, `outputs` or `constants`"
+    return suggestion(name, known, declare) or declare

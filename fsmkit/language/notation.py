@@ -1,0 +1,156 @@
+"""Types and durations as texts."""
+
+# mypy: disable-error-code="func-returns-value"
+# (`return context.report(...)` reports and gives up)
+
+from __future__ import annotations
+
+import re
+
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.language.arithmetic import representable
+from fsmkit.language.durations import WRITTEN, duration_of
+from fsmkit.language.folding import fold
+from fsmkit.language.names import Context, suggestion
+from fsmkit.language.scope import Scope
+from fsmkit.language.tree import Literal
+from fsmkit.language.types import (
+    BOOL,
+    DURATION,
+    FLOAT32,
+    FLOAT64,
+    MACHINE_INTEGERS,
+    SYMBOL,
+    ArrayType,
+    IntType,
+    Overflow,
+    RecordType,
+    Type,
+)
+from fsmkit.language.typing import type_expression
+
+NAMED: dict[str, Type] = {
+    "bool": BOOL,
+    "float32": FLOAT32,
+    "float64": FLOAT64,
+    "symbol": SYMBOL,
+    "duration": DURATION,
+    **MACHINE_INTEGERS,
+}
+FOREIGN = {
+    "int": "int32",
+    "integer": "int32",
+    "uint": "uint32",
+    "long": "int64",
+    "short": "int16",
+    "char": "int8",
+    "byte": "uint8",
+    "boolean": "bool",
+    "float": "float64",
+    "double": "float64",
+    "number": "float64",
+    "string": "symbol",
+    "str": "symbol",
+    "time": "duration",
+}
+SUFFIX = re.compile(r"\s+(saturate|wrap|fault)\s*$")
+LONGEST_ARRAY = 65536
+
+
+def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
+    """Read a type: a name, a range ``lo..hi`` with ``wrap`` or ``fault``, an array ``T[n]``.
+
+    Bounds and lengths are constant expressions.
+    """
+    context, text = Context(scope, findings), text.stripped()
+    if not text.value:
+        return context.report("invalid-type", "a type is missing", text, "write such as `0..100`")
+    if text.value.endswith("]") and "[" in text.value:
+        return _array(context, text)
+    suffix = SUFFIX.search(text.value)
+    body = text.part(0, suffix.start()) if suffix else text
+    if ".." in body.value:
+        return _range(context, body, Overflow(suffix[1]) if suffix else Overflow.SATURATE)
+    if suffix:
+        message = f"only a range can be marked `{suffix[1]}`"
+        return context.report("invalid-type", message, text, "write such as `0..3 wrap`")
+    name = text.value
+    found = NAMED.get(name) or scope.types.get(name)
+    if found is not None:
+        return found
+    help_ = suggestion(name, (*NAMED, *scope.types), "declare it under `types`")
+    if name in FOREIGN:
+        help_ = f"write `{FOREIGN[name]}`"
+    return context.report("unknown-name", f"unknown type `{name}`", text, help_)
+
+
+def _array(context: Context, text: Text) -> Type | None:
+    opening = text.value.rindex("[")
+    inner = text.part(0, opening).stripped()
+    if inner.value.endswith("]"):
+        message = "the elements of an array must be scalars, not arrays"
+        return context.report("invalid-type", message, text, "declare several arrays")
+    element = read_type(inner, context.scope, context.findings)
+    size = text.part(opening + 1, len(text.value) - 1)
+    length = _constant(context, size)
+    if element is None or length is None:
+        return None
+    if isinstance(element, RecordType):
+        message = f"the elements of an array must be scalars, not `{element}`"
+        return context.report("invalid-type", message, text, "declare several arrays")
+    if not 1 <= length <= LONGEST_ARRAY:
+        message = f"an array has 1 to {LONGEST_ARRAY} elements, not {length}"
+        return context.report("invalid-type", message, size)
+    return ArrayType(element, length)
+
+
+def _range(context: Context, text: Text, overflow: Overflow) -> Type | None:
+    middle = text.value.index("..")
+    lo = _constant(context, text.part(0, middle))
+    hi = _constant(context, text.part(middle + 2, len(text.value)))
+    if lo is None or hi is None:
+        return None
+    type_ = IntType(lo, hi, overflow)
+    if lo > hi:
+        message = f"the range {lo}..{hi} is empty"
+        return context.report("invalid-type", message, text, f"write `{hi}..{lo}`")
+    if not representable(type_):
+        message = f"the range {lo}..{hi} does not fit 64 bits"
+        return context.report("invalid-type", message, text, "narrow it")
+    return type_
+
+
+def _constant(context: Context, text: Text) -> int | None:
+    expr = type_expression(text.stripped(), context.scope, context.findings)
+    if expr is None:
+        return None
+    folded = fold(expr)
+    if isinstance(folded, Literal) and isinstance(folded.type, IntType):
+        assert isinstance(folded.value, int)  # noqa: S101
+        return folded.value
+    return context.report(
+        "not-known-when-compiling",
+        f"`{text.value.strip()}` is no whole number known when compiling",
+        text,
+        "write a number, or the name of a constant",
+    )
+
+
+def read_duration(text: Text, scope: Scope, findings: Findings) -> int | None:
+    """Read a duration literal or a constant expression of type duration, in ticks."""
+    context, text = Context(scope, findings), text.stripped()
+    if WRITTEN.fullmatch(text.value):
+        return duration_of(context, text.value, text)
+    expr = type_expression(text, scope, findings, DURATION)
+    if expr is None:
+        return None
+    folded = fold(expr)
+    if isinstance(folded, Literal):
+        assert isinstance(folded.value, int)  # noqa: S101
+        return folded.value
+    return context.report(
+        "not-known-when-compiling",
+        f"`{text.value}` is no duration known when compiling",
+        text,
+        "write such as `500ms`, or the name of a constant",
+    )

@@ -1,0 +1,393 @@
+"""The types of operators and functions: the laws of LANGUAGE, one function each."""
+
+# mypy: disable-error-code="func-returns-value"
+# (`return context.report(...)` reports and gives up)
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fsmkit.diagnostics import Span
+from fsmkit.language.arithmetic import (
+    common_machine,
+    exact,
+    hull,
+    interval,
+    quotient,
+    representable,
+)
+from fsmkit.language.conversion import convert
+from fsmkit.language.names import Context
+from fsmkit.language.tree import (
+    Apply,
+    Binary,
+    BinaryOp,
+    Conditional,
+    Expr,
+    Function,
+    Literal,
+    Unary,
+    UnaryOp,
+)
+from fsmkit.language.types import (
+    BOOL,
+    DURATION,
+    FLOAT64,
+    INT32,
+    LONGEST_DURATION,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    SymbolType,
+    Type,
+)
+
+EQUALITY = (BinaryOp.EQ, BinaryOp.NE)
+ORDER = (BinaryOp.LT, BinaryOp.LE, BinaryOp.GT, BinaryOp.GE)
+LOGIC = (BinaryOp.AND, BinaryOp.OR)
+BITS = (BinaryOp.BIT_AND, BinaryOp.BIT_OR, BinaryOp.BIT_XOR)
+SHIFTS = (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT)
+TICKS = exact(0, LONGEST_DURATION)
+
+
+def require_bool(context: Context, expr: Expr, what: str) -> bool:
+    """Report an expression that is no truth value; ``what`` says where one is wanted."""
+    if expr.type == BOOL:
+        return True
+    advice = "compare it with something"
+    if isinstance(expr.type, IntType | FloatType):
+        advice = "write the comparison that is meant, such as `!= 0`"
+    context.report(
+        "type-mismatch", f"{what} is {described(expr.type)}, no `bool`", expr.span, advice
+    )
+    return False
+
+
+def described(type_: Type | None) -> str:
+    """Return a type in words, for messages."""
+    match type_:
+        case None:
+            return "nothing"
+        case IntType(lo, hi) if lo == hi:
+            return f"the number {lo}"
+        case SymbolType():
+            return "a symbol"
+        case _:
+            return f"`{type_}`"
+
+
+def type_unary(context: Context, op: UnaryOp, operand: Expr, span: Span) -> Expr | None:
+    """Type a prefix operator."""
+    type_ = operand.type
+    if op is UnaryOp.NOT:
+        if not require_bool(context, operand, "the operand of `!`"):
+            return None
+        return Unary(op, operand, BOOL, span)
+    if isinstance(type_, FloatType) and op is UnaryOp.NEGATE:
+        if isinstance(operand, Literal) and isinstance(operand.value, float):
+            return Literal(-operand.value, FLOAT64, span)
+        return Unary(op, operand, FLOAT64, span)
+    if not isinstance(type_, IntType):
+        message = f"`{op.value}` does not apply to {described(type_)}"
+        return context.report("type-mismatch", message, span)
+    if op is UnaryOp.NEGATE and isinstance(operand, Literal) and isinstance(operand.value, int):
+        result = exact(-operand.value, -operand.value)
+        literal = Literal(-operand.value, result, span)
+        return literal if representable(result) else _too_wide(context, result, span)
+    if type_.is_machine:
+        machine = common_machine(type_)
+        assert machine is not None  # noqa: S101
+        return Unary(op, operand, machine, span)
+    negated = exact(-type_.hi, -type_.lo)
+    result = negated if op is UnaryOp.NEGATE else exact(negated.lo - 1, negated.hi - 1)
+    if not representable(result):
+        return _too_wide(context, result, span)
+    return Unary(op, operand, result, span)
+
+
+def type_binary(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr | None:
+    """Type an infix operator. Operands of mixed kinds are converted to a common type."""
+    a, b = left.type, right.type
+    if op in LOGIC:
+        whose = f"operand of `{op.value}`"
+        is_left = require_bool(context, left, f"the left {whose}")
+        is_right = require_bool(context, right, f"the right {whose}")
+        return Binary(op, left, right, BOOL, span) if is_left and is_right else None
+    if op in EQUALITY or op in ORDER:
+        return _comparison(context, op, left, right, span)
+    if isinstance(a, DurationType) or isinstance(b, DurationType):
+        return _of_durations(context, op, left, right, span)
+    if not isinstance(a, IntType | FloatType) or not isinstance(b, IntType | FloatType):
+        return _not_numbers(context, op, left, right, span)
+    if isinstance(a, FloatType) or isinstance(b, FloatType):
+        if op not in (BinaryOp.ADD, BinaryOp.SUB, BinaryOp.MUL, BinaryOp.DIV):
+            message = f"`{op.value}` does not apply to floating-point numbers"
+            return context.report("type-mismatch", message, span, "declare an operation for it")
+        return Binary(op, convert(left, FLOAT64), convert(right, FLOAT64), FLOAT64, span)
+    if context.is_ecmascript:
+        if op is BinaryOp.DIV and not _divides(left, right):
+            # the quotient of ECMAScript is no integer
+            return Binary(op, convert(left, FLOAT64), convert(right, FLOAT64), FLOAT64, span)
+        if op in BITS or op in SHIFTS:
+            return _ecmascript_bits(context, op, left, right, span)
+    return integers(context, op, left, right, span)
+
+
+def integers(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr | None:
+    """Type an arithmetic operator of integers, with the meaning of C."""
+    a, b = left.type, right.type
+    assert isinstance(a, IntType)  # noqa: S101
+    assert isinstance(b, IntType)  # noqa: S101
+    if op in (BinaryOp.DIV, BinaryOp.REM) and b.lo == b.hi == 0:
+        return context.report(
+            "division-by-zero", "the divisor is always 0", right.span, "divide by something else"
+        )
+    if op in SHIFTS:
+        result = None if a.is_machine else interval(op, a, b)
+        if result is None or not representable(result):
+            result = common_machine(a)
+    elif a.is_machine or b.is_machine:
+        result = common_machine(a, b)
+        if result is None:
+            return context.report(
+                "integer-too-wide",
+                f"no machine integer holds both `{a}` and `{b}`",
+                span,
+                "store one of them in an `int64` first",
+            )
+    else:
+        result = interval(op, a, b)
+    assert result is not None  # noqa: S101
+    if not representable(result):
+        return _too_wide(context, result, span)
+    return Binary(op, left, right, result, span)
+
+
+def _too_wide(context: Context, type_: IntType, span: Span) -> None:
+    return context.report(
+        "integer-too-wide",
+        f"the result lies in {type_.lo}..{type_.hi}, beyond 64 bits",
+        span,
+        "narrow the ranges of the operands, or use machine integers, which wrap around",
+    )
+
+
+def _comparison(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr | None:
+    match left.type, right.type:
+        case (IntType(), IntType()) | (DurationType(), DurationType()):
+            return Binary(op, left, right, BOOL, span)
+        case (IntType() | FloatType(), IntType() | FloatType()):
+            return Binary(op, convert(left, FLOAT64), convert(right, FLOAT64), BOOL, span)
+        case (BoolType() | EnumType() | SymbolType() as a, b) if a == b:
+            if op in EQUALITY:
+                return Binary(op, left, right, BOOL, span)
+            return context.report(
+                "type-mismatch",
+                f"`{op.value}` does not apply to {described(a)}",
+                span,
+                "only `==` and `!=` do",
+            )
+    advice = "compare values of one type"
+    if isinstance(left.type, EnumType) and isinstance(right.type, SymbolType):
+        advice = f"write a member, such as `{left.type.name}.{left.type.members[0]}`"
+    elif isinstance(left.type, DurationType) or isinstance(right.type, DurationType):
+        advice = "give the number a unit, such as `500ms`"
+    elif isinstance(left, Binary) and left.type == BOOL:
+        advice = "put parentheses where they are meant"
+    return context.report(
+        "type-mismatch",
+        f"{described(left.type)} cannot be compared with {described(right.type)}",
+        span,
+        advice,
+    )
+
+
+def _of_durations(
+    context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span
+) -> Expr | None:
+    """Type arithmetic on durations: of ticks, brought back into the bounds of a duration.
+
+    Sum and difference of two, a multiple or a part of one are durations; the quotient of two is
+    a number.
+    """
+    a, b = left.type, right.type
+    both = isinstance(a, DurationType) and isinstance(b, DurationType)
+    count = b if isinstance(a, DurationType) else a
+    match op:
+        case BinaryOp.ADD | BinaryOp.SUB | BinaryOp.REM if both:
+            is_allowed = True
+        case BinaryOp.MUL:
+            is_allowed = isinstance(count, IntType)
+        case BinaryOp.DIV:
+            is_allowed = isinstance(a, DurationType) and isinstance(b, DurationType | IntType)
+        case _:
+            is_allowed = False
+    if not is_allowed:
+        return context.report(
+            "type-mismatch",
+            f"`{op.value}` does not apply to {described(a)} and {described(b)}",
+            span,
+            "give the number a unit, such as `500ms`" if not both else None,
+        )
+    if op in (BinaryOp.DIV, BinaryOp.REM) and isinstance(right, Literal) and right.value == 0:
+        return context.report("division-by-zero", "the divisor is always 0", right.span)
+    ticks = [type_ if isinstance(type_, IntType) else TICKS for type_ in (a, b)]
+    exact_ticks = [exact(t.lo, t.hi) for t in ticks]
+    result = interval(op, *exact_ticks)
+    if result is None or not representable(result):
+        return _too_wide(context, result or TICKS, span)
+    binary = Binary(op, left, right, result, span)
+    return binary if op is BinaryOp.DIV and both else convert(binary, DURATION)
+
+
+def _not_numbers(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span) -> None:
+    if op is BinaryOp.ADD and SymbolType() in (left.type, right.type):
+        return context.report(
+            "outside-language",
+            "strings cannot be joined",
+            span,
+            "log or send the parts one by one, or declare an operation",
+        )
+    advice = None
+    if op in (*BITS, *SHIFTS) and BOOL in (left.type, right.type):
+        advice = "as in C, comparisons bind tighter than `&`, `^` and `|`: put parentheses"
+    message = f"`{op.value}` does not apply to {described(left.type)} and {described(right.type)}"
+    if op in COMBINED and any(isinstance(side.type, EnumType) for side in (left, right)):
+        message = f"{_kind(left.type)} and {_kind(right.type)} cannot be {COMBINED[op]}"
+        advice = "members of an enumeration are no numbers: compare with `==` to choose one"
+    return context.report("type-mismatch", message, span, advice)
+
+
+COMBINED = {
+    BinaryOp.ADD: "added",
+    BinaryOp.SUB: "subtracted",
+    BinaryOp.MUL: "multiplied",
+    BinaryOp.DIV: "divided",
+    BinaryOp.REM: "divided",
+}
+
+
+def _kind(type_: Type | None) -> str:
+    """Return the kind of a value with its article: "a number", "an `Error`"."""
+    if isinstance(type_, IntType | FloatType):
+        return "a number"
+    name = str(type_)
+    return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} `{name}`"
+
+
+def _divides(left: Expr, right: Expr) -> bool:
+    """Whether a quotient of integers is certainly whole."""
+    match left, right:
+        case _, Literal(1 | -1):
+            return True
+        case Literal(int(a)), Literal(int(b)) if b != 0:
+            return quotient(a, b) * b == a
+        case _:
+            return False
+
+
+def _ecmascript_bits(
+    context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span
+) -> Expr | None:
+    """Type a bit operator where ECMAScript computes in int32."""
+    for operand in (left, right):
+        type_ = operand.type
+        assert isinstance(type_, IntType)  # noqa: S101
+        if type_.lo < INT32.lo or type_.hi > INT32.hi:
+            return context.report(
+                "type-mismatch",
+                f"ECMAScript reduces `{type_}` to 32 bits here",
+                operand.span,
+                "keep the operands of bit operators within int32",
+            )
+    if op in BITS:
+        return integers(context, op, left, right, span)
+    return Binary(op, left, right, INT32, span)
+
+
+def common_type(a: Type | None, b: Type | None) -> Type | None:
+    """Return the type of a value that is one or the other, None where there is none."""
+    match a, b:
+        case (IntType(), IntType()):
+            if a == b:
+                return a
+            if a.is_machine or b.is_machine:
+                return common_machine(a, b)
+            union = hull(a, b)
+            return union if representable(union) else None
+        case (IntType() | FloatType(), IntType() | FloatType()):
+            return a if a == b else FLOAT64
+        case _:
+            return a if a == b else None
+
+
+def type_conditional(
+    context: Context, test: Expr, then: Expr, otherwise: Expr, span: Span
+) -> Expr | None:
+    """Type a choice of two values."""
+    is_bool = require_bool(context, test, "the condition")
+    type_ = common_type(then.type, otherwise.type)
+    if type_ is None:
+        return context.report(
+            "type-mismatch",
+            f"one side is {described(then.type)}, the other {described(otherwise.type)}",
+            span,
+            "give both sides one type",
+        )
+    if not is_bool:
+        return None
+    if isinstance(type_, FloatType):
+        then, otherwise = convert(then, type_), convert(otherwise, type_)
+    return Conditional(test, then, otherwise, type_, span)
+
+
+def type_apply(
+    context: Context, function: Function, arguments: tuple[Expr, ...], span: Span
+) -> Expr | None:
+    """Type ``min``, ``max`` or ``abs``."""
+    name = function.value
+    wanted = "one operand" if function is Function.ABS else "two or more operands"
+    if (len(arguments) == 1) != (function is Function.ABS) or not arguments:
+        return context.report(
+            "wrong-arguments", f"`{name}` takes {wanted}, not {len(arguments)}", span
+        )
+    type_ = arguments[0].type
+    for argument in arguments:
+        if not isinstance(argument.type, IntType | FloatType | DurationType):
+            message = f"`{name}` does not apply to {described(argument.type)}"
+            return context.report("type-mismatch", message, argument.span)
+        type_ = _combined(function, type_, argument.type)
+    if type_ is None or (function is Function.ABS and isinstance(type_, DurationType)):
+        message = f"`{name}` does not apply to operands of these types together"
+        return context.report("type-mismatch", message, span, "give all operands one type")
+    if isinstance(type_, FloatType):
+        arguments = tuple(convert(a, FLOAT64) for a in arguments)
+        return Apply(function, arguments, FLOAT64, span)
+    if function is Function.ABS and isinstance(type_, IntType):
+        if type_.is_machine:
+            machine = common_machine(type_)
+            assert machine is not None  # noqa: S101
+            return Apply(function, arguments, machine, span)
+        least = 0 if type_.lo <= 0 <= type_.hi else min(abs(type_.lo), abs(type_.hi))
+        result = exact(least, max(abs(type_.lo), abs(type_.hi)))
+        if not representable(result):
+            return _too_wide(context, result, span)
+        return Apply(function, arguments, result, span)
+    return Apply(function, arguments, type_, span)
+
+
+def _combined(function: Function, a: Type | None, b: Type) -> Type | None:
+    common = common_type(a, b)
+    match a, b, common:
+        case (IntType(), IntType(), IntType()) if not (a.is_machine or b.is_machine):
+            pick = min if function is Function.MIN else max
+            return common if function is Function.ABS else exact(pick(a.lo, b.lo), pick(a.hi, b.hi))
+        case _:
+            return common
+
+
+def with_span(expr: Expr, span: Span) -> Expr:
+    """Return an expression at another place."""
+    return replace(expr, span=span)

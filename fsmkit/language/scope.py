@@ -1,0 +1,43 @@
+"""What the names in an expression may mean: the one thing typing asks of the chart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from fsmkit.language.tree import Expr, Literal, Storage
+from fsmkit.language.types import Field, Type
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """Parameters and result of an operation of the host; ``result`` None: nothing is returned."""
+
+    parameters: tuple[Field, ...] = ()
+    result: Type | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """The names at hand where an expression stands.
+
+    ``dialect`` is ``fsmkit``, ``ecmascript`` or ``null`` (of which only ``In(...)`` is known).
+    """
+
+    variables: Mapping[str, tuple[Type, Storage]] = field(default_factory=dict)
+    constants: Mapping[str, Literal] = field(default_factory=dict)
+    types: Mapping[str, Type] = field(default_factory=dict)
+    """Declared enumerations and records."""
+    operations: Mapping[str, Signature] = field(default_factory=dict)
+    states: Mapping[str, int] = field(default_factory=dict)
+    """Indices of states by id, for ``In``."""
+    event_fields: Mapping[str, Type] | None = None
+    """The payload of the event being handled; None where no event is at hand."""
+    event_facts: Mapping[str, str | None] = field(default_factory=dict)
+    """What is known when compiling of the event being handled: its ``type``, ``origin`` ...
+    (SCXML 5.10.1), None where it is undefined. What is missing is not known."""
+    tick: int = 1000
+    """Microseconds in a tick, the unit of durations."""
+    dialect: str = "fsmkit"
+    super_guard: Expr | None = None
+    """What ``super`` in a guard means: the guard of the base chart."""

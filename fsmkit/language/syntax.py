@@ -1,0 +1,400 @@
+"""Expressions as read, before any name is looked up: what the grammar yields.
+
+Reading is linear in the length of the text and does not recurse; whatever leaves this module
+nests less than `DEEPEST`, so that everything after it may recurse.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
+
+from lark import Lark, Token, Transformer, v_args
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+from fsmkit.language.units import meant, no_unit, number_with
+
+DEEPEST = 100
+"""Levels an expression may nest; operators in a row nest too."""
+LONGEST = 200_000
+"""Characters of an expression."""
+SHORT = 200
+"""Characters of an expression that is kept, for the next time it is written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A piece of an expression: its place in the text, brackets included, and its height."""
+
+    start: int
+    end: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
+class NameNode(Node):
+    """A name."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class NumberNode(Node):
+    """A number, as written."""
+
+    digits: str
+
+
+@dataclass(frozen=True, slots=True)
+class DurationNode(Node):
+    """A number with a unit of time, as written."""
+
+    written: str
+
+
+@dataclass(frozen=True, slots=True)
+class StringNode(Node):
+    """A string, its escapes resolved."""
+
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class TruthNode(Node):
+    """``true`` or ``false``."""
+
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SuperNode(Node):
+    """``super``: the guard of the base chart."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayNode(Node):
+    """``[a, b]``."""
+
+    items: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class UnaryNode(Node):
+    """A prefix operator; ``op`` in the spelling of C."""
+
+    op: str
+    operand: Node
+
+
+@dataclass(frozen=True, slots=True)
+class BinaryNode(Node):
+    """An infix operator, as written but for ``and`` and ``or``, and its place."""
+
+    op: str
+    left: Node
+    right: Node
+    op_start: int
+    op_end: int
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionalNode(Node):
+    """``test ? then : otherwise``, or ``then if test else otherwise``."""
+
+    test: Node
+    then: Node
+    otherwise: Node
+
+
+@dataclass(frozen=True, slots=True)
+class ElementNode(Node):
+    """``base[index]``."""
+
+    base: Node
+    index: Node
+
+
+@dataclass(frozen=True, slots=True)
+class MemberNode(Node):
+    """``base.name``."""
+
+    base: Node
+    name: str
+    name_start: int
+
+
+@dataclass(frozen=True, slots=True)
+class CallNode(Node):
+    """``callee(arguments)``."""
+
+    callee: Node
+    arguments: tuple[Node, ...]
+
+
+def children(node: Node) -> tuple[Node, ...]:
+    """Return the direct parts of a node."""
+    match node:
+        case UnaryNode(operand=operand):
+            return (operand,)
+        case BinaryNode(left=left, right=right):
+            return (left, right)
+        case ConditionalNode(test=test, then=then, otherwise=otherwise):
+            return (test, then, otherwise)
+        case ElementNode(base=base, index=index):
+            return (base, index)
+        case MemberNode(base=base):
+            return (base,)
+        case CallNode(callee=callee, arguments=arguments):
+            return (callee, *arguments)
+        case ArrayNode(items=items):
+            return items
+        case _:
+            return ()
+
+
+class SyntaxFault(Exception):  # noqa: N818  (becomes a finding at once)
+    """Why a text is no expression: the rule broken, where, and a way out."""
+
+    def __init__(self, rule: str, message: str, start: int, end: int, advice: str | None) -> None:
+        """Keep what the finding will say."""
+        super().__init__(message)
+        self.rule, self.message, self.start, self.end, self.advice = (
+            rule,
+            message,
+            start,
+            end,
+            advice,
+        )
+
+
+WORDS = {"and": "&&", "or": "||", "not": "!", "===": "==", "!==": "!="}
+ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "0": "\0", "b": "\b", "f": "\f", "v": "\v", "\n": ""}
+
+
+@v_args(inline=True)
+class _Build(Transformer[Token, Node]):
+    """Makes nodes while the parser runs, bottom up, refusing what nests too deeply."""
+
+    def name(self, token: Token) -> Node:
+        return NameNode(*_place(token), 1, str(token))
+
+    def number(self, token: Token) -> Node:
+        return NumberNode(*_place(token), 1, str(token))
+
+    def duration(self, token: Token) -> Node:
+        return DurationNode(*_place(token), 1, str(token))
+
+    def string(self, token: Token) -> Node:
+        return StringNode(*_place(token), 1, unescape(str(token)[1:-1]))
+
+    def true(self, token: Token) -> Node:
+        return TruthNode(*_place(token), 1, True)
+
+    def false(self, token: Token) -> Node:
+        return TruthNode(*_place(token), 1, False)
+
+    def super(self, token: Token) -> Node:
+        return SuperNode(*_place(token), 1)
+
+    def group(self, opening: Token, inner: Node, closing: Token) -> Node:
+        start, end = _place(opening)[0], _place(closing)[1]
+        return replace(inner, start=start, end=end, height=_above(start, end, inner))
+
+    def array(self, opening: Token, *rest: Any) -> Node:
+        items = _items(rest)
+        start, end = _place(opening)[0], _place(rest[-1])[1]
+        return ArrayNode(start, end, _above(start, end, *items), items)
+
+    def unary(self, op: Token, operand: Node) -> Node:
+        start = _place(op)[0]
+        height = _above(start, operand.end, operand)
+        return UnaryNode(start, operand.end, height, WORDS.get(op, str(op)), operand)
+
+    foreign_prefix = unary
+
+    def binary(self, left: Node, op: Token, right: Node) -> Node:
+        height = _above(left.start, right.end, left, right)
+        written = WORDS.get(op, str(op))
+        return BinaryNode(left.start, right.end, height, written, left, right, *_place(op))
+
+    def conditional(self, test: Node, then: Node, otherwise: Node) -> Node:
+        height = _above(test.start, otherwise.end, test, then, otherwise)
+        return ConditionalNode(test.start, otherwise.end, height, test, then, otherwise)
+
+    def chosen(self, then: Node, test: Node, otherwise: Node) -> Node:
+        height = _above(then.start, otherwise.end, test, then, otherwise)
+        return ConditionalNode(then.start, otherwise.end, height, test, then, otherwise)
+
+    def element(self, base: Node, index: Node, closing: Token) -> Node:
+        end = _place(closing)[1]
+        return ElementNode(base.start, end, _above(base.start, end, base, index), base, index)
+
+    def member(self, base: Node, name: Token) -> Node:
+        start, end = _place(name)
+        return MemberNode(base.start, end, _above(base.start, end, base), base, str(name), start)
+
+    def call(self, callee: Node, *rest: Any) -> Node:
+        items = _items(rest)
+        end = _place(rest[-1])[1]
+        return CallNode(callee.start, end, _above(callee.start, end, callee, *items), callee, items)
+
+    def list(self, *items: Node) -> tuple[Node, ...]:
+        return items
+
+
+def _place(token: Token) -> tuple[int, int]:
+    start = token.start_pos or 0
+    return start, start + len(token)
+
+
+def _items(rest: tuple[Any, ...]) -> tuple[Node, ...]:
+    """Return the items of a list that may have been left out, before its closing bracket."""
+    return rest[0] if isinstance(rest[0], tuple) else ()
+
+
+def _above(start: int, end: int, *below: Node) -> int:
+    height = 1 + max((node.height for node in below), default=0)
+    if height > DEEPEST:
+        raise SyntaxFault(
+            "expression-too-deep",
+            f"the expression nests deeper than {DEEPEST} levels",
+            start,
+            end,
+            "split it: store parts of it in variables first",
+        )
+    return height
+
+
+def unescape(inside: str) -> str:
+    """Return the value of what stands between the quotes; two halves are one character."""
+    if "\\" not in inside:
+        return inside
+    found, i = [], 0
+    while i < len(inside):
+        if inside[i] != "\\":
+            found.append(inside[i])
+            i += 1
+            continue
+        kind = inside[i + 1]
+        size = {"x": 2, "u": 4}.get(kind, 0)
+        digits = inside[i + 2 : i + 2 + size]
+        if size and len(digits) == size and all(c in "0123456789abcdefABCDEF" for c in digits):
+            found.append(chr(int(digits, 16)))
+            i += 2 + size
+        else:
+            found.append(ESCAPES.get(kind, kind))
+            i += 2
+    return "".join(found).encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+
+
+@cache
+def _parser() -> Lark:
+    grammar = Path(__file__).with_name("expression.lark").read_text(encoding="utf-8")
+    return Lark(grammar, parser="lalr", transformer=_Build(), maybe_placeholders=False)
+
+
+def parse(text: str) -> Node:
+    """Read an expression; `SyntaxFault` where it is none."""
+    if not text.strip():
+        raise SyntaxFault(
+            "expression-syntax", "an expression is missing", 0, len(text), "write one here"
+        )
+    if len(text) > LONGEST:
+        raise SyntaxFault(
+            "expression-too-deep",
+            f"the expression is longer than {LONGEST} characters",
+            0,
+            1,
+            "split it: store parts of it in variables first",
+        )
+    try:
+        return _kept(text) if len(text) <= SHORT else _parsed(text)
+    except UnexpectedInput as error:
+        raise _fault(text, error) from None
+
+
+@lru_cache(maxsize=200_000)
+def _kept(text: str) -> Node:
+    """Charts write the same conditions again and again, and several passes read each."""
+    return _parsed(text)
+
+
+def _parsed(text: str) -> Node:
+    if text.isascii() and text.isdigit():
+        return NumberNode(0, len(text), 1, text)  # half of what charts write needs no grammar
+    # with the transformer inside, what the parser returns is what the transformer made
+    node: Any = _parser().parse(text)
+    assert isinstance(node, Node)  # noqa: S101
+    return node
+
+
+FOREIGN = {
+    "function": "declare an operation and call it",
+    "=>": "declare an operation and call it",
+    "new": "declare the data with its type",
+    "instanceof": "the types of all data are known when compiling",
+    "delete": "data live as long as the machine",
+    "await": "declare an event for the answer",
+    "lambda": "declare an operation and call it",
+}
+
+
+def _fault(text: str, error: UnexpectedInput) -> SyntaxFault:
+    if isinstance(error, UnexpectedToken) and error.token.type == "$END":
+        end = len(text.rstrip())
+        return SyntaxFault(
+            "expression-syntax",
+            "the expression ends too early",
+            max(0, end - 1),
+            end,
+            _closing(text) or "write the operand that is missing",
+        )
+    at = error.pos_in_stream or 0
+    size = len(error.token) if isinstance(error, UnexpectedToken) else 1
+    for word, advice in FOREIGN.items():
+        if word in text[: at + size + len(word)].replace("(", " ").split():
+            start = text.find(word)
+            message = f"`{word}` is outside the language"
+            return SyntaxFault("outside-language", message, start, start + len(word), advice)
+    if (wrong := number_with(text, at)) is not None:
+        word, advice = wrong[1], meant(*wrong)
+        return SyntaxFault("expression-syntax", no_unit(word), at, at + len(word), advice)
+    found = text[at : at + size]
+    return SyntaxFault(
+        "expression-syntax",
+        f"`{found}` is not expected here",
+        at,
+        at + size,
+        _advice(text, at, found, isinstance(error, UnexpectedCharacters)),
+    )
+
+
+def _closing(text: str) -> str | None:
+    for opening, closing in ("()", "[]"):
+        if text.count(opening) > text.count(closing):
+            return f"close the bracket with `{closing}`"
+    return None
+
+
+def _advice(text: str, at: int, found: str, is_foreign: bool) -> str | None:
+    match found:
+        case "=":
+            return "compare with `==`; an assignment is a statement"
+        case '"' | "'" if is_foreign:
+            return "close the string with the same quote, on the same line"
+        case "{":
+            return "declare a record type, and assign its fields one by one"
+        case "`":
+            return "write a string in single or double quotes"
+        case ")" | "]":
+            return "remove it, or write the operand that is missing"
+        case "+" | "-" if text[at - 1 : at] == found:
+            return "`++` and `--` are statements of their own"
+        case ";":
+            return "an expression is no statement: remove the semicolon"
+        case _ if found[:1].isalnum() or found[:1] in "_\"'":
+            return "write an operator between the two"
+        case _:
+            return None

@@ -1,0 +1,263 @@
+"""The typed tree of expressions: the only form in which a Chart holds them.
+
+Every node has a type and a place; places take no part in equality. Meaning is fixed here: a
+target that cannot spell an operator with this meaning prints a call of its own instead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from fsmkit.diagnostics import Span
+from fsmkit.language.types import BOOL, SYMBOL, BoolType, SymbolType, Type, Value
+from fsmkit.texts import guard
+
+
+class UnaryOp(Enum):
+    """Operators of one operand; ``+x`` is ``x``."""
+
+    NOT = "!"
+    NEGATE = "-"
+    INVERT = "~"
+
+
+class BinaryOp(Enum):
+    """Operators of two operands.
+
+    ``AND`` and ``OR`` do not evaluate their right side needlessly. ``DIV`` of integers truncates
+    toward zero and ``REM`` has the sign of the dividend, as in C99 6.5.5. A shift count is reduced
+    modulo 32 or 64, the width of the result type; ``SHIFT_RIGHT`` keeps the sign.
+    """
+
+    OR = "||"
+    AND = "&&"
+    EQ = "=="
+    NE = "!="
+    LT = "<"
+    LE = "<="
+    GT = ">"
+    GE = ">="
+    BIT_OR = "|"
+    BIT_XOR = "^"
+    BIT_AND = "&"
+    SHIFT_LEFT = "<<"
+    SHIFT_RIGHT = ">>"
+    ADD = "+"
+    SUB = "-"
+    MUL = "*"
+    DIV = "/"
+    REM = "%"
+
+
+class Storage(Enum):
+    """Where a variable lives."""
+
+    DATA = "data"
+    INPUT = "input"
+    OUTPUT = "output"
+
+
+class Function(Enum):
+    """The functions of the language itself."""
+
+    MIN = "min"
+    MAX = "max"
+    ABS = "abs"
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A constant. Named constants, enumeration members, ``len(a)`` and durations end here too."""
+
+    value: Value
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "value")
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable of the chart: data, input or output. Names are unique across the three."""
+
+    name: str
+    type: Type
+    storage: Storage
+    span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+
+@dataclass(frozen=True, slots=True)
+class EventField:
+    """``event.field``, in SCXML ``_event.data.field``: a part of the payload being handled."""
+
+    name: str
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+
+@dataclass(frozen=True, slots=True)
+class EventName:
+    """``_event.name``: the name of the event being handled, a symbol."""
+
+    span: Span = field(compare=False, repr=False)
+    type: SymbolType = SYMBOL
+
+
+@dataclass(frozen=True, slots=True)
+class EventType(EventName):
+    """``_event.type``: ``platform``, ``internal`` or ``external`` (SCXML 5.10.1), a symbol.
+
+    Empty where no event is at hand, as its name is.
+    """
+
+
+@dataclass(frozen=True, slots=True)
+class InState:
+    """``In(state)``: whether the state of that index is active."""
+
+    state: int
+    id: str
+    span: Span = field(compare=False, repr=False)
+    type: BoolType = BOOL
+
+    def __post_init__(self) -> None:
+        guard(self, "id")
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """An operator of one operand."""
+
+    op: UnaryOp
+    operand: Expr
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """An operator of two operands."""
+
+    op: BinaryOp
+    left: Expr
+    right: Expr
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Conditional:
+    """``test ? then : otherwise``; only the chosen side is evaluated."""
+
+    test: Expr
+    then: Expr
+    otherwise: Expr
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """``array[index]``. An index out of range is a content error (``error.execution``)."""
+
+    array: Variable
+    index: Expr
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """``record.field``."""
+
+    record: Expr
+    name: str
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """``min``, ``max`` (two or more operands) or ``abs`` (one)."""
+
+    function: Function
+    arguments: tuple[Expr, ...]
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of an operation of the host. ``type`` is None where it returns nothing.
+
+    Arguments already fit the declared parameters: each is wrapped in `Convert` where it might not.
+    """
+
+    operation: str
+    arguments: tuple[Expr, ...]
+    type: Type | None
+    span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "operation")
+
+
+@dataclass(frozen=True, slots=True)
+class Convert:
+    """A value brought into a type, as storing it in a variable of that type would.
+
+    Put around arguments, payload fields and stored values whose type differs: integer to float,
+    float to integer (truncating; NaN gives 0), and integers that may lie outside the bounds, for
+    which `Overflow` of the type says what happens.
+    """
+
+    operand: Expr
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Invalid:
+    """An expression that cannot be evaluated: doing so is a content error (``error.execution``).
+
+    Only charts of lenient dialects hold it: SCXML wants such a guard to fail when it is reached.
+    """
+
+    reason: str
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "reason")
+
+
+Expr = (
+    Literal
+    | Variable
+    | EventField
+    | EventName
+    | InState
+    | Unary
+    | Binary
+    | Conditional
+    | Element
+    | Member
+    | Apply
+    | Call
+    | Convert
+    | Invalid
+)
+
+Location = Variable | Element | Member
+"""What an assignment can write."""

@@ -1,1 +1,0 @@
-"""Document, Chart, structure, passes and checks: from what was written to what it means."""

@@ -1,5 +1,0 @@
-"""Links between nodes of one program, for tests and simulation."""
-
-from fsmkit.runtime.channels.in_process.link import InProcessLink, Wire
-
-__all__ = ["InProcessLink", "Wire"]

@@ -1,0 +1,86 @@
+"""Harnesses: every runtime under the same script, giving the same trace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import fail
+from fsmkit.plugins import Target, plugins
+from fsmkit.runtime.script import run_script
+
+
+class Harness(Protocol):
+    """A runtime that can be driven by a script (see `fsmkit.runtime.script`)."""
+
+    @property
+    def name(self) -> str:
+        """``interpreter``, or the name of a target."""
+        ...
+
+    def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
+        """Return the trace; `FsmkitError` where the chart cannot be expressed or built."""
+        ...
+
+
+@runtime_checkable
+class Harnessed(Protocol):
+    """A target that brings a harness: what makes the differential test cover it."""
+
+    name: str
+
+    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
+        """Generate, build and run a machine by a script; return its trace."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class InterpreterHarness:
+    """The reference."""
+
+    name: str = "interpreter"
+
+    def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
+        """Run the interpreter."""
+        return run_script(chart, script)
+
+
+@dataclass(frozen=True, slots=True)
+class TargetHarness:
+    """The harness of a target."""
+
+    target: Harnessed
+
+    @property
+    def name(self) -> str:
+        """Return the name of the target."""
+        return self.target.name
+
+    def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
+        """Generate, build and run."""
+        return list(self.target.harness_run(chart, script))
+
+
+def harnesses() -> tuple[Harness, ...]:
+    """Return the reference and a harness for each target that brings one."""
+    return (InterpreterHarness(), *(TargetHarness(target) for target in plugins(Harnessed)))
+
+
+def target_harnesses() -> tuple[Harness, ...]:
+    """Return the reference and a harness for each target, not for each way it can write."""
+    targets = {target.name for target in plugins(Target)}
+    return tuple(h for h in harnesses() if h.name == "interpreter" or h.name in targets)
+
+
+def harness(name: str) -> Harness:
+    """Return the harness of that name; `FsmkitError` that lists those there are."""
+    reference = InterpreterHarness()
+    if name == reference.name:
+        return reference
+    found = {candidate.name: candidate for candidate in harnesses()}
+    if name in found:
+        return found[name]
+    known = ", ".join(found)
+    raise fail("unknown-plugin", f"nothing runs a chart as `{name}`", help=f"use {known}")

@@ -1,0 +1,287 @@
+"""The event map of a deployment: the nodes, and every message and level that crosses them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from fsmkit.language import (
+    BOOL,
+    DURATION,
+    BoolType,
+    DurationType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    Type,
+    Value,
+)
+from fsmkit.language.values import from_python, to_python
+from fsmkit.texts import guard, telling
+
+LEVELS = 0
+"""The number of the message with all levels of its sender; events are numbered from 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """One end of a connection: a machine and what leaves or enters it."""
+
+    machine: str
+    name: str
+
+    def __post_init__(self) -> None:
+        guard(self, "machine", "name")
+
+    @telling
+    def __str__(self) -> str:
+        return f"{self.machine}.{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class MessageType:
+    """A connection of events that crosses nodes.
+
+    ``fields`` have the names of the receiver and the types of the sender; ``sender`` and
+    ``receiver`` are places among the nodes.
+    """
+
+    number: int
+    sender: int
+    receiver: int
+    source: End
+    target: End
+    fields: tuple[Field, ...]
+
+    @property
+    @telling
+    def name(self) -> str:
+        """The connection as the system file has it."""
+        return f"{self.source} -> {self.target}"
+
+
+@dataclass(frozen=True, slots=True)
+class LevelType:
+    """An output that is wired to an input on another node."""
+
+    sender: int
+    receiver: int
+    source: End
+    target: End
+    type: Type
+
+    @property
+    @telling
+    def name(self) -> str:
+        """The connection as the system file has it."""
+        return f"{self.source} -> {self.target}"
+
+
+@dataclass(frozen=True)
+class EventMap:
+    """What crosses the nodes of a deployment. Two programs understand each other by its hash."""
+
+    system: str
+    nodes: tuple[str, ...]
+    messages: tuple[MessageType, ...]
+    levels: tuple[LevelType, ...]
+    endpoints: tuple[str, ...] = field(default=(), compare=False)
+    """Where each node publishes, if the deployment says so; no part of the hash."""
+    is_insecure: bool = field(default=False, compare=False)
+    """Whether endpoints beyond this computer may go without keys; no part of the hash."""
+
+    def __post_init__(self) -> None:
+        guard(self, "system", "nodes", "endpoints")
+
+    @cached_property
+    def hash(self) -> int:
+        """Return the first four bytes of the SHA-256 of the map, little-endian."""
+        text = json.dumps(self._shape(), sort_keys=True, separators=(",", ":"))
+        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little")
+
+    @cached_property
+    def by_name(self) -> Mapping[str, MessageType]:
+        """The messages by their names."""
+        return {message.name: message for message in self.messages}
+
+    def levels_of(self, node: int) -> tuple[LevelType, ...]:
+        """Return the levels that a node publishes, in the order of its payload."""
+        return tuple(level for level in self.levels if level.sender == node)
+
+    def sent_by(self, machine: str, name: str) -> Iterator[MessageType]:
+        """Yield the messages that an event or an operation of a machine leads to."""
+        end = End(machine, name)
+        return (message for message in self.messages if message.source == end)
+
+    def node(self, name: str) -> int:
+        """Return the place of a node; `ValueError` where there is none of that name."""
+        if name not in self.nodes:
+            raise ValueError(f"there is no node `{name}`, only {', '.join(self.nodes)}")
+        return self.nodes.index(name)
+
+    def message(self, name: str, /, **payload: object) -> Message:
+        """Return a message, its payload as Python writes it; `ValueError` for what it cannot be."""
+        if name not in self.by_name:
+            raise ValueError(f"no message `{name}` crosses nodes")
+        type_ = self.by_name[name]
+        names = [part.name for part in type_.fields]
+        if set(names) != set(payload):
+            raise ValueError(f"`{name}` carries ({', '.join(names)}), not ({', '.join(payload)})")
+        values = []
+        for part in type_.fields:
+            try:
+                values.append(from_python(payload[part.name], part.type))
+            except ValueError as error:
+                raise ValueError(f"`{part.name}` of `{name}` {error}") from error
+        return Message(type_, tuple(values))
+
+    def _shape(self) -> dict[str, Any]:
+        return {
+            "system": self.system,
+            "nodes": list(self.nodes),
+            "messages": [
+                {
+                    "number": message.number,
+                    "from": self.nodes[message.sender],
+                    "to": self.nodes[message.receiver],
+                    "source": [message.source.machine, message.source.name],
+                    "target": [message.target.machine, message.target.name],
+                    "fields": [
+                        {"name": part.name, "type": type_as_json(part.type)}
+                        for part in message.fields
+                    ],
+                }
+                for message in self.messages
+            ],
+            "levels": [
+                {
+                    "from": self.nodes[level.sender],
+                    "to": self.nodes[level.receiver],
+                    "source": [level.source.machine, level.source.name],
+                    "target": [level.target.machine, level.target.name],
+                    "type": type_as_json(level.type),
+                }
+                for level in self.levels
+            ],
+        }
+
+    def as_json(self) -> str:
+        """Return the map as text, to be read back by `from_json`."""
+        shape = {
+            **self._shape(),
+            "endpoints": list(self.endpoints),
+            "insecure": self.is_insecure,
+            "hash": f"{self.hash:08x}",
+        }
+        return json.dumps(shape, indent=2) + "\n"
+
+    @staticmethod
+    def from_json(text: str) -> EventMap:
+        """Return the map of a text; `ValueError` for what is none or was changed."""
+        try:
+            found = json.loads(text)
+            nodes = tuple(str(name) for name in found["nodes"])
+            made = EventMap(
+                str(found["system"]),
+                nodes,
+                tuple(
+                    MessageType(
+                        int(part["number"]),
+                        nodes.index(part["from"]),
+                        nodes.index(part["to"]),
+                        End(*part["source"]),
+                        End(*part["target"]),
+                        tuple(Field(f["name"], type_from_json(f["type"])) for f in part["fields"]),
+                    )
+                    for part in found["messages"]
+                ),
+                tuple(
+                    LevelType(
+                        nodes.index(part["from"]),
+                        nodes.index(part["to"]),
+                        End(*part["source"]),
+                        End(*part["target"]),
+                        type_from_json(part["type"]),
+                    )
+                    for part in found["levels"]
+                ),
+                tuple(str(endpoint) for endpoint in found.get("endpoints", ())),
+                found.get("insecure", False) is True,
+            )
+            is_whole = f"{made.hash:08x}" == found["hash"]
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"this is no event map: {error!r}") from error
+        if not is_whole:
+            raise ValueError("this event map was changed: its hash is another")
+        return made
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message with its values, as the machines hold them."""
+
+    type: MessageType
+    values: tuple[Value, ...] = ()
+
+    @property
+    @telling
+    def name(self) -> str:
+        """The connection as the system file has it."""
+        return self.type.name
+
+    @property
+    def machine(self) -> str:
+        """The machine that is to receive an event."""
+        return self.type.target.machine
+
+    @property
+    def event(self) -> str:
+        """The event that it is to receive."""
+        return self.type.target.name
+
+    @property
+    def payload(self) -> dict[str, object]:
+        """The values by the receiver's names, as Python writes them."""
+        return {
+            part.name: to_python(value, part.type)
+            for part, value in zip(self.type.fields, self.values, strict=True)
+        }
+
+
+def type_as_json(type_: Type) -> dict[str, Any]:
+    """Return a scalar type; `ValueError` for one that does not cross nodes."""
+    match type_:
+        case BoolType():
+            return {"kind": "bool"}
+        case IntType(lo, hi):
+            return {"kind": "int", "lo": lo, "hi": hi}
+        case FloatType(bits):
+            return {"kind": "float", "bits": bits}
+        case EnumType(name, members):
+            return {"kind": "enum", "name": name, "members": list(members)}
+        case DurationType():
+            return {"kind": "duration"}
+        case _:
+            raise ValueError(f"`{type_}` does not cross nodes")
+
+
+def type_from_json(found: Mapping[str, Any]) -> Type:
+    """Return the type that `type_as_json` wrote."""
+    match found["kind"]:
+        case "bool":
+            return BOOL
+        case "int":
+            return IntType(int(found["lo"]), int(found["hi"]))
+        case "float":
+            return FloatType(int(found["bits"]))
+        case "enum":
+            return EnumType(str(found["name"]), tuple(map(str, found["members"])))
+        case "duration":
+            return DURATION
+        case _:
+            raise ValueError(f"there is no kind of type `{found['kind']}`")

@@ -1,0 +1,318 @@
+"""A link of a node: what a program does with it, and what is common to all kinds."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+from fsmkit.language import Value
+from fsmkit.language.values import from_python, to_python
+from fsmkit.runtime.links.codec import Codec, Frame
+from fsmkit.runtime.links.event_map import LEVELS, EventMap, Message
+from fsmkit.runtime.links.faults import Faults
+from fsmkit.runtime.links.receiving import WORD, Counters, Receiver
+from fsmkit.runtime.links.ring import Ring
+
+SLOTS = 256
+"""Events that wait in each direction, unless the program says otherwise."""
+
+
+class LinkTimeout(TimeoutError):  # noqa: N818  (what it is called in every library)
+    """Frames, or a listener, that were waited for did not come in time; the text says which."""
+
+
+@runtime_checkable
+class Link(Protocol):
+    """A link of a node, in cycles: begin, receive and send, end. No call but `wait_*` blocks."""
+
+    map: EventMap
+    node: int
+
+    def begin_cycle(self) -> None:
+        """See what has come in."""
+        ...
+
+    def receive(self) -> Message | None:
+        """Return the oldest event that came in before this cycle; None if there is no more."""
+        ...
+
+    def level(self, name: str) -> object:
+        """Return the last value of a level of another node; None before the first came."""
+        ...
+
+    def send(self, message: Message) -> bool:
+        """Send an event when the cycle ends; False, and counted, if there is no room."""
+        ...
+
+    def end_cycle(self, levels: Mapping[str, object] | None = None) -> None:
+        """Let out what was sent, and the levels of this node: all of them, each cycle."""
+        ...
+
+    def counters(self, node: str) -> Counters:
+        """Return what was counted of a peer."""
+        ...
+
+    def silence(self, node: str) -> int:
+        """Return the cycles since the last frame of a peer was seen."""
+        ...
+
+    @property
+    def sent(self) -> int:
+        """The frames that were sent in this session: what `wait_frames` of a peer is told."""
+        ...
+
+    @property
+    def refused(self) -> int:
+        """The events for which there was no room."""
+        ...
+
+    @property
+    def malformed(self) -> int:
+        """The frames that were none, were cut off, or held what their type forbids."""
+        ...
+
+    @property
+    def foreign(self) -> int:
+        """The frames of another version, another event map, or not of the node they came from."""
+        ...
+
+    def wait_listeners(self, timeout: float) -> None:
+        """Block until all other nodes listen; `LinkTimeout` after so many seconds.
+
+        A node listens when it has shown that it is the one at its endpoint, and with keys, that it
+        has the key.
+        """
+        ...
+
+    def wait_frames(
+        self, node: str, frames: int, *, session: int = 0, timeout: float = 1.0
+    ) -> None:
+        """Block until so many frames of a peer have come (deterministic links only).
+
+        ``session``: of the peer; 0 for whichever it is. `LinkTimeout` when none comes for so many
+        seconds; `ValueError` if more have come than that.
+        """
+        ...
+
+    def close(self) -> None:
+        """End threads and connections."""
+        ...
+
+
+@runtime_checkable
+class LinkKind(Protocol):
+    """Opens links that are carried in one way: a plug-in."""
+
+    name: str
+
+    def open(
+        self,
+        event_map: EventMap,
+        node: str,
+        *,
+        session: int,
+        faults: Faults | None = None,
+        options: Mapping[str, Any],
+    ) -> Link:
+        """Return a link of a node; `FsmkitError` where it cannot be opened."""
+        ...
+
+
+@dataclass(slots=True)
+class _Queued:
+    number: int
+    message: Message
+
+
+class Endpoint(ABC):
+    """What all kinds of links do alike: rings, numbers, levels, counting.
+
+    A kind fills in `_wake` (frames wait), `_take_in` (block for one frame of a peer) and
+    `wait_listeners`.
+    """
+
+    def __init__(
+        self,
+        event_map: EventMap,
+        node: str,
+        session: int,
+        faults: Faults | None,
+        slots: int,
+        *,
+        is_proven: bool,
+    ) -> None:
+        if not 0 < session < WORD:
+            raise ValueError(f"a session is 1 to 2^32 - 1, not {session}")
+        self.map = event_map
+        self.node = event_map.node(node)
+        self.session = session
+        self.codec = Codec(event_map)
+        self.receiver = Receiver(self.codec, self.node, slots, faults, is_proven=is_proven)
+        self._own_levels = event_map.levels_of(self.node)
+        self._places = {
+            level.name: (sender, place)
+            for sender in range(len(event_map.nodes))
+            for place, level in enumerate(event_map.levels_of(sender))
+        }
+        self._out: Ring[_Queued] = Ring(slots)
+        self._pending: list[_Queued] = []
+        self._levels: tuple[int, tuple[Value, ...]] | None = None
+        self._put = 0
+        self._put_before = 0
+        self._arrived = 0
+        self._sequence = 0
+        self._events = 0
+        self._sent = 0
+        self._seen = [(0, 0) for _ in event_map.nodes]
+
+    # --- the loop's end ----------------------------------------------------------------------
+
+    def begin_cycle(self) -> None:
+        """See what has come in."""
+        self.receiver.cycle += 1
+        cycle = self.receiver.cycle
+        self._pass_time()
+        for node, peer in enumerate(self.receiver.peers):
+            if peer.heard != self._seen[node][0]:
+                self._seen[node] = peer.heard, cycle
+        self._arrived = len(self.receiver.events)
+
+    def receive(self) -> Message | None:
+        """Return the oldest event that came in before this cycle; None if there is no more."""
+        if self._arrived == 0:
+            return None
+        self._arrived -= 1
+        return self.receiver.events.get()
+
+    def level(self, name: str) -> object:
+        """Return the last value of a level of another node; None before the first came."""
+        if name not in self._places:
+            raise ValueError(f"no level `{name}` crosses nodes")
+        sender, place = self._places[name]
+        frame = self.receiver.peers[sender].levels
+        if frame is None:
+            return None
+        return to_python(frame.values[place], self.map.levels_of(sender)[place].type)
+
+    def send(self, message: Message) -> bool:
+        """Send an event when the cycle ends; False, and counted, if there is no room."""
+        if message.type.sender != self.node:
+            raise ValueError(f"`{message.name}` is not sent by `{self.map.nodes[self.node]}`")
+        number = self._put
+        self._put = (self._put + 1) % WORD
+        if len(self._out) + len(self._pending) >= self._out.capacity:
+            self._out.refused += 1
+            return False
+        self._pending.append(_Queued(number, message))
+        return True
+
+    def end_cycle(self, levels: Mapping[str, object] | None = None) -> None:
+        """Let out what was sent, and the levels of this node: all of them, each cycle."""
+        given = {} if levels is None else levels
+        names = [level.name for level in self._own_levels]
+        if set(given) != set(names):
+            raise ValueError(f"the levels of this node are ({', '.join(names)})")
+        values = tuple(from_python(given[level.name], level.type) for level in self._own_levels)
+        self._levels = self._put_before, values
+        for queued in self._pending:
+            self._out.put(queued)
+        self._pending.clear()
+        self._put_before = self._put
+        self._wake()
+
+    # --- the sender's end --------------------------------------------------------------------
+
+    def next_frame(self) -> bytes | None:
+        """Return the next frame to send; None if there is none. For one thread."""
+        has_event = len(self._out) > 0
+        levels, self._levels = self._levels, None
+        if levels is not None:
+            before, values = levels
+            if len(self._out) == 0:  # all events of former cycles were sent or refused
+                self._events = before
+            message = LEVELS
+        elif has_event and (queued := self._out.get()) is not None:
+            self._events = queued.number
+            values = queued.message.values
+            message = queued.message.type.number
+        else:
+            return None
+        frame = Frame(self.node, self.session, self._sequence, self._events, message, values)
+        self._sequence = (self._sequence + 1) % WORD
+        self._events = (self._events + (message != LEVELS)) % WORD
+        self._sent += 1
+        return self.codec.encode(frame)
+
+    # --- counting and waiting ----------------------------------------------------------------
+
+    def counters(self, node: str) -> Counters:
+        """Return what was counted of a peer."""
+        return self.receiver.counters(self.map.node(node))
+
+    def silence(self, node: str) -> int:
+        """Return the cycles since the last frame of a peer was seen."""
+        return self.receiver.cycle - self._seen[self.map.node(node)][1]
+
+    @property
+    def sent(self) -> int:
+        """The frames that were sent in this session."""
+        return self._sent
+
+    @property
+    def refused(self) -> int:
+        """The events for which there was no room."""
+        return self._out.refused
+
+    @property
+    def malformed(self) -> int:
+        """The frames that were none, were cut off, or held what their type forbids."""
+        return self.receiver.malformed
+
+    @property
+    def foreign(self) -> int:
+        """The frames of another version, another event map, or not of the node they came from."""
+        return self.receiver.foreign
+
+    def wait_frames(
+        self, node: str, frames: int, *, session: int = 0, timeout: float = 1.0
+    ) -> None:
+        """Block until so many frames of a peer have come (deterministic links only)."""
+        place = self.map.node(node)
+        counters = self.receiver.peers[place].counters
+        while True:
+            if session in (0, counters.session):
+                if counters.frames == frames:
+                    return
+                if counters.frames > frames and session != 0:
+                    raise ValueError(f"{self._waited(node, frames, session)}: too many")
+            elif counters.session and (session - counters.session) % WORD >= WORD // 2:
+                raise ValueError(f"{self._waited(node, frames, session)}: a later session")
+            elif frames == 0:
+                return
+            if not self._take_in(place, timeout):
+                if counters.frames > frames and session == 0:
+                    raise ValueError(f"{self._waited(node, frames, session)}: too many")
+                raise LinkTimeout(self._waited(node, frames, session))
+
+    def _waited(self, node: str, frames: int, session: int) -> str:
+        counters = self.counters(node)
+        return (
+            f"node `{self.map.nodes[self.node]}` waited for `{node}`: {frames} frames of session "
+            f"{session}, there are {counters.frames} of session {counters.session}"
+        )
+
+    # --- what a kind fills in ----------------------------------------------------------------
+
+    def _pass_time(self) -> None:
+        """Let delayed frames go on, unless another thread does."""
+        self.receiver.pass_time()
+
+    @abstractmethod
+    def _wake(self) -> None:
+        """Carry the frames that `next_frame` gives."""
+
+    @abstractmethod
+    def _take_in(self, node: int, timeout: float) -> bool:
+        """Block until a frame of a peer has arrived; False when the time is over."""

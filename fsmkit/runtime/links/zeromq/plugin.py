@@ -1,0 +1,44 @@
+"""The plug-in; it needs pyzmq only when a link is opened."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fsmkit.diagnostics import fail
+from fsmkit.runtime.links.event_map import EventMap
+from fsmkit.runtime.links.faults import Faults
+from fsmkit.runtime.links.link import Link
+
+
+class ZeroMq:
+    """Opens links over ZeroMQ.
+
+    Options: ``endpoints`` by node (else those of the event map), ``bind``, ``is_deterministic``,
+    ``keys`` (a folder of CURVE keys), ``slots``.
+    """
+
+    name = "zeromq"
+
+    def open(
+        self,
+        event_map: EventMap,
+        node: str,
+        *,
+        session: int,
+        faults: Faults | None = None,
+        options: Mapping[str, Any],
+    ) -> Link:
+        """Return a link of a node; `FsmkitError` where it cannot be opened."""
+        try:
+            from fsmkit.runtime.links.zeromq.link import ZeroMqLink
+        except ImportError as error:
+            raise fail(
+                "link-not-opened",
+                "links over ZeroMQ need the package `pyzmq`",
+                help="install it: pip install 'fsmkit[links]'",
+            ) from error
+        return ZeroMqLink(event_map, node, session=session, faults=faults, **options)
+
+
+PLUGIN = ZeroMq()

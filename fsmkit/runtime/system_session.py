@@ -1,0 +1,236 @@
+"""A system run on a simulated clock, in the interpreter: one of the runs that `check` explores.
+
+The schedule is fixed: the machines of the environment answer first, then each machine in the order
+of the file runs until it is quiet; when all are, the clock goes on to the next deadline.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from random import Random
+
+from fsmkit.language import Value, default_value
+from fsmkit.language.values import from_python, to_python
+from fsmkit.runtime.interpreter.macrostep import initial, start
+from fsmkit.runtime.interpreter.run import (
+    at_time,
+    most_at_once,
+    next_deadline,
+    post,
+    run,
+    stands_still,
+    step_eventless,
+)
+from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
+from fsmkit.system.readiness import tries_eventless
+from fsmkit.system.shared import driven, kept_at_start, written_value
+from fsmkit.system.system import System
+
+Answer = Callable[[tuple[Value, ...]], Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """A macrostep of a machine of the system, by name."""
+
+    machine: str
+    macrostep: Macrostep
+
+
+class _Host:
+    """Answers the operations of a machine."""
+
+    def __init__(
+        self, answers: Mapping[str, Answer], defaults: Mapping[str, Value | None], random: Random
+    ) -> None:
+        self._random = random
+        self._answers = answers
+        self._defaults = defaults
+
+    def delay(self, least: int, greatest: int) -> int:
+        """Return how long a delay takes that a chart gives as an interval."""
+        return self._random.randint(least, greatest)
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Perform an operation: the answer given for it, else the least value of its type."""
+        if operation in self._answers:
+            return self._answers[operation](arguments)
+        return self._defaults[operation]
+
+
+class SystemSession:
+    """All machines of a system, wired, on one simulated clock."""
+
+    def __init__(
+        self,
+        system: System,
+        answers: Mapping[str, Mapping[str, Answer]] | None = None,
+        *,
+        seed: int = 0,
+    ):
+        """Stand before the start; ``answers`` by machine and operation, for those with a result.
+
+        ``seed`` picks the delays that environment charts give as intervals.
+        """
+        random = Random(seed)  # noqa: S311  (no secret)
+        self.system = system
+        self.now = 0
+        """Ticks since the start."""
+        self._charts = [machine.chart for machine in system.machines]
+        self._names = [machine.name for machine in system.machines]
+        self._snapshots = [initial(chart) for chart in self._charts]
+        given = answers or {}
+        self._hosts = [
+            _Host(
+                given.get(machine.name, {}),
+                {
+                    o.name: None if o.result is None else default_value(o.result)
+                    for o in machine.chart.operations
+                },
+                random,
+            )
+            for machine in system.machines
+        ]
+        self._order = sorted(
+            range(len(self._charts)), key=lambda m: not system.machines[m].environment
+        )
+
+    # --- looking -------------------------------------------------------------------------------
+
+    def active(self, machine: str) -> tuple[str, ...]:
+        """Return the active leaves of a machine, in document order."""
+        index = self._names.index(machine)
+        chart = self._charts[index]
+        found = sorted(self._snapshots[index].configuration)
+        return tuple(chart.states[s].id for s in found if chart.states[s].is_leaf)
+
+    def is_in(self, machine: str, state: str) -> bool:
+        """Whether a state of a machine is active."""
+        index = self._names.index(machine)
+        return self._charts[index].state_index[state] in self._snapshots[index].configuration
+
+    def value(self, machine: str, name: str) -> object:
+        """Return a variable of a machine, as a Python value."""
+        index = self._names.index(machine)
+        chart, snapshot = self._charts[index], self._snapshots[index]
+        declared = [*chart.data, *chart.outputs, *chart.inputs]
+        values = (*snapshot.data, *snapshot.inputs)
+        place = [variable.name for variable in declared].index(name)
+        return to_python(values[place], declared[place].type)
+
+    # --- doing ---------------------------------------------------------------------------------
+
+    def start(self) -> list[Happening]:
+        """Start all machines, and let them come to rest."""
+        for index in self._order:
+            self._tell_changes(index, None)
+        done: list[Happening] = []
+        pending: list[tuple[int, Macrostep]] = []
+        for index in self._order:
+            chart, host = self._charts[index], self._hosts[index]
+            before = self._snapshots[index]
+            kept = kept_at_start(self.system.machines[index], before.data)
+            first = start(chart, self.now, host, before.inputs, given=kept)
+            self._snapshots[index] = first.after
+            self._tell_changes(index, before)
+            done.append(Happening(self._names[index], first))
+            pending.append((index, first))
+        for index, first in pending:
+            self._pass_on(index, first)
+        done += self._settle()
+        return done
+
+    def post(self, machine: str, event: str, **payload: object) -> bool:
+        """Put an event in the queue of a machine; False if there is no room or it does not run."""
+        index = self._names.index(machine)
+        chart = self._charts[index]
+        declared = chart.events[chart.event_index[event]]
+        values = tuple(from_python(payload[part.name], part.type) for part in declared.fields)
+        after = post(chart, self._snapshots[index], Occurrence(declared.index, values))
+        if after is not None:
+            self._snapshots[index] = after
+        return after is not None
+
+    def run(self, until: int) -> list[Happening]:
+        """Let the machines work until a time (ticks); return what happened, in order."""
+        done = self._settle()
+        while (deadline := self._next_deadline()) is not None and deadline <= until:
+            self.now = deadline
+            done += self._settle()
+        self.now = until
+        return done
+
+    def _next_deadline(self) -> int | None:
+        deadlines = [next_deadline(s) for s in self._snapshots if s.running]
+        return min((due for due in deadlines if due is not None), default=None)
+
+    def _settle(self) -> list[Happening]:
+        """Run machine after machine until none has anything to do."""
+        done: list[Happening] = []
+        moved = True
+        most = sum(map(most_at_once, self._charts))
+        while moved:
+            moved = False
+            for index in self._order:
+                happened = list(self._run_one(index))
+                done += happened
+                if len(done) > most:
+                    raise stands_still(self._charts[index], [h.macrostep for h in happened])
+                moved = moved or bool(happened)
+                if happened:
+                    break  # the environment answers before anybody else goes on
+        return done
+
+    def _run_one(self, index: int) -> Iterator[Happening]:
+        before = self._snapshots[index]
+        macrosteps = self._macrosteps(index)
+        if not macrosteps:
+            self._snapshots[index] = at_time(before, self.now)
+            return
+        self._snapshots[index] = macrosteps[-1].after
+        for macrostep in macrosteps:
+            self._pass_on(index, macrostep)
+            yield Happening(self._names[index], macrostep)
+        self._tell_changes(index, before)
+
+    def _macrosteps(self, index: int) -> tuple[Macrostep, ...]:
+        chart, host = self._charts[index], self._hosts[index]
+        machine, snapshot = self.system.machines[index], at_time(self._snapshots[index], self.now)
+        if machine.shared and snapshot.running and tries_eventless(machine, chart):
+            tried = step_eventless(chart, snapshot, host)
+            if tried is not None:
+                return (tried,)
+        return run(chart, snapshot, self.now, host)
+
+    def _tell_changes(self, source: int, before: Snapshot | None) -> None:
+        """Give the outputs and shared data that a machine changed to all that read them."""
+        machine, chart = self.system.machines[source], self._charts[source]
+        for link in self.system.input_links:
+            if link.source != source:
+                continue
+            value = written_value(machine, chart, self._snapshots[source].data, link.output)
+            if before is None or value != written_value(machine, chart, before.data, link.output):
+                target = self._snapshots[link.target]
+                self._snapshots[link.target] = driven(
+                    self.system.machines[link.target], target, link.input, value
+                )
+
+    def _pass_on(self, source: int, macrostep: Macrostep) -> None:
+        """Deliver what a machine sent and called."""
+        chart = self._charts[source]
+        operations = [o.name for o in chart.operations]
+        for effect in macrostep.effects:
+            match effect:
+                case Emitted(Occurrence(event, payload)):
+                    port, values = event, payload
+                case Called(operation, arguments):
+                    port, values = len(chart.events) + operations.index(operation), arguments
+                case _:
+                    continue
+            for link in self.system.event_links:
+                if (link.source, link.port) == (source, port):
+                    sent = Occurrence(link.event, tuple(values[n] for n in link.arguments))
+                    target: Snapshot = self._snapshots[link.target]
+                    after = post(self._charts[link.target], target, sent)
+                    self._snapshots[link.target] = target if after is None else after

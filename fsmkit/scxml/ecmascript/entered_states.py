@@ -1,0 +1,86 @@
+"""Which events can be at hand where a state is entered: those of the transitions that lead there.
+
+An upper bound: guards are not looked at, and a history may hold anything below its parent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from fsmkit.document.document import DocState, DocTransition, Document, Kind, Trigger
+
+HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+
+
+class EnteredStates:
+    """The states that can be entered from others, with all that eventless transitions add.
+
+    States are known by identity.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self._parents: dict[int, DocState] = {}
+        self._by_name: dict[str, DocState] = {}
+        self._transitions: dict[tuple[str, ...], list[DocState]] = {}
+        for state in _states(document.root):
+            self._parents |= {id(child): state for child in state.children}
+            if state.id is not None:
+                self._by_name[state.id.value] = state
+        for state in _states(document.root):
+            for transition in state.transitions:
+                if transition.trigger is Trigger.EVENT:
+                    events = tuple(event.value for event in transition.events)
+                    self._transitions.setdefault(events, []).extend(self._targets([transition]))
+        self.at_start = self._entered([document.root])
+        """Those that may be entered while no event is at hand."""
+
+    def descriptors(self, wanted: Iterable[DocState]) -> dict[int, tuple[str, ...]]:
+        """Return the descriptors of the events that can be at hand when these are entered."""
+        found: dict[int, list[str]] = {id(state): [] for state in wanted}
+        if found:
+            for events, targets in self._transitions.items():
+                for state in self._entered(targets) & found.keys():
+                    found[state] += events
+        return {state: tuple(events) for state, events in found.items()}
+
+    def _entered(self, targets: Iterable[DocState]) -> frozenset[int]:
+        """Return what is entered with some states: by default below, and around them."""
+        entered: set[int] = set()
+        around: set[int] = set()
+        left = list(targets)
+        while left:
+            state = left.pop()
+            if id(state) in entered:
+                continue
+            entered.add(id(state))
+            left += self._targets(t for t in state.transitions if t.trigger is not Trigger.EVENT)
+            if state.kind in HISTORIES and id(state) in self._parents:
+                left += _states(self._parents[id(state)])
+            elif state.kind is Kind.PARALLEL:
+                left += state.children
+            elif state.initial is not None:
+                left += self._targets([state.initial])
+            else:
+                left += state.children[:1]
+            above = self._parents.get(id(state))
+            while above is not None and id(above) not in around:
+                around.add(id(above))
+                left += self._targets(
+                    t for t in above.transitions if t.trigger is not Trigger.EVENT
+                )
+                if above.kind is Kind.PARALLEL:
+                    left += above.children
+                above = self._parents.get(id(above))
+        return frozenset(entered | around)
+
+    def _targets(self, transitions: Iterable[DocTransition]) -> list[DocState]:
+        names = (target.value for transition in transitions for target in transition.targets)
+        return [self._by_name[name] for name in names if name in self._by_name]
+
+
+def _states(state: DocState) -> Iterator[DocState]:
+    left = [state]
+    while left:
+        state = left.pop()
+        yield state
+        left += state.children

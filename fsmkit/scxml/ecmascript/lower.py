@@ -1,0 +1,375 @@
+"""Say in plain statements what only the loose dialects have, before anything is typed.
+
+* The ``content`` of an event is its field ``data``, or its members where it is an object.
+* An attribute of ``send`` or ``cancel`` that is the value of a variable becomes a choice among
+  the strings that the variable is ever given: so they are all known when compiling. The same is
+  done where an assignment joins strings of variables, and where a name of an event is joined of
+  that of the event at hand.
+* The id of what is sent is known, also where it is made; where ``_event.sendid`` is read, it goes
+  with the event.
+* A variable that is asked whether it is defined has a flag, set wherever it is assigned.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from fsmkit.diagnostics import Span, Text
+from fsmkit.document.document import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCancel,
+    DocData,
+    DocForEach,
+    DocIf,
+    DocInvoke,
+    DocSend,
+    DocState,
+    DocStatement,
+    DocTransition,
+    Document,
+    DocUnreadable,
+)
+from fsmkit.document.invocation_context import Given
+from fsmkit.document.literal_content import content_value, members, string
+from fsmkit.document.walk import parts
+from fsmkit.language import flag_of
+from fsmkit.language.ecmascript import SEND_ID, WHOLE_PAYLOAD
+from fsmkit.language.syntax import unescape
+from fsmkit.scxml.ecmascript.joined_names import AT_HAND, MOST_NAMES, JoinedNames, find_joined_names
+from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_strings
+from fsmkit.scxml.ecmascript.repeated_params import apart, with_fields_of_their_own
+
+STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
+ASKED = re.compile(
+    r"typeof\s*\(?\s*([\w$]+)|([\w$]+)\s*[!=]==?\s*(?:undefined|null)\b"
+    r"|\b(?:undefined|null)\s*[!=]==?\s*([\w$]+)"
+)
+NUMBER = re.compile(r"\s*\d+\s*")
+
+
+def lower_ecmascript(document: Document, given: Given | None = None) -> Document:
+    """Return a document of a loose dialect without what is only shorthand there.
+
+    ``given`` says what an invoker sets when the machine starts.
+    """
+    if document.datamodel == "fsmkit":
+        return document
+    return _Lowering(document, given).run()
+
+
+def string_value(text: Text) -> str | None:
+    """Return the value of a text that is one string literal."""
+    found = STRING.fullmatch(text.value)
+    return None if found is None else unescape(next(g for g in found.groups() if g is not None))
+
+
+@dataclass
+class _Lowering:
+    document: Document
+    given: Given | None = None
+    strings: KnownStrings = field(default_factory=lambda: KnownStrings("", {}))
+    joined: JoinedNames = field(default_factory=lambda: JoinedNames(KnownStrings("", {})))
+    flagged: tuple[str, ...] = ()
+    asks_for_ids: bool = False
+    spelt: frozenset[str] = frozenset()
+    """Data that start as a number and are only ever used as strings."""
+
+    def run(self) -> Document:
+        document = self.document
+        whole = tuple(parts(document))
+        self.strings = find_strings(document, whole, self.given, self._placeholders(whole))
+        self.joined = find_joined_names(document, whole, self.given, self.strings)
+        hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
+        declared = {
+            part.name.value: part
+            for part in whole
+            if isinstance(part, DocData) and part.name.value not in hosts
+        }
+        asked = {
+            name
+            for part in whole
+            if isinstance(part, Text)
+            for match in ASKED.finditer(part.value)
+            for name in match.groups()
+            if name is not None
+        }
+        self.asks_for_ids = any(
+            isinstance(part, Text) and "_event.sendid" in part.value for part in whole
+        )
+        data = [self._spelt(written) for written in document.data]
+        self.flagged = tuple(name for name in declared if name in asked)
+        given = () if self.given is None else [name for name, _ in self.given.data]
+        for flagged in self.flagged:
+            at = declared[flagged].name
+            has_value = declared[flagged].init is not None or flagged in given
+            data.append(
+                DocData(
+                    replace(at, value=flag_of(flagged), offsets=()),
+                    replace(at, value="bool", offsets=()),
+                    replace(at, value="true" if has_value else "false", offsets=()),
+                )
+            )
+        return replace(
+            document,
+            data=tuple(data),
+            root=self._state(document.root),
+            script=self._block(document.script),
+            posted=tuple(
+                replace(at, value=name, offsets=())
+                for name, at in sorted(self.joined.derived.items())
+            ),
+        )
+
+    def _spelt(self, data: DocData) -> DocData:
+        if data.name.value not in self.spelt or data.init is None:
+            return data
+        return replace(data, init=string(data.init.value.strip(), data.init))
+
+    def _placeholders(self, whole: tuple[object, ...]) -> dict[str, str]:
+        """Return the numbers that only hold the place of a string, and note whose they are."""
+        numbers = {
+            part.name.value: part.init.value.strip()
+            for part in whole
+            if isinstance(part, DocData) and part.type is None and part.init is not None
+            if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, whole)
+        }
+        known = find_strings(self.document, whole, self.given, numbers)
+        self.spelt = frozenset(name for name in numbers if len(known.of(name) or ()) > 1)
+        return {name: numbers[name] for name in self.spelt}
+
+    # --- the tree -------------------------------------------------------------------------
+
+    def _state(self, state: DocState) -> DocState:
+        done_data, done_content = state.done_data, state.done_content
+        if done_content is not None and not done_data:
+            done_data, done_content = _payload(done_content), None
+        done_data = apart(done_data)
+        return replace(
+            state,
+            children=tuple(self._state(child) for child in state.children),
+            initial=None if state.initial is None else self._transition(state.initial),
+            transitions=tuple(self._transition(t) for t in state.transitions),
+            entry=tuple(self._block(block) for block in state.entry),
+            exit=tuple(self._block(block) for block in state.exit),
+            data=tuple(self._spelt(written) for written in state.data),
+            invokes=tuple(self._invoke(invoke) for invoke in state.invokes),
+            done_data=done_data,
+            done_content=done_content,
+        )
+
+    def _transition(self, transition: DocTransition) -> DocTransition:
+        content = transition.content
+        return replace(transition, content=None if content is None else self._block(content))
+
+    def _block(self, block: Block) -> Block:
+        return tuple(lowered for statement in block for lowered in self._statement(statement))
+
+    def _statement(self, statement: DocStatement) -> Block:
+        match statement:
+            case DocAssign(location, _, span):
+                return (*self._assign(statement), *self._set(location, span))
+            case DocIf(branches):
+                done = tuple(replace(b, body=self._block(b.body)) for b in branches)
+                return (replace(statement, branches=done),)
+            case DocForEach(_, item, index, body, span):
+                flags = self._set(item, span) + (() if index is None else self._set(index, span))
+                return (replace(statement, body=(*flags, *self._block(body))),)
+            case DocSend(id=Text() as made, id_location=Text() as location, span=span):
+                stored = DocAssign(location, string(made.value, location), span)
+                named = replace(statement, id_location=None)
+                return (stored, *self._set(location, span), *self._send(named))
+            case DocSend():
+                return self._send(statement)
+            case DocCancel(None, Text() as expression, span):
+                return self._choose(
+                    expression, span, lambda id_: (replace(statement, id=id_, id_expr=None),)
+                ) or (statement,)
+            case _:
+                return (statement,)
+
+    def _assign(self, statement: DocAssign) -> Block:
+        """Return an assignment that joins strings as a choice among those it can make."""
+        value = assigned(statement.location, statement.value, statement.operator)
+        if not self.strings.joins(value):
+            return (statement,)
+        return self._choose(
+            value,
+            statement.span,
+            lambda made: (replace(statement, value=string(made.value, made), operator=""),),
+            statement,
+        ) or (statement,)
+
+    def _set(self, location: Text, span: Span) -> Block:
+        name = location.value.strip()
+        if name not in self.flagged:
+            return ()
+        made = [replace(location, value=v, offsets=()) for v in (flag_of(name), "true")]
+        return (DocAssign(made[0], made[1], span),)
+
+    def _invoke(self, invoke: DocInvoke) -> DocInvoke:
+        finalize = None if invoke.finalize is None else self._block(invoke.finalize)
+        return replace(
+            invoke,
+            finalize=finalize,
+            types=self._values(invoke.type_expr),
+            sources=self._values(invoke.src_expr),
+        )
+
+    def _values(self, expression: Text | None) -> tuple[tuple[Text | None, Text], ...]:
+        """Return each string that an expression can be, behind the condition that it is."""
+        if expression is None:
+            return ()
+        at = expression
+
+        def text(value: str) -> Text:
+            return replace(at, value=value, offsets=())
+
+        return tuple(
+            (None if choice.condition is None else text(choice.condition), text(choice.value))
+            for choice in self.strings.choices(expression)
+        )
+
+    # --- send and cancel ------------------------------------------------------------------
+
+    def _send(self, send: DocSend) -> Block:
+        content = send.content_expr
+        if content is None and send.content is not None and not send.content.value.startswith("<"):
+            content = content_value(send.content)
+        if content is not None and not send.arguments and not send.name_list:
+            send = replace(send, arguments=_payload(content), content=None, content_expr=None)
+        return self._named(send)
+
+    def _named(self, send: DocSend) -> Block:
+        """Return a send whose attributes are known, a choice for each that is a variable."""
+        if send.event is None and send.event_expr is not None:
+            chosen = self._choose(
+                send.event_expr,
+                send.span,
+                lambda value: self._named(replace(send, event=value, event_expr=None)),
+            )
+            joined = None if chosen else self._joined(send, send.event_expr)
+            if joined is not None:
+                return joined
+        elif send.target is None and send.target_expr is not None:
+            chosen = self._choose(
+                send.target_expr,
+                send.span,
+                lambda value: self._named(replace(send, target=value, target_expr=None)),
+            )
+        elif send.type is None and send.type_expr is not None:
+            chosen = self._choose(
+                send.type_expr,
+                send.span,
+                lambda value: self._named(replace(send, type=value, type_expr=None)),
+            )
+        elif send.delay_expr is not None and string_value(send.delay_expr) is None:
+            chosen = self._choose(
+                send.delay_expr,
+                send.span,
+                lambda value: self._named(replace(send, delay=value, delay_expr=None)),
+            )
+        else:
+            chosen = ()
+        return chosen or (self._with_id(self._apart(send)),)
+
+    def _joined(self, send: DocSend, expression: Text) -> Block | None:
+        """Return a choice among the events whose names are joined; None if they are not known."""
+        choices = self.joined.choices(send, expression)
+        if choices is None:
+            if id(expression) not in self.joined.endless:
+                return None
+            reason = f"`{expression}` joins more than {MOST_NAMES} names of events"
+            return (DocUnreadable(reason, expression.span),)
+
+        def text(value: str) -> Text:
+            return replace(expression, value=value, offsets=())
+
+        branches: list[DocBranch] = []
+        if self.joined.may_lack_event(expression):
+            failure = DocUnreadable(f"no event is at hand for `{expression}`", expression.span)
+            branches.append(DocBranch(text(f"{AT_HAND} == ''"), (failure,)))
+        for choice in choices:
+            body = self._named(replace(send, event=text(choice.value), event_expr=None))
+            if choice.condition is None and not branches:
+                return body
+            condition = None if choice.condition is None else text(choice.condition)
+            branches.append(DocBranch(condition, body))
+        return (DocIf(tuple(branches), send.span),) if branches else ()
+
+    def _apart(self, send: DocSend) -> DocSend:
+        """Return a send without two fields of one name; what is declared has none."""
+        is_declared = send.event is not None and send.event.value in self._declared()
+        return send if is_declared else with_fields_of_their_own(send)
+
+    def _declared(self) -> set[str]:
+        return {event.name.value for event in self.document.events}
+
+    def _with_id(self, send: DocSend) -> DocSend:
+        """Return a send whose id goes with the event, if ids are asked for (SCXML 5.10.1)."""
+        if not self.asks_for_ids or send.id is None or send.event is None:
+            return send
+        if send.event.value in self._declared() or send.event.value.startswith("done."):
+            return send
+        name = replace(send.id, value=SEND_ID, offsets=())
+        sent = DocArgument(name, string(send.id.value, send.id))
+        return replace(send, arguments=(*send.arguments, sent))
+
+    def _choose(
+        self,
+        expression: Text,
+        span: Span,
+        then: Callable[[Text], Block],
+        statement: DocAssign | None = None,
+    ) -> Block:
+        """Return what is done for each string an expression can be; nothing if not known."""
+        choices = self.strings.choices(expression, statement)
+        branches: list[DocBranch] = []
+        for choice in choices:
+            body = then(replace(expression, value=choice.value, offsets=()))
+            if choice.condition is None and not branches:
+                return body
+            condition = None
+            if choice.condition is not None:
+                condition = replace(expression, value=choice.condition, offsets=())
+            branches.append(DocBranch(condition, body))
+        if branches and branches[-1].condition is not None:
+            failure = DocUnreadable(f"`{expression}` has no value", span)
+            branches.append(DocBranch(None, (failure,)))
+        return (DocIf(tuple(branches), span),) if branches else ()
+
+
+def _is_only_sent(name: str, whole: tuple[object, ...]) -> bool:
+    """Whether a variable is only assigned, and read only as an attribute of what is sent.
+
+    Then a number that it starts with may as well be written as a string.
+    """
+    expected = 0
+    for part in whole:
+        match part:
+            case DocData(name=Text(value=value)) | DocAssign(location=Text(value=value)):
+                expected += value.strip() == name
+            case DocSend():
+                sent = (part.event_expr, part.target_expr, part.type_expr, part.delay_expr)
+                expected += sum(text is not None and text.value.strip() == name for text in sent)
+            case _:
+                pass
+    mention = re.compile(rf"(?<![\w$]){re.escape(name)}(?![\w$])")
+    return expected == sum(
+        len(mention.findall(part.value)) for part in whole if isinstance(part, Text)
+    )
+
+
+def _payload(content: Text) -> tuple[DocArgument, ...]:
+    """Return a payload that is one value, or the members of an object."""
+    inside = members(content)
+    if inside is None:
+        return (DocArgument(replace(content, value=WHOLE_PAYLOAD, offsets=()), content),)
+    return tuple(
+        DocArgument(replace(content, value=name, offsets=()), value)
+        for name, value in inside.items()
+    )

@@ -1,0 +1,68 @@
+"""Change a piece of an expression that is still text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from fsmkit.diagnostics import Text
+from fsmkit.language.syntax import NameNode, Node, SyntaxFault, children, parse
+
+Change = Callable[[Node], str | None]
+"""What a node is to be spelt as; None: only its parts may be changed."""
+
+
+class Unsuited(Exception):  # noqa: N818  (never leaves the passes)
+    """Something is asked of a variable that stands in the way of a change."""
+
+
+def parsed(text: Text) -> Node | None:
+    """Return an expression as read, None where it is none."""
+    try:
+        return parse(text.value)
+    except SyntaxFault:
+        return None
+
+
+def respelt(text: Text, name: str, change: Change) -> Text:
+    """Return an expression with its changes; `Unsuited` if it has the name but cannot be read."""
+    if name not in text.value:
+        return text
+    node = parsed(text)
+    if node is None:
+        if mentions(name, text.value):
+            raise Unsuited
+        return text
+    value = spelt(node, text.value, change)
+    return text if value == text.value else replace(text, value=value, offsets=())
+
+
+def spelt(node: Node, text: str, change: Change) -> str:
+    """Return the text of a node with its changes."""
+    changed = change(node)
+    if changed is not None:
+        return changed
+    found, end = "", node.start
+    for child in sorted(children(node), key=lambda child: child.start):
+        found += text[end : child.start] + spelt(child, text, change)
+        end = child.end
+    return found + text[end : node.end]
+
+
+def mentions(name: str, text: str) -> int:
+    """Return how often a name stands in a text."""
+    return len(re.findall(rf"(?<![\w$]){re.escape(name)}(?![\w$])", text))
+
+
+def names(node: Node | None) -> set[str]:
+    """Return the names in an expression."""
+    return {each.name for each in nodes(node) if isinstance(each, NameNode)}
+
+
+def nodes(node: Node | None) -> Iterator[Node]:
+    """Yield a node and all below it."""
+    if node is not None:
+        yield node
+        for child in children(node):
+            yield from nodes(child)

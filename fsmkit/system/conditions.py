@@ -1,0 +1,212 @@
+"""The notation of conditions over a system: ``feeder.In(pressing) and not plant.door_closed``.
+
+A dotted name stands for a variable of a machine, ``machine.In(state)`` for whether a state of it is
+active. Both become variables of the expression that the data language reads.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.emit import legal
+from fsmkit.language import BOOL, ArrayType, Literal, Scope, Storage, Type, type_expression
+from fsmkit.system.indices import INDEXED, canonical
+from fsmkit.system.system import Atom, Condition, Machine
+
+OCCURS = rf"occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>[A-Za-z_][\w.]*)\s*\)"
+TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
+DOTTED = rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*)"
+QUOTED = r'"[^"]*"|\'[^\']*\''
+BARE = r"(?P<shared>[A-Za-z_]\w*)(?![\w.(])(?:\s*\[\s*(?P<element>\d+)\s*\])?"
+NAMES = re.compile(
+    rf"(?P<quoted>{QUOTED})|(?<![\w.]){OCCURS}|(?<![\w.]){TEST}|(?<![\w.]){DOTTED}|(?<![\w.]){BARE}"
+)
+
+
+@dataclass(slots=True)
+class _Reader:
+    machines: tuple[Machine, ...]
+    findings: Findings
+    atoms: dict[str, Atom] = field(default_factory=dict)
+    types: dict[str, tuple[Type, Storage]] = field(default_factory=dict)
+    failed: bool = False
+
+    def replacement(self, match: re.Match[str], text: Text) -> str | None:
+        """Return the variable for a dotted name; None to leave the text as it is."""
+        if match["quoted"] is not None:
+            return None
+        if match["shared"] is not None:
+            return self._shared(match, text)
+        group = next(g for g in ("taking", "tested", "machine") if match[g] is not None)
+        name = canonical(text.part(*match.span(group)), self.findings)
+        index = next((n for n, m in enumerate(self.machines) if m.name == name), None)
+        if index is None:
+            if name is None:
+                self.failed = True
+            elif group != "machine" or "[" in name:
+                names = [machine.name for machine in self.machines]
+                self.unknown("there is no machine", name, names, text.part(*match.span(group)))
+            return None
+        if match["taking"] is not None:
+            return self._event(index, match["event"], text.part(*match.span("event")))
+        if match["tested"] is not None:
+            return self._state(index, match["state"], text.part(*match.span("state")))
+        return self._variable(index, match["name"], text.part(*match.span("name")))
+
+    def _state(self, index: int, state: str, at: Text) -> str | None:
+        machine = self.machines[index]
+        number = machine.chart.state_index.get(state)
+        if number is None:
+            self.unknown(f"`{machine.name}` has no state", state, machine.chart.state_index, at)
+            return None
+        safe = re.sub(r"\W", "_", state)
+        return self._named(f"{legal(machine.name)}__In__{safe}", Atom(index, number), BOOL)
+
+    def _event(self, index: int, event: str, at: Text) -> str | None:
+        machine = self.machines[index]
+        number = machine.chart.event_index.get(event)
+        if number is None:
+            self.unknown(f"`{machine.name}` has no event", event, machine.chart.event_index, at)
+            return None
+        safe = re.sub(r"\W", "_", event)
+        return self._named(
+            f"{legal(machine.name)}__occurs__{safe}", Atom(index, event=number), BOOL
+        )
+
+    def _variable(self, index: int, name: str, at: Text) -> str | None:
+        machine = self.machines[index]
+        types = variables_of(machine.chart)
+        if name not in types:
+            help_ = None
+            if name in machine.chart.state_index:
+                help_ = f"whether a state is active is written `{machine.name}.In({name})`"
+            self.unknown(f"`{machine.name}` has no variable", name, types, at, help_)
+            return None
+        return self._named(
+            f"{legal(machine.name)}__{name}", Atom(index, variable=name), types[name]
+        )
+
+    def _shared(self, match: re.Match[str], text: Text) -> str | None:
+        """Return the variable for a shared one: that of a machine which holds what is asked for."""
+        name = match["shared"]
+        holders = [n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)]
+        if not holders:
+            return None
+        type_ = variables_of(self.machines[holders[0]].chart)[name]
+        wanted: set[int | None] = {None}
+        if isinstance(type_, ArrayType):
+            wanted = set(range(type_.length))
+            wanted = {int(match["element"])} if match["element"] is not None else wanted
+        for number in holders:
+            if wanted <= {s.element for s in self.machines[number].shared if s.name == name}:
+                held = self._named(f"shared__{name}", Atom(number, variable=name), type_)
+                return held if match["element"] is None else f"{held}[{match['element']}]"
+        self.failed = True
+        at = text.part(*match.span("shared"))
+        what = (
+            f"`{name}[{match['element']}]`" if match["element"] is not None else f"all of `{name}`"
+        )
+        self.findings.add(
+            "unshared-data",
+            f"no machine holds {what}",
+            at,
+            help="ask for elements that a chart names: `name[0]`",
+        )
+        return None
+
+    def _named(self, name: str, atom: Atom, type_: Type) -> str:
+        while self.atoms.get(name, atom) != atom:
+            name += "_"
+        self.atoms[name] = atom
+        self.types[name] = (type_, Storage.DATA)
+        return name
+
+    def unknown(
+        self, what: str, name: str, known: object, at: Text, help_: str | None = None
+    ) -> None:
+        """Tell that there is no such name."""
+        self.failed = True
+        names = [str(n) for n in known] if isinstance(known, Iterable) else []
+        close = get_close_matches(name, names, 1)
+        some = ", ".join(f"`{n}`" for n in names[:8])
+        suggestion = f"did you mean `{close[0]}`?" if close else f"use one of {some}"
+        if not names:
+            suggestion = "remove it: there is none"
+        self.findings.add("unknown-name", f"{what} `{name}`", at, help=help_ or suggestion)
+
+
+def read_condition(
+    text: Text, machines: tuple[Machine, ...], findings: Findings
+) -> Condition | None:
+    """Read a condition; None after telling what is wrong with it."""
+    reader = _Reader(machines, findings)
+    rewritten = _rewrite(text, reader)
+    if reader.failed:
+        return None
+    scope = Scope(
+        variables=reader.types,
+        constants=constants_of(machines),
+        types=types_of(machines),
+        tick=machines[0].chart.capacities.tick if machines else 1000,
+    )
+    expression = type_expression(rewritten, scope, findings, BOOL)
+    if expression is None:
+        return None
+    return Condition(expression, tuple(reader.atoms.items()))
+
+
+def _rewrite(text: Text, reader: _Reader) -> Text:
+    """Return the text with variables for dotted names; each keeps the place of what it replaces."""
+    value, at = "", 0
+    offsets: list[int] = []
+
+    def copy(start: int, end: int) -> str:
+        offsets.extend(text.span_of(n, n + 1).start for n in range(start, end))
+        return text.value[start:end]
+
+    for match in NAMES.finditer(text.value):
+        variable = reader.replacement(match, text)
+        if variable is None:
+            continue
+        value += copy(at, match.start())
+        first = text.span_of(match.start(), match.start() + 1).start
+        last = text.span_of(match.end() - 1, match.end()).start
+        offsets.extend(min(first + n, last) for n in range(len(variable) - 1))
+        offsets.append(last)
+        value += variable
+        at = match.end()
+    value += copy(at, len(text.value))
+    return Text(value, text.span, tuple(offsets))
+
+
+def variables_of(chart: Chart) -> dict[str, Type]:
+    """Return the types of data, outputs and inputs by name."""
+    return {d.name: d.type for d in (*chart.data, *chart.outputs, *chart.inputs)}
+
+
+def types_of(machines: tuple[Machine, ...]) -> Mapping[str, Type]:
+    """Return the declared types of all machines; of a name that means several, none."""
+    found: dict[str, Type] = {}
+    clashing = set()
+    for machine in machines:
+        for type_ in machine.chart.types:
+            name = str(type_)
+            if found.setdefault(name, type_) != type_:
+                clashing.add(name)
+    return {name: type_ for name, type_ in found.items() if name not in clashing}
+
+
+def constants_of(machines: tuple[Machine, ...]) -> Mapping[str, Literal]:
+    """Return the constants of all machines; of a name that means several, none."""
+    found: dict[str, Literal] = {}
+    clashing = set()
+    for machine in machines:
+        for name, literal in machine.chart.constants:
+            if found.setdefault(name, literal) != literal:
+                clashing.add(name)
+    return {name: literal for name, literal in found.items() if name not in clashing}

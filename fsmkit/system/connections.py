@@ -1,0 +1,369 @@
+"""The wires of a system file: ``feeder.pushed -> molder.pushed``, with their types checked."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+from fsmkit.chart.chart import Chart, Event
+from fsmkit.chart.statements import Raise, Send
+from fsmkit.chart.walk import nodes
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.document.document import Direction
+from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, SymbolType, Type
+from fsmkit.system.indices import INDEXED, canonical, each
+from fsmkit.system.links import DIRECT, Manner, channel, read_manner
+from fsmkit.system.system import EventLink, InputLink, Machine, Possible, operation_port
+from fsmkit.yaml.nodes import Mapping, Node, Scalar, demand_mapping, demand_sequence
+
+END = re.compile(rf"\s*({INDEXED})\s*\.\s*([A-Za-z_][\w.]*)\s*")
+EXAMPLE = "write `feeder.pushed -> molder.pushed`"
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """All wires."""
+
+    events: tuple[EventLink, ...]
+    inputs: tuple[InputLink, ...]
+    machines: tuple[Machine, ...] = ()
+    """Those that stand for connections, to follow all others."""
+
+
+@dataclass(frozen=True, slots=True)
+class _End:
+    """One end of a wire: a machine and a name in it, each with its place."""
+
+    machine: int
+    name: Text
+
+
+@dataclass(slots=True)
+class _Connector:
+    machines: tuple[Machine, ...]
+    findings: Findings
+    events: dict[tuple[int, int, int, int], tuple[EventLink, Text]] = field(default_factory=dict)
+    inputs: dict[tuple[int, int], tuple[InputLink, Text]] = field(default_factory=dict)
+
+    manners: dict[tuple[int, int, int, int], Manner] = field(default_factory=dict)
+
+    def connect(self, text: Text, manner: Manner) -> None:
+        """Read one wire."""
+        left, arrow, _ = text.value.partition("->")
+        if not arrow:
+            self.findings.add("broken-connection", "a connection needs `->`", text, help=EXAMPLE)
+            return
+        source = self._end(text.part(0, len(left)))
+        target = self._end(text.part(len(left) + 2, len(text.value)))
+        if source is None or target is None:
+            return
+        chart = self.machines[source.machine].chart
+        if any(output.name == source.name.value for output in chart.outputs):
+            self._value(source, target, text)
+            if manner != DIRECT:
+                self.findings.add(
+                    "connection-mismatch",
+                    "an output is not queued, delayed or lost: its value is there",
+                    text,
+                    help="send an event, or leave the options out",
+                )
+            return
+        port = self._port(source)
+        if port is not None:
+            self._message(source, target, *port, text, manner)
+
+    def _end(self, text: Text) -> _End | None:
+        match = END.fullmatch(text.value)
+        if match is None:
+            self.findings.add(
+                "broken-connection",
+                "an end of a connection is `machine.name`",
+                text.stripped(),
+                help=EXAMPLE,
+            )
+            return None
+        machine = find_machine(text.part(*match.span(1)), self.machines, self.findings)
+        return None if machine is None else _End(machine, text.part(*match.span(2)))
+
+    def _port(self, end: _End) -> tuple[int, tuple[Field, ...]] | None:
+        """Return the port of a source and the fields that leave by it."""
+        machine = self.machines[end.machine]
+        chart, name = machine.chart, end.name.value
+        for operation in chart.operations:
+            if operation.name == name:
+                return operation_port(chart, name), operation.parameters
+        index = chart.event_index.get(name)
+        if index is not None and Direction.OUT in chart.events[index].directions:
+            return index, chart.events[index].fields
+        known = [e.name for e in chart.events if Direction.OUT in e.directions]
+        known += [o.name for o in chart.operations] + [o.name for o in chart.outputs]
+        self._not_there(machine, end.name, "leaves", known, chart)
+        return None
+
+    def _not_there(
+        self, machine: Machine, name: Text, verb: str, known: Iterable[str], chart: Chart
+    ) -> None:
+        what = ""
+        if name.value in chart.event_index:
+            what = " (it is an event of another direction)"
+        elif any(d.name == name.value for d in (*chart.data, *chart.inputs, *chart.outputs)):
+            what = " (it is a variable of another kind)"
+        close = get_close_matches(name.value, list(known), 1)
+        self.findings.add(
+            "unknown-name",
+            f"no `{name}` {verb} `{machine.name}`{what}",
+            name,
+            help=f"did you mean `{close[0]}`?" if close else "declare it in the chart",
+        )
+
+    def _message(
+        self,
+        source: _End,
+        target: _End,
+        port: int,
+        sent: tuple[Field, ...],
+        text: Text,
+        manner: Manner,
+    ) -> None:
+        machine = self.machines[target.machine]
+        chart = machine.chart
+        index = chart.event_index.get(target.name.value)
+        if index is None or Direction.IN not in chart.events[index].directions:
+            known = [e.name for e in chart.events if Direction.IN in e.directions]
+            self._not_there(machine, target.name, "enters", known, chart)
+            return
+        wanted = chart.events[index].fields
+        arguments = arguments_of(sent, wanted, source.name, target.name, self.findings)
+        if arguments is None:
+            return
+        key = (source.machine, port, target.machine, index)
+        if key in self.events:
+            self._duplicate(text, self.events[key][1])
+            return
+        link = EventLink(source.machine, port, target.machine, index, arguments)
+        self.events[key] = link, text
+        fields = chart.events[index].fields
+        if manner != DIRECT and any(isinstance(part.type, SymbolType) for part in fields):
+            self.findings.add(
+                "connection-mismatch",
+                f"`{target.name}` carries strings, which only direct connections do",
+                target.name,
+                help="declare an enumeration",
+            )
+            return
+        self.manners[key] = manner
+
+    def _value(self, source: _End, target: _End, text: Text) -> None:
+        writer, reader = self.machines[source.machine], self.machines[target.machine]
+        output = [o.name for o in writer.chart.outputs].index(source.name.value)
+        inputs = [i.name for i in reader.chart.inputs]
+        if target.name.value not in inputs:
+            self._not_there(reader, target.name, "is an input of", inputs, reader.chart)
+            return
+        place = inputs.index(target.name.value)
+        reason = misfit(writer.chart.outputs[output].type, reader.chart.inputs[place].type)
+        if reason is not None:
+            self.findings.add(
+                "connection-mismatch",
+                f"`{source.name}` does not fit `{target.name}`: {reason}",
+                target.name,
+                help="give both ends types of which the writer's fits the reader's",
+            )
+            return
+        key = (target.machine, place)
+        if key in self.inputs:
+            self._duplicate(text, self.inputs[key][1])
+            return
+        self.inputs[key] = InputLink(source.machine, output, target.machine, place), text
+
+    def _duplicate(self, text: Text, first: Text) -> None:
+        self.findings.add(
+            "duplicate-connection",
+            "this is connected already",
+            text,
+            secondary=[(first, "first here")],
+            help="remove one of them",
+        )
+
+
+def arguments_of(
+    sent: tuple[Field, ...],
+    wanted: tuple[Field, ...],
+    source: Text,
+    target: Text,
+    findings: Findings,
+) -> tuple[int, ...] | None:
+    """Match the fields of the receiver with those sent: by name, else by position."""
+    names = [part.name for part in sent]
+    if all(part.name in names for part in wanted):
+        places = [names.index(part.name) for part in wanted]
+    elif len(sent) == len(wanted):
+        places = list(range(len(sent)))
+    else:
+        findings.add(
+            "connection-mismatch",
+            f"`{target}` carries {_shown(wanted)}, but `{source}` gives {_shown(sent)}",
+            target,
+            help="give both the same fields",
+        )
+        return None
+    for place, part in zip(places, wanted, strict=True):
+        reason = misfit(sent[place].type, part.type)
+        if reason is not None:
+            findings.add(
+                "connection-mismatch",
+                f"`{sent[place].name}` of `{source}` does not fit `{part.name}` of "
+                f"`{target}`: {reason}",
+                target,
+                help="give both ends types of which the sender's fits the receiver's",
+            )
+            return None
+    return tuple(places)
+
+
+def connect(
+    node: Node | None,
+    machines: tuple[Machine, ...],
+    possible: Sequence[Possible],
+    findings: Findings,
+) -> Links:
+    """Read all connections, and tell what is connected to nothing."""
+    connector = _Connector(machines, findings)
+    sequence = None if node is None else demand_sequence(node, "`connect`", findings)
+    for item in sequence.items if sequence is not None else ():
+        found = _connection(item, machines, findings)
+        for one in () if found is None else each(found[0], machines):
+            connector.connect(one, DIRECT if found is None else found[1])
+    channels, events = _channelled(connector)
+    inputs = tuple(link for link, _ in connector.inputs.values())
+    tell_unconnected(machines, events, inputs, possible, findings)
+    return Links(events, inputs, channels)
+
+
+def _channelled(connector: _Connector) -> tuple[tuple[Machine, ...], tuple[EventLink, ...]]:
+    """Return the machines that stand for connections, and all wires, theirs among them."""
+    channels: list[Machine] = []
+    events: list[EventLink] = []
+    for key, (link, text) in connector.events.items():
+        manner = connector.manners.get(key, DIRECT)
+        if manner == DIRECT:
+            events.append(link)
+            continue
+        number = len(connector.machines) + len(channels)
+        machine, *wires = channel(link, manner, connector.machines, number, text.span)
+        channels.append(machine)
+        events += wires
+    return tuple(channels), tuple(events)
+
+
+def _connection(
+    item: Node, machines: tuple[Machine, ...], findings: Findings
+) -> tuple[Text, Manner] | None:
+    if isinstance(item, Scalar):
+        return item.text, DIRECT
+    if not isinstance(item, Mapping) or len(item.entries) != 1:
+        findings.add("broken-connection", "a connection is one line", item.span, help=EXAMPLE)
+        return None
+    text, options = item.entries[0]
+    if isinstance(options, Scalar) and not options.text.value and "->" in text.value:
+        findings.add(
+            "broken-connection",
+            "a connection is a text: write it without braces",
+            item.span,
+            help=f"write `- {text}`; options are `{{{text}: {{kind: queued}}}}`",
+        )
+        return None
+    mapping = demand_mapping(options, "the options of a connection", findings)
+    manner = None if mapping is None else read_manner(mapping, tick_of(machines), findings)
+    return None if manner is None else (text, manner)
+
+
+def tick_of(machines: tuple[Machine, ...]) -> int:
+    """Return the microseconds in a tick of a system; all its machines count alike."""
+    return machines[0].chart.capacities.tick
+
+
+def find_machine(name: Text, machines: tuple[Machine, ...], findings: Findings) -> int | None:
+    """Return the number of a machine; None after telling that there is none of that name."""
+    names = [machine.name for machine in machines]
+    full = canonical(name, findings)
+    if full in names:
+        return names.index(full)
+    if full is None:
+        return None
+    close = get_close_matches(full, names, 1)
+    findings.add(
+        "unknown-name",
+        f"there is no machine `{full}`",
+        name,
+        help=f"did you mean `{close[0]}`?" if close else "name it under `machines`",
+    )
+    return None
+
+
+def misfit(sent: Type, wanted: Type) -> str | None:
+    """Return why a value of one type cannot be taken for one of another; None if it can."""
+    match sent, wanted:
+        case ((ArrayType() | RecordType()), _):
+            return "arrays and records are not connected yet"
+        case IntType(), IntType():
+            fits = wanted.lo <= sent.lo and sent.hi <= wanted.hi
+        case EnumType(), EnumType():
+            fits = sent.members == wanted.members
+        case _:
+            fits = sent == wanted
+    return None if fits else f"`{sent}` into `{wanted}`"
+
+
+def _shown(fields: tuple[Field, ...]) -> str:
+    return "(" + ", ".join(f"{part.name} {part.type}" for part in fields) + ")"
+
+
+def tell_unconnected(
+    machines: tuple[Machine, ...],
+    events: tuple[EventLink, ...],
+    inputs: tuple[InputLink, ...],
+    possible: Sequence[Possible],
+    findings: Findings,
+) -> None:
+    """Tell what is connected to nothing; targets are places among ``machines``."""
+    fed = {(link.target, link.input) for link in inputs}
+    come = {(link.target, link.event) for link in events}
+    come |= {(what.machine, what.event) for what in possible}
+    for index, machine in enumerate(machines):
+        dry = [v.name for n, v in enumerate(machine.chart.inputs) if (index, n) not in fed]
+        if dry:
+            findings.add(
+                "unconnected-input",
+                f"nothing drives {_listed(dry)} of `{machine.name}`: the start value stays",
+                machine.span,
+                help="connect an output to it",
+            )
+        silent = [
+            event.name for event in _awaited(machine.chart) if (index, event.index) not in come
+        ]
+        if silent:
+            findings.add(
+                "unconnected-event",
+                f"nothing sends {_listed(silent)} to `{machine.name}`: it never comes",
+                machine.span,
+                help="connect it, or name it under `environment`",
+            )
+
+
+def _awaited(chart: Chart) -> Iterator[Event]:
+    used = {event for transition in chart.transitions for event in transition.events}
+    raised = {
+        n.event
+        for n in nodes((chart.states, chart.transitions, chart.script))
+        if isinstance(n, Raise | Send)
+    }
+    for event in chart.events:
+        if Direction.IN in event.directions and event.index in used - raised:
+            yield event
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)

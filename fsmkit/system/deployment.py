@@ -1,0 +1,296 @@
+"""Reads deployments: which machine of a system runs on which node, and what joins the nodes.
+
+``system: ring.yaml``, ``nodes: {a: [feeder, molder], b: [extractor]}``, ``links: {...}``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from pathlib import Path
+
+from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
+from fsmkit.loading import read_bytes
+from fsmkit.runtime.links import EventMap
+from fsmkit.runtime.links.endpoints import is_loopback
+from fsmkit.system.event_map import Wires, wires_of
+from fsmkit.system.indices import integer
+from fsmkit.system.joinable import report_limits
+from fsmkit.system.links import without_channels
+from fsmkit.system.reader import load_system
+from fsmkit.system.system import System
+from fsmkit.yaml import keys
+from fsmkit.yaml.encoding import decode
+from fsmkit.yaml.nodes import (
+    Node,
+    check_keys,
+    demand_mapping,
+    demand_sequence,
+    demand_text,
+    read_nodes,
+)
+
+LINK_KEYS = frozenset({"endpoints", "curve", "every", "insecure"})
+MOST_NODES = 8
+"""As many as ``FSM_LINK_NODES`` of the library in C, unless it is told otherwise."""
+
+
+@dataclass(frozen=True)
+class Deployment:
+    """A system spread over nodes. ``placed[machine]``: the node; None for the environment's."""
+
+    system: System
+    nodes: tuple[str, ...]
+    placed: tuple[int | None, ...]
+    wires: Wires
+    every: int = 1
+    """Levels are published in every so-many-th cycle."""
+    keys: Path | None = None
+    """The folder with the CURVE keys of the nodes; None: no authentication."""
+
+    @property
+    def map(self) -> EventMap:
+        """What crosses the nodes."""
+        return self.wires.map
+
+
+def is_deployment_file(path: Path) -> bool:
+    """Whether a file is a deployment: YAML whose outermost keys hold ``nodes``."""
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        return False
+    lines = read_bytes(path).split(b"\n")
+    return any(line.startswith((b"nodes:", b"\xef\xbb\xbfnodes:")) for line in lines)
+
+
+def load_deployment(
+    path: Path, findings: Findings | None = None, *, strict: bool = False
+) -> Deployment:
+    """Return the deployment of a file; `FsmkitError` with every finding where it has an error.
+
+    ``strict``: as of `fsmkit.loading.load_with_findings`, of every chart.
+    """
+    findings = Findings() if findings is None else findings
+    source = decode(read_bytes(path), str(path), findings)
+    findings.stop_on_errors()
+    found = None
+    if source is not None:
+        found = read_deployment(source, path.parent, findings, strict=strict)
+    findings.stop_on_errors()
+    if found is None:
+        raise FsmkitError(findings)
+    return found
+
+
+def read_deployment(
+    source: Source, folder: Path, findings: Findings, *, strict: bool = False
+) -> Deployment | None:
+    """Read a deployment; paths in it are relative to ``folder``. Mind the findings."""
+    root = read_nodes(source, findings)
+    top = None if root is None else demand_mapping(root, "a deployment", findings)
+    if top is None:
+        return None
+    check_keys(top, frozenset(keys.DEPLOYMENT), "a deployment", findings, keys.BELONGS)
+    parts = {key.value: node for key, node in top.entries}
+    if not {"system", "nodes"} <= set(parts):
+        findings.add(
+            "broken-deployment", "a deployment needs `system` and `nodes`", top.span, help=EXAMPLE
+        )
+        return None
+    file = demand_text(parts["system"], "the path of the system", findings)
+    if file is None:
+        return None
+    read_bytes(folder / file.value, file)
+    system = without_channels(load_system(folder / file.value, findings, strict=strict))
+    found = _placed(parts["nodes"], system, findings)
+    if found is None or findings.has_errors:
+        return None
+    nodes, placed = found
+    links = None
+    if "links" in parts:
+        links = demand_mapping(parts["links"], "`links`", findings)
+    options = {} if links is None else {key.value: node for key, node in links.entries}
+    if links is not None:
+        check_keys(links, LINK_KEYS, "`links`", findings)
+    is_insecure = _insecure(options.get("insecure"), options.get("curve"), findings)
+    is_guarded = is_insecure or "curve" in options
+    endpoints = _endpoints(options.get("endpoints"), nodes, findings, is_guarded=is_guarded)
+    if not _is_possible(system, placed, file, findings):
+        return None
+    return Deployment(
+        system,
+        nodes,
+        placed,
+        wires_of(system, nodes, placed, endpoints, is_insecure=is_insecure),
+        _every(options.get("every"), findings),
+        _keys(options.get("curve"), folder, findings),
+    )
+
+
+EXAMPLE = "write `system: cell.yaml` and `nodes: {a: [feeder, molder], b: [extractor]}`"
+
+
+def _placed(
+    node: Node, system: System, findings: Findings
+) -> tuple[tuple[str, ...], tuple[int | None, ...]] | None:
+    """Return the nodes, and for each machine its node."""
+    mapping = demand_mapping(node, "`nodes`", findings)
+    if mapping is None:
+        return None
+    if not 1 <= len(mapping.entries) <= MOST_NODES:
+        findings.add("broken-deployment", f"a deployment has 1 to {MOST_NODES} nodes", mapping.span)
+        return None
+    where: dict[int, tuple[int, Text]] = {}
+    for place, (name, value) in enumerate(mapping.entries):
+        if not name.value.isidentifier():
+            findings.add(
+                "broken-deployment",
+                f"`{name}` is no name for a node",
+                name,
+                help="use letters, digits and `_`",
+            )
+        sequence = demand_sequence(value, f"the machines of `{name}`", findings)
+        for item in sequence.items if sequence is not None else ():
+            text = demand_text(item, "a machine", findings)
+            for machine in () if text is None else _machines(text, system, findings):
+                if machine in where and text is not None:
+                    findings.add(
+                        "broken-deployment",
+                        f"`{system.machines[machine].name}` has a node already",
+                        text,
+                        secondary=[(where[machine][1], "here")],
+                        help="name it once",
+                    )
+                elif text is not None:
+                    where[machine] = place, text
+    homeless = [
+        machine.name
+        for index, machine in enumerate(system.machines)
+        if index not in where and not machine.environment
+    ]
+    if homeless and not findings.has_errors:
+        findings.add(
+            "broken-deployment",
+            f"{', '.join(f'`{name}`' for name in homeless)} of `{system.name}` "
+            f"{'has' if len(homeless) == 1 else 'have'} no node",
+            mapping.span,
+            help="name each machine that is not of the environment on one node",
+        )
+    placed = tuple(where[n][0] if n in where else None for n in range(len(system.machines)))
+    return tuple(name.value for name, _ in mapping.entries), placed
+
+
+def _machines(text: Text, system: System, findings: Findings) -> list[int]:
+    """Return the numbers of a machine, or of all elements of an array of that name."""
+    wanted = text.value.replace(" ", "")
+    found = [
+        index
+        for index, machine in enumerate(system.machines)
+        if machine.name == wanted or (machine.place is not None and machine.place[0] == wanted)
+    ]
+    if not found:
+        close = get_close_matches(wanted, [machine.name for machine in system.machines], 1)
+        findings.add(
+            "unknown-name",
+            f"`{system.name}` has no machine `{text}`",
+            text,
+            help=f"did you mean `{close[0]}`?" if close else "name one of its machines",
+        )
+    return found
+
+
+def _is_possible(
+    system: System, placed: tuple[int | None, ...], file: Text, findings: Findings
+) -> bool:
+    """Say what of the connections of the nodes cannot be written in C."""
+    own = Findings()
+    if report_limits(_without_environment(system, placed), own):
+        return True
+    findings.extend(own)
+    findings.add(
+        "broken-deployment",
+        f"`{system.name}` cannot be spread over nodes: see the warnings",
+        file,
+        help="do what they say",
+    )
+    return False
+
+
+def _without_environment(system: System, placed: tuple[int | None, ...]) -> System:
+    return replace(
+        system,
+        event_links=tuple(
+            link
+            for link in system.event_links
+            if placed[link.source] is not None and placed[link.target] is not None
+        ),
+        input_links=tuple(
+            link
+            for link in system.input_links
+            if placed[link.source] is not None and placed[link.target] is not None
+        ),
+        schedule=None,
+    )
+
+
+def _endpoints(
+    node: Node | None, nodes: tuple[str, ...], findings: Findings, *, is_guarded: bool
+) -> tuple[str, ...]:
+    """Return where each node publishes; without a guard, only within this computer."""
+    mapping = None if node is None else demand_mapping(node, "`endpoints`", findings)
+    if mapping is None:
+        return ()
+    check_keys(mapping, frozenset(nodes), "`endpoints`", findings)
+    found = {}
+    for key, value in mapping.entries:
+        text = demand_text(value, f"the endpoint of `{key}`", findings)
+        if text is not None:
+            found[key.value] = text.value
+            if not is_guarded and not is_loopback(text.value):
+                findings.add(
+                    "unguarded-endpoint",
+                    f"`{text}` is not of this computer only, and the links have no keys",
+                    text,
+                    help="name a folder of keys with `curve: keys`, or write `insecure: true`",
+                )
+    missing = [name for name in nodes if name not in found]
+    if missing and not findings.has_errors:
+        findings.add(
+            "broken-deployment",
+            f"{', '.join(f'`{name}`' for name in missing)} has no endpoint",
+            mapping.span,
+            help="write for instance `b: tcp://127.0.0.1:5572`",
+        )
+    return tuple(found.get(name, "") for name in nodes)
+
+
+def _every(node: Node | None, findings: Findings) -> int:
+    text = None if node is None else demand_text(node, "`every`", findings)
+    if text is None:
+        return 1
+    number = integer(text, findings)
+    if number is not None and not 1 <= number <= 65535:
+        findings.add("unexpected-value", "`every` is 1 to 65535 cycles", text)
+    return number or 1
+
+
+def _insecure(node: Node | None, curve: Node | None, findings: Findings) -> bool:
+    """Return whether endpoints beyond this computer may go without keys."""
+    text = None if node is None else demand_text(node, "`insecure`", findings)
+    if text is None:
+        return False
+    if text.value not in ("true", "false"):
+        findings.add("unexpected-value", "`insecure` is `true` or `false`", text)
+    elif text.value == "true" and curve is not None:
+        findings.add(
+            "broken-deployment",
+            "with `curve` the links have keys: `insecure: true` has no meaning",
+            text,
+            secondary=[(curve.span, "here")],
+            help="leave one of them out",
+        )
+    return text.value == "true"
+
+
+def _keys(node: Node | None, folder: Path, findings: Findings) -> Path | None:
+    text = None if node is None else demand_text(node, "`curve`, a folder of keys", findings)
+    return None if text is None else folder / text.value

@@ -1,0 +1,183 @@
+"""The environment of a system file: what may happen, and what will.
+
+``may: [feeder.estop, "feeder.fault(code in {jam, stall})"]``, ``will: [plant, feeder.resume]``.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import product
+
+from fsmkit.analysis.alphabet import uses_of, values_of
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.document.document import Direction
+from fsmkit.language import Field, Literal, Scope, Value, fold, type_expression
+from fsmkit.system.connections import find_machine
+from fsmkit.system.indices import INDEXED, each
+from fsmkit.system.system import Machine, Possible
+from fsmkit.yaml.nodes import Node, check_keys, demand_mapping, demand_sequence, demand_text
+
+ITEM = re.compile(rf"\s*({INDEXED})\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)
+ONE_OF = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s*\{(.*)\}\s*", re.DOTALL)
+RANGE = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s+(\S+?)\s*\.\.\s*(\S+)\s*")
+EXACTLY = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)(.*)", re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """The machines of the environment, and what can come from outside."""
+
+    machines: frozenset[int]
+    possible: tuple[Possible, ...]
+
+
+def read_environment(
+    node: Node | None, machines: tuple[Machine, ...], findings: Findings
+) -> Surroundings:
+    """Read the environment."""
+    mapping = None if node is None else demand_mapping(node, "`environment`", findings)
+    if mapping is None:
+        return Surroundings(frozenset(), ())
+    check_keys(mapping, frozenset({"may", "will"}), "`environment`", findings)
+    own: set[int] = set()
+    possible: list[Possible] = []
+    for key, value in mapping.entries:
+        sequence = demand_sequence(value, f"`{key}`", findings)
+        for item in sequence.items if sequence is not None else ():
+            text = demand_text(item, "what can happen", findings)
+            for one in () if text is None else each(text, machines):
+                _item(one, machines, key.value == "will", own, possible, findings)
+    return Surroundings(frozenset(own), tuple(possible))
+
+
+def _item(
+    text: Text,
+    machines: tuple[Machine, ...],
+    owed: bool,
+    own: set[int],
+    possible: list[Possible],
+    findings: Findings,
+) -> None:
+    match = ITEM.fullmatch(text.value)
+    if match is None:
+        findings.add(
+            "broken-connection",
+            "what can happen is an event of a machine",
+            text,
+            help="write `feeder.estop` or `feeder.fault(code in {jam})`",
+        )
+        return
+    machine = find_machine(text.part(*match.span(1)), machines, findings)
+    if machine is None:
+        return
+    if match[2] is None:
+        own.add(machine)
+        if not owed:
+            findings.add(
+                "machine-that-may",
+                f"a machine of the environment, like `{match[1]}`, belongs under `will`",
+                text,
+                help="name it under `will`; what it may do are its `sometimes` transitions",
+            )
+        return
+    chart = machines[machine].chart
+    name = text.part(*match.span(2))
+    index = chart.event_index.get(name.value)
+    if index is None or Direction.IN not in chart.events[index].directions:
+        known = [e.name for e in chart.events if Direction.IN in e.directions]
+        findings.add(
+            "unknown-name",
+            f"no event `{name}` enters `{machines[machine].name}`",
+            name,
+            help=f"use one of {', '.join(known)}" if known else None,
+        )
+        return
+    arguments = text.part(*match.span(3)) if match[3] is not None else None
+    payloads = _payloads(chart, chart.events[index].fields, arguments, findings)
+    possible.extend(Possible(machine, index, payload, owed) for payload in payloads)
+
+
+def _payloads(
+    chart: Chart, fields: tuple[Field, ...], arguments: Text | None, findings: Findings
+) -> list[tuple[Value, ...]]:
+    given: dict[str, tuple[Value, ...]] = {}
+    for part in _split(arguments) if arguments is not None else ():
+        _argument(chart, fields, part, given, findings)
+    uses = uses_of(chart)
+    columns = []
+    for field in fields:
+        values = values_of(field.type, ("field", field.name), uses)
+        if field.name not in given and not values.exact and arguments is not None:
+            findings.add(
+                "sampled-values",
+                f"not every value of `{field.name}` can be tried",
+                arguments,
+                help=f"name those that matter: `{field.name} in {{...}}`",
+            )
+        columns.append(given.get(field.name, values.values))
+    return list(product(*columns))
+
+
+def _argument(
+    chart: Chart,
+    fields: tuple[Field, ...],
+    text: Text,
+    given: dict[str, tuple[Value, ...]],
+    findings: Findings,
+) -> None:
+    one_of = ONE_OF.fullmatch(text.value)
+    range_ = RANGE.fullmatch(text.value)
+    exactly = EXACTLY.fullmatch(text.value)
+    match = one_of or range_ or exactly
+    if match is None:
+        findings.add(
+            "broken-connection",
+            "a field is given as `name in {a, b}`, `name in lo..hi` or `name = value`",
+            text.stripped(),
+        )
+        return
+    field = next((f for f in fields if f.name == match[1]), None)
+    if field is None:
+        findings.add(
+            "unknown-name", f"the event has no field `{match[1]}`", text.part(*match.span(1))
+        )
+        return
+    groups = [2, 3] if match is range_ else [2]
+    texts = [text.part(*match.span(group)) for group in groups]
+    if match is one_of:
+        texts = _split(texts[0])
+    values = [_value(chart, field, part.stripped(), findings) for part in texts]
+    found = [value for value in values if value is not None]
+    if match is range_ and len(found) == 2:
+        low, high = found
+        if isinstance(low, int) and isinstance(high, int):
+            found = list(range(low, min(high, low + 4095) + 1))
+    given[field.name] = tuple(found)
+
+
+def _value(chart: Chart, field: Field, text: Text, findings: Findings) -> Value | None:
+    scope = Scope(
+        constants=dict(chart.constants),
+        types={str(type_): type_ for type_ in chart.types},
+        tick=chart.capacities.tick,
+    )
+    expression = type_expression(text, scope, findings, field.type)
+    folded = None if expression is None else fold(expression)
+    if folded is not None and not isinstance(folded, Literal):
+        findings.add("connection-mismatch", "this must be a constant", text)
+        return None
+    return None if folded is None else folded.value
+
+
+def _split(text: Text) -> list[Text]:
+    """Split at commas outside braces and parentheses."""
+    parts, depth, start = [], 0, 0
+    for place, char in enumerate(text.value):
+        depth += (char in "{(") - (char in "})")
+        if char == "," and depth == 0:
+            parts.append(text.part(start, place))
+            start = place + 1
+    parts.append(text.part(start, len(text.value)))
+    return [part for part in parts if part.value.strip()]

@@ -1,0 +1,104 @@
+"""The event map of a system and a placement of its machines; nothing of it is written by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+from fsmkit.chart.chart import Event
+from fsmkit.language import Field
+from fsmkit.runtime.links.event_map import End, EventMap, LevelType, MessageType
+from fsmkit.system.system import EventLink, InputLink, Machine, System
+
+Wire = TypeVar("Wire", EventLink, InputLink)
+
+
+@dataclass(frozen=True)
+class Wires:
+    """The event map, with the connection that each message and each level stands for."""
+
+    map: EventMap
+    events: tuple[EventLink, ...]
+    """By number of the message, from 1."""
+    levels: tuple[InputLink, ...]
+    """In the order of the levels."""
+
+
+def wires_of(
+    system: System,
+    nodes: tuple[str, ...],
+    placed: tuple[int | None, ...],
+    endpoints: tuple[str, ...] = (),
+    *,
+    is_insecure: bool = False,
+) -> Wires:
+    """Return what crosses the nodes; ``placed[machine]`` is its node, None for no node."""
+    events = tuple(_crossing(system.event_links, placed))
+    inputs = tuple(_crossing(system.input_links, placed))
+    messages = tuple(
+        MessageType(
+            number,
+            placed[link.source] or 0,
+            placed[link.target] or 0,
+            End(system.machines[link.source].name, port_name(system.machines[link.source], link)),
+            End(
+                system.machines[link.target].name, event_of(system.machines[link.target], link).name
+            ),
+            _fields(system, link),
+        )
+        for number, link in enumerate(events, 1)
+    )
+    levels = tuple(_level(system, link, placed) for link in inputs)
+    map_ = EventMap(system.name, nodes, messages, levels, endpoints, is_insecure)
+    return Wires(map_, events, inputs)
+
+
+def port_name(machine: Machine, link: EventLink) -> str:
+    """Return the name of the event or operation at the source of a connection."""
+    events = machine.chart.events
+    if link.port < len(events):
+        return events[link.port].name
+    return machine.chart.operations[link.port - len(events)].name
+
+
+def port_fields(machine: Machine, link: EventLink) -> tuple[Field, ...]:
+    """Return the fields that leave by the port of a connection."""
+    events = machine.chart.events
+    if link.port < len(events):
+        return events[link.port].fields
+    return machine.chart.operations[link.port - len(events)].parameters
+
+
+def event_of(machine: Machine, link: EventLink) -> Event:
+    """Return the event at the target of a connection."""
+    return machine.chart.events[link.event]
+
+
+def _fields(system: System, link: EventLink) -> tuple[Field, ...]:
+    """Return names of the receiver, types of the sender: the values that can come."""
+    sent = port_fields(system.machines[link.source], link)
+    wanted = system.machines[link.target].chart.events[link.event].fields
+    return tuple(
+        Field(part.name, sent[place].type)
+        for part, place in zip(wanted, link.arguments, strict=True)
+    )
+
+
+def _level(system: System, link: InputLink, placed: tuple[int | None, ...]) -> LevelType:
+    source, target = system.machines[link.source], system.machines[link.target]
+    output, variable = source.chart.outputs[link.output], target.chart.inputs[link.input]
+    return LevelType(
+        placed[link.source] or 0,
+        placed[link.target] or 0,
+        End(source.name, output.name),
+        End(target.name, variable.name),
+        output.type,
+    )
+
+
+def _crossing(links: Iterable[Wire], placed: tuple[int | None, ...]) -> Iterator[Wire]:
+    for link in links:
+        source, target = placed[link.source], placed[link.target]
+        if source is not None and target is not None and source != target:
+            yield link

@@ -1,0 +1,156 @@
+"""Connections that hold, delay or lose messages: each is a little machine between its two ends.
+
+``{kind: queued, capacity: 4, delay: 5ms}``, ``{kind: lossy, capacity: 1, loss: 2}``. The machine is
+a chart made here: it takes a message from its queue, and sends it on, after the delay if there is
+one, or loses it. Without a capacity and a delay it passes messages on at once; with a capacity they
+wait in its queue while others go on, but not while time passes; a delay keeps them for so long.
+What was sent first arrives first in every kind of time: all wait equally long, and untimed only the
+oldest message may arrive next.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
+from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.language import EnumType, Field, Scope, read_duration
+from fsmkit.system.indices import integer
+from fsmkit.system.system import EventLink, Machine, System
+from fsmkit.yaml.nodes import Mapping, check_keys, demand_text
+from fsmkit.yaml.reader import read_document
+
+KINDS = ("direct", "queued", "lossy")
+MOST = 255
+"""Messages that a connection can hold, and lose."""
+CAPACITY = 8
+"""Messages that a queued connection holds unless it says how many."""
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How messages travel. ``capacity`` 0: at once; ``loss``: how many can be lost."""
+
+    capacity: int = 0
+    loss: int = 0
+    delay: int = 0
+
+
+DIRECT = Manner()
+
+
+def read_manner(options: Mapping, tick: int, findings: Findings) -> Manner | None:
+    """Read the options of a connection; delays are read in ticks of so many microseconds."""
+    check_keys(options, frozenset({"kind", "capacity", "loss", "delay"}), "a connection", findings)
+    texts: dict[str, Text] = {}
+    for key, node in options.entries:
+        text = demand_text(node, f"`{key}`", findings)
+        if text is None:
+            return None
+        texts[key.value] = text
+    kind = texts.pop("kind", None)
+    name = "direct" if kind is None else kind.value
+    if name not in KINDS:
+        findings.add(
+            "unexpected-value",
+            f"there is no connection of the kind `{kind}`",
+            options.span if kind is None else kind,
+            help=f"use one of {', '.join(KINDS)}",
+        )
+        return None
+    for option, value in texts.items():
+        if name == "direct" or (name == "queued" and option == "loss"):
+            findings.add(
+                "unexpected-value",
+                f"a connection of the kind `{name}` has no `{option}`",
+                value,
+                help="remove it, or say another kind",
+            )
+            return None
+    capacity = _count(texts.get("capacity"), CAPACITY if name == "queued" else 0, 1, findings)
+    loss = _count(texts.get("loss"), 1 if name == "lossy" else 0, 0, findings)
+    delay = 0
+    if "delay" in texts:
+        delay = read_duration(texts["delay"], Scope(tick=tick), findings) or 0
+        capacity = capacity or CAPACITY
+    return Manner(capacity or 0, loss or 0, delay)
+
+
+def _count(text: Text | None, otherwise: int, least: int, findings: Findings) -> int | None:
+    if text is None:
+        return otherwise
+    number = integer(text, findings)
+    if number is None or least <= number <= MOST:
+        return number
+    findings.add("bad-capacity", f"this must be within {least}..{MOST}", text)
+    return None
+
+
+def channel(
+    link: EventLink, manner: Manner, machines: tuple[Machine, ...], number: int, span: Span
+) -> tuple[Machine, EventLink, EventLink]:
+    """Return the machine of a connection, to stand at ``number``, and the wires to and from it."""
+    source, target = machines[link.source], machines[link.target]
+    events = source.chart.events
+    port = (
+        events[link.port].name
+        if link.port < len(events)
+        else source.chart.operations[link.port - len(events)].name
+    )
+    event = target.chart.events[link.event]
+    name = f"{source.name}.{port}>{target.name}.{event.name}"
+    chart = channel_chart(event.fields, manner, target.chart.capacities.tick)
+    is_passive = manner.capacity == 0 or manner.delay > 0
+    machine = Machine(name, chart, environment=is_passive, span=span, is_channel=True)
+    put, get = (chart.event_index[name] for name in ("put", "get"))
+    enter = EventLink(link.source, link.port, number, put, link.arguments)
+    leave = EventLink(number, get, link.target, link.event, tuple(range(len(event.fields))))
+    return machine, enter, leave
+
+
+def channel_chart(fields: tuple[Field, ...], manner: Manner, tick: int) -> Chart:
+    """Return the chart that holds, delays or loses messages of some fields."""
+    findings = Findings()
+    document = read_document(Source("connection", _text(fields, manner, tick)), findings)
+    chart = None if document is None else elaborate((document,), findings)
+    assert chart is not None, str(list(findings))  # noqa: S101  (written here)
+    return chart
+
+
+def _text(fields: tuple[Field, ...], manner: Manner, tick: int) -> str:
+    types = {p.type.name: p.type.members for p in fields if isinstance(p.type, EnumType)}
+    shown = ", ".join(f"{part.name} {part.type}" for part in fields)
+    values = ", ".join(f"{part.name} = event.{part.name}" for part in fields)
+    later = f" after {manner.delay * tick}us" if manner.delay else ""
+    lines = ["chart: Connection"]
+    if types:
+        lines.append("types:")
+        lines += [f"  {name}: [{', '.join(members)}]" for name, members in types.items()]
+    room = max(1, manner.capacity)
+    lines.append(f"capacity: {{queue: {room}, delayed: {room}, tick: {tick}us}}")
+    lines.append(f'events: {{in: ["put({shown})"], out: ["get({shown})"]}}')
+    if manner.loss:
+        lines.append(f"data: {{lost: 0..{manner.loss} = 0}}")
+        lines.append('operations: ["loses() -> bool"]')
+    lines += ["initial: open", "states:", "  open:", "    rest: true", "    on:", "      put:"]
+    if manner.loss:
+        lines.append(f'        - {{if: "lost < {manner.loss} and loses()", do: lost += 1}}')
+    lines.append(f'        - {{do: "send get({values}){later}"}}')
+    return "\n".join(lines) + "\n"
+
+
+def without_channels(system: System) -> System:
+    """Return a system in which all connections are direct: what code is written of."""
+    onward = {
+        link.source: link for link in system.event_links if system.machines[link.source].is_channel
+    }
+    links = tuple(
+        replace(link, target=onward[link.target].target, event=onward[link.target].event)
+        if link.target in onward
+        else link
+        for link in system.event_links
+        if link.source not in onward
+    )
+    machines = tuple(machine for machine in system.machines if not machine.is_channel)
+    return replace(system, machines=machines, event_links=links)

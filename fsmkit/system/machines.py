@@ -1,0 +1,219 @@
+"""The machines of a system file: charts, arrays of them, and the constants each is given.
+
+``feeder: feeder.yaml``, ``"guard[i in 0..2]": {chart: guard.yaml, with: {id: i}}``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from pathlib import Path
+
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
+from fsmkit.diagnostics import Findings, FsmkitError, Text
+from fsmkit.document.document import Document
+from fsmkit.loading import read_bytes, read_documents
+from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
+from fsmkit.system.system import Machine
+from fsmkit.yaml.nodes import Mapping as MappingNode
+from fsmkit.yaml.nodes import Node, check_keys, demand_mapping, demand_text
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """What a line under ``machines`` asks for: the chart and values of its constants."""
+
+    chart: Text
+    given: tuple[tuple[Text, Text], ...] = ()
+
+
+@dataclass(slots=True)
+class _Reader:
+    folder: Path
+    replacing: Mapping[str, Path]
+    findings: Findings
+    strict: bool
+    documents: dict[Path, tuple[Document, ...]] = field(default_factory=dict)
+    charts: dict[tuple[Path, tuple[tuple[str, str], ...]], Chart] = field(default_factory=dict)
+
+    def read(self, name: Text, node: Node) -> Iterator[Machine]:
+        """Yield the machines of a line: one, or those of an array."""
+        if name.value.isidentifier():
+            wanted = self._wanted(node)
+            machine = None if wanted is None else self._machine(name, name.value, wanted, {})
+            if machine is not None:
+                yield machine
+            return
+        match = DECLARED.fullmatch(name.value)
+        if match is None:
+            self.findings.add(
+                "unexpected-shape",
+                f"`{name}` is no name for a machine",
+                name,
+                help="use letters, digits and `_`; for several write `guard[i in 0..2]`",
+            )
+            return
+        run = bounds(name.part(*match.span(3)), name.part(*match.span(4)), self.findings)
+        wanted = self._wanted(node)
+        if wanted is None or run is None:
+            return
+        for index in run:
+            element = f"{match[1]}[{index}]"
+            machine = self._machine(name, element, wanted, {match[2]: index}, match[1])
+            if machine is not None:
+                yield replace(machine, place=(match[1], index))
+
+    def _wanted(self, node: Node) -> _Wanted | None:
+        if not isinstance(node, MappingNode):
+            chart = demand_text(node, "the chart of a machine", self.findings)
+            return None if chart is None else _Wanted(chart)
+        check_keys(node, frozenset({"chart", "with"}), "a machine", self.findings)
+        parts = {key.value: value for key, value in node.entries}
+        if "chart" not in parts:
+            self.findings.add(
+                "unexpected-shape", "a machine needs `chart`, the path of its chart", node.span
+            )
+            return None
+        chart = demand_text(parts["chart"], "the chart of a machine", self.findings)
+        given = []
+        if "with" in parts:
+            mapping = demand_mapping(parts["with"], "`with`", self.findings)
+            for name, value in mapping.entries if mapping is not None else ():
+                text = demand_text(value, f"the constant `{name}`", self.findings)
+                if text is not None:
+                    given.append((name, text))
+        return None if chart is None else _Wanted(chart, tuple(given))
+
+    def _machine(
+        self, name: Text, full: str, wanted: _Wanted, indices: Mapping[str, int], array: str = ""
+    ) -> Machine | None:
+        file = self.replacing.get(full) or self.replacing.get(array)
+        given = tuple((key, substituted(value, indices)) for key, value in wanted.given)
+        chart = self._chart(file or self.folder / wanted.chart.value, wanted, given, file is None)
+        if chart is None:
+            return None
+        if chart.abstract:
+            self.findings.add(
+                "abstract-machine",
+                f"the chart `{chart.name}` of `{full}` is abstract",
+                wanted.chart,
+                help="name a chart that extends it",
+            )
+        return Machine(full, chart, span=name.span)
+
+    def _chart(
+        self, file: Path, wanted: _Wanted, given: tuple[tuple[Text, Text], ...], is_named: bool
+    ) -> Chart | None:
+        key = file, tuple((name.value, value.value) for name, value in given)
+        if key in self.charts:
+            return self.charts[key]
+        own = Findings()
+        try:
+            if file not in self.documents:
+                read_bytes(file, wanted.chart if is_named else None)
+                self.documents[file] = read_documents(file, own)
+            documents = self.documents[file]
+            for name, value in given:
+                documents = with_constant(documents, name, value, own)
+            own.stop_on_errors()
+            chart = elaborate(documents, own, strict=self.strict)
+            own.stop_on_errors()
+        except FsmkitError as error:
+            self.findings.extend(error.diagnostics)
+            return None
+        if not given:  # what is odd with these constants need not be so in the chart
+            self.findings.extend(own)
+        if chart is not None:
+            self.charts[key] = chart
+        return chart
+
+
+def with_constant(
+    documents: tuple[Document, ...], name: Text, value: Text, findings: Findings
+) -> tuple[Document, ...]:
+    """Return a chart (its document, then its bases) in which a constant has another value."""
+    for place, document in enumerate(documents):
+        if any(constant.name == name for constant in document.constants):
+            constants = tuple(
+                replace(constant, value=value) if constant.name == name else constant
+                for constant in document.constants
+            )
+            changed = replace(document, constants=constants)
+            return (*documents[:place], changed, *documents[place + 1 :])
+    known = [constant.name.value for d in documents for constant in d.constants]
+    close = get_close_matches(name.value, known, 1)
+    findings.add(
+        "unknown-name",
+        f"the chart `{documents[0].name}` has no constant `{name}`",
+        name,
+        help=f"did you mean `{close[0]}`?" if close else "declare it under `constants` there",
+    )
+    return documents
+
+
+def read_machines(
+    node: Node | None,
+    folder: Path,
+    replacing: Mapping[str, Path],
+    findings: Findings,
+    *,
+    strict: bool = False,
+) -> tuple[Machine, ...]:
+    """Read all machines; the paths of charts are relative to ``folder``."""
+    mapping = None if node is None else demand_mapping(node, "`machines`", findings)
+    reader = _Reader(folder, replacing, findings, strict)
+    found: list[Machine] = []
+    for name, value in mapping.entries if mapping is not None else ():
+        for machine in reader.read(name, value):
+            _demand_new(machine, name, found, findings)
+            found.append(machine)
+    if len(found) > MOST_ELEMENTS:
+        findings.add(
+            "not-explored-yet",
+            f"{len(found)} machines in one system are not explored",
+            None if mapping is None else mapping.span,
+            help=f"keep to {MOST_ELEMENTS}",
+        )
+    _demand_replaced(replacing, found, findings)
+    return tuple(found)
+
+
+def read_machine(
+    name: Text, node: Node, folder: Path, findings: Findings, *, strict: bool = False
+) -> Machine | None:
+    """Read one machine, given as its chart or with constants for it."""
+    reader = _Reader(folder, {}, findings, strict)
+    wanted = reader._wanted(node)  # noqa: SLF001  (the same module)
+    return None if wanted is None else reader._machine(name, name.value, wanted, {})  # noqa: SLF001
+
+
+def _demand_new(machine: Machine, name: Text, found: list[Machine], findings: Findings) -> None:
+    array = machine.name if machine.place is None else machine.place[0]
+    for other in found:
+        if other.span != machine.span and array == (other.place or (other.name,))[0]:
+            findings.add(
+                "duplicate-name",
+                f"there are two machines `{array}`",
+                name,
+                secondary=[] if other.span is None else [(other.span, "the first")],
+                help="rename one of them",
+            )
+
+
+def _demand_replaced(
+    replacing: Mapping[str, Path], machines: list[Machine], findings: Findings
+) -> None:
+    known = dict.fromkeys(machine.name for machine in machines)
+    known |= dict.fromkeys(m.place[0] for m in machines if m.place is not None)
+    for name in replacing if not findings.has_errors else ():
+        if name not in known:
+            close = get_close_matches(name, known, 1)
+            meant = f"did you mean `{close[0]}`? " if close else ""
+            findings.add(
+                "no-such-machine",
+                f"there is no machine `{name}` to replace",
+                None,
+                help=f"{meant}there are {', '.join(known)}",
+            )

@@ -1,0 +1,320 @@
+"""Monitors: charts that watch the machines of a system and must not reach their state ``error``.
+
+::
+
+    Answered:
+      monitor: answered.yaml
+      watch:
+        - occurs(lamp.press) -> press   # an event that the lamp is handed, with what it carries
+        - lamp.lit -> lit               # an event or operation that leaves it
+        - lamp.level -> level           # an output, or data: an input of the monitor
+
+A monitor is a machine of the environment that moves before all others: once something that it
+watches has happened, nothing else moves until it has seen it. What it sends goes nowhere, so the
+others do what they do without it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from pathlib import Path
+
+from fsmkit.chart.chart import Chart, Event
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.document.document import Direction, Trigger
+from fsmkit.language import BOOL, Field, Storage, Type, Variable
+from fsmkit.system.connections import arguments_of, find_machine, misfit, tell_unconnected
+from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
+from fsmkit.system.machines import read_machine
+from fsmkit.system.system import (
+    HEARD,
+    Atom,
+    EventLink,
+    InputLink,
+    Machine,
+    Monitor,
+    Property,
+    PropertyKind,
+    System,
+    operation_port,
+)
+from fsmkit.yaml.nodes import Mapping, Node, check_keys, demand_sequence, demand_text
+
+ERROR = "error"
+"""The state that a monitor must not reach."""
+CHANGED = "inputs.changed"
+"""The event that lets a monitor look at its inputs, where eventless transitions read them."""
+EXAMPLE = "for instance `occurs(lamp.press) -> press`, or `lamp.level -> level`"
+
+NAME = r"[A-Za-z_][\w.]*"
+SOURCE = re.compile(
+    rf"\s*(?:occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>{NAME})\s*\)"
+    rf"|(?P<machine>{INDEXED})\s*\.\s*(?P<name>{NAME}))\s*"
+)
+
+
+@dataclass(slots=True)
+class _Watch:
+    """Reads what a monitor watches."""
+
+    machines: tuple[Machine, ...]
+    monitor: Machine
+    findings: Findings
+    events: dict[tuple[int, int, int], tuple[EventLink, Text]] = field(default_factory=dict)
+    inputs: dict[int, tuple[tuple[InputLink, ...], Text]] = field(default_factory=dict)
+
+    def read(self, text: Text) -> None:
+        """Read one line."""
+        left, arrow, right = text.value.partition("->")
+        match = SOURCE.fullmatch(left)
+        target = text.part(len(left) + 2, len(text.value)).stripped() if arrow else text
+        if match is None or not right.strip():
+            self.findings.add(
+                "broken-connection", "a monitor watches `source -> name`", text, help=EXAMPLE
+            )
+            return
+        group = "taking" if match["taking"] is not None else "machine"
+        machine = find_machine(text.part(*match.span(group)), self.machines, self.findings)
+        if machine is None:
+            return
+        if group == "taking":
+            self._heard(machine, text.part(*match.span("event")), target, text)
+        else:
+            self._leaving(machine, text.part(*match.span("name")), target, text)
+
+    def _heard(self, machine: int, name: Text, target: Text, text: Text) -> None:
+        chart = self.machines[machine].chart
+        number = chart.event_index.get(name.value)
+        if number is None:
+            self._unknown(f"`{self.machines[machine].name}` has no event", name, chart.event_index)
+            return
+        self._event(machine, HEARD + number, chart.events[number].fields, name, target, text)
+
+    def _leaving(self, machine: int, name: Text, target: Text, text: Text) -> None:
+        chart = self.machines[machine].chart
+        values = {v.name: v.type for v in (*chart.outputs, *chart.data)}
+        if name.value in values:
+            self._value(machine, name, values[name.value], target, text)
+            return
+        operation = next((o for o in chart.operations if o.name == name.value), None)
+        if operation is not None:
+            port = operation_port(chart, operation.name)
+            self._event(machine, port, operation.parameters, name, target, text)
+            return
+        number = chart.event_index.get(name.value)
+        if number is not None and Direction.OUT in chart.events[number].directions:
+            self._event(machine, number, chart.events[number].fields, name, target, text)
+            return
+        instance = self.machines[machine].name
+        if number is not None:
+            self.findings.add(
+                "wrong-direction",
+                f"`{name}` does not leave `{instance}`",
+                name,
+                help=f"write `occurs({instance}.{name})` for when it is handed that event",
+            )
+            return
+        known = [*values, *(o.name for o in chart.operations)]
+        known += [e.name for e in chart.events if Direction.OUT in e.directions]
+        self._unknown(f"`{instance}` has nothing to watch called", name, known)
+
+    def _event(
+        self,
+        machine: int,
+        port: int,
+        sent: tuple[Field, ...],
+        source: Text,
+        target: Text,
+        text: Text,
+    ) -> None:
+        chart = self.monitor.chart
+        number = chart.event_index.get(target.value)
+        if number is None or Direction.IN not in chart.events[number].directions:
+            known = [e.name for e in chart.events if Direction.IN in e.directions]
+            self._unknown(f"`{chart.name}` waits for no event", target, known)
+            return
+        wanted = chart.events[number].fields
+        arguments = arguments_of(sent, wanted, source, target, self.findings)
+        key = machine, port, number
+        if arguments is None or self._is_repeated(text, self.events.get(key)):
+            return
+        self.events[key] = EventLink(machine, port, 0, number, arguments), text
+
+    def _value(self, machine: int, name: Text, type_: Type, target: Text, text: Text) -> None:
+        chart = self.monitor.chart
+        inputs = [declared.name for declared in chart.inputs]
+        if target.value not in inputs:
+            self._unknown(f"`{chart.name}` has no input", target, inputs)
+            return
+        number = inputs.index(target.value)
+        reason = misfit(type_, chart.inputs[number].type)
+        if reason is not None:
+            message = f"`{name}` does not fit `{target}`: {reason}"
+            self.findings.add("connection-mismatch", message, target)
+            return
+        if not self._is_repeated(text, self.inputs.get(number)):
+            links = tuple(self._wires(machine, name.value, number))
+            self.inputs[number] = links, text
+
+    def _wires(self, machine: int, name: str, number: int) -> Iterator[InputLink]:
+        """Yield the wires of a variable: of one that is shared, from each machine that has it."""
+        watched = self.machines[machine]
+        if any(slot.name == name for slot in watched.shared):
+            for source, other in enumerate(self.machines):
+                for place, slot in enumerate(other.shared):
+                    if slot.name == name:
+                        yield InputLink(source, len(other.chart.outputs) + place, 0, number)
+            return
+        chart = watched.chart
+        outputs = [output.name for output in chart.outputs]
+        if name in outputs:
+            yield InputLink(machine, outputs.index(name), 0, number)
+            return
+        place = [data.name for data in chart.data].index(name)
+        yield InputLink(machine, len(outputs) + len(watched.shared) + place, 0, number)
+
+    def _is_repeated(self, text: Text, first: tuple[object, Text] | None) -> bool:
+        if first is None:
+            return False
+        self.findings.add(
+            "duplicate-connection",
+            "this is watched already",
+            text,
+            secondary=[(first[1], "first here")],
+            help="remove one of them",
+        )
+        return True
+
+    def _unknown(self, what: str, name: Text, known: object) -> None:
+        names = [str(n) for n in known] if isinstance(known, list | dict) else []
+        close = get_close_matches(name.value, names, 1)
+        some = f"use one of {', '.join(f'`{n}`' for n in names[:8])}" if names else None
+        help_ = f"did you mean `{close[0]}`?" if close else some
+        self.findings.add("unknown-name", f"{what} `{name}`", name, help=help_)
+
+
+def read_monitor(
+    name: Text,
+    node: Mapping,
+    machines: tuple[Machine, ...],
+    folder: Path,
+    findings: Findings,
+    *,
+    strict: bool = False,
+) -> Monitor | None:
+    """Read a property that is a monitor; None after telling what is wrong with it."""
+    check_keys(node, frozenset({"monitor", "watch"}), f"the property `{name}`", findings)
+    parts: dict[str, Node] = {key.value: value for key, value in node.entries}
+    machine = read_machine(name, parts["monitor"], folder, findings, strict=strict)
+    if machine is None:
+        return None
+    if any(machine.name == other.name for other in machines):
+        findings.add(
+            "duplicate-name", f"there is a machine `{name}`", name, help="rename the property"
+        )
+    _demand_fit(machine, name, findings)
+    watch = _Watch(machines, machine, findings)
+    sequence = demand_sequence(parts["watch"], "`watch`", findings) if "watch" in parts else None
+    for item in sequence.items if sequence is not None else ():
+        text = demand_text(item, "what is watched", findings)
+        for one in () if text is None else each(text, machines):
+            watch.read(one)
+    events = tuple(link for link, _ in watch.events.values())
+    inputs = tuple(link for links, _ in watch.inputs.values() for link in links)
+    tell_unconnected((machine,), events, inputs, (), findings)
+    return Monitor(name.value, replace(machine, environment=True, is_monitor=True), events, inputs)
+
+
+def _demand_fit(machine: Machine, name: Text, findings: Findings) -> None:
+    """Report what a monitor cannot be: without an error, or choosing what it does."""
+    chart = machine.chart
+    if ERROR not in chart.state_index:
+        findings.add(
+            "monitor-without-error",
+            f"`{chart.name}` has no state `{ERROR}`, which a monitor must not reach",
+            name,
+            help=f"call the state that means a violation `{ERROR}`",
+        )
+    chosen = [f"the result of `{o.name}`" for o in chart.operations if o.result is not None]
+    chosen += ["a delay" for t in chart.transitions if t.least is not None]
+    chosen += ["a transition" for t in chart.transitions if t.trigger is Trigger.SOMETIMES]
+    if chosen:
+        findings.add(
+            "monitor-that-chooses",
+            f"{chosen[0]} of the monitor `{name}` is open",
+            name,
+            help="let it do one thing only for what it sees",
+        )
+
+
+def demand_few(monitors: tuple[Monitor, ...], machines: int, findings: Findings) -> None:
+    """Report more machines, monitors among them, than can be explored."""
+    if monitors and machines + len(monitors) > MOST_ELEMENTS:
+        findings.add(
+            "not-explored-yet",
+            f"{machines} machines and {len(monitors)} monitors in one system are not explored",
+            monitors[0].machine.span,
+            help=f"keep to {MOST_ELEMENTS}",
+        )
+
+
+# --- in an exploration ----------------------------------------------------------------------------
+
+
+def with_monitors(system: System) -> System:
+    """Return a system in which the monitors are machines, after all others."""
+    first = len(system.machines)
+    numbers = {monitor.property: first + n for n, monitor in enumerate(system.monitors)}
+    watching = [(first + n, monitor) for n, monitor in enumerate(system.monitors)]
+    return replace(
+        system,
+        machines=(*system.machines, *(monitor.machine for monitor in system.monitors)),
+        event_links=(
+            *system.event_links,
+            *(replace(link, target=n) for n, m in watching for link in m.event_links),
+        ),
+        input_links=(
+            *system.input_links,
+            *(replace(link, target=n) for n, m in watching for link in m.input_links),
+        ),
+        properties=tuple(
+            _judged(p, system.monitors[numbers[p.name] - first].machine.chart, numbers[p.name])
+            if p.kind is PropertyKind.MONITOR and p.name in numbers
+            else p
+            for p in system.properties
+        ),
+        monitors=(),
+    )
+
+
+def _judged(property_: Property, chart: Chart, number: int) -> Property:
+    """Return a property that is judged by whether its monitor, so numbered, is in error."""
+    state = chart.states[chart.state_index[ERROR]]
+    condition = Variable(ERROR, BOOL, Storage.DATA, state.span)
+    atoms = ((ERROR, Atom(number, state.index)),)
+    return replace(property_, condition=condition, atoms=atoms)
+
+
+def errors_of(machine: Machine) -> frozenset[int]:
+    """Return the states of a monitor that it must not reach; of another machine none."""
+    number = machine.chart.state_index.get(ERROR)
+    if number is None or not machine.is_monitor:
+        return frozenset()
+    chart = machine.chart
+    below = (s.index for s in chart.states if number in chart.ancestors(s.index))
+    return frozenset((number, *below))
+
+
+def look_event(chart: Chart) -> int | None:
+    """Return the number of the event on which a monitor looks at its inputs, if it has one."""
+    last = chart.events[-1] if chart.events else None
+    return last.index if last is not None and last.name == CHANGED else None
+
+
+def looking(chart: Chart) -> Chart:
+    """Return a monitor's chart with one more event, on which it looks at its inputs."""
+    event = Event(len(chart.events), CHANGED, (), frozenset({Direction.IN}))
+    return replace(chart, events=(*chart.events, event))

@@ -1,0 +1,225 @@
+"""Cyclic schedules: machines run in a given order, once a period, as a loop on a board lets them.
+
+``schedule: {cyclic: [feeder, molder], period: 10ms, jitter: 1ms}``
+
+In an exploration one more machine keeps turn and phase. Its chart is made here: a period begins
+every ``period`` ticks, its first turn at most ``jitter`` ticks later, and the turns of the machines
+follow each other without time between them. `verify.statespace.closed_system` says what may move
+when.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as Dictionary
+from dataclasses import replace
+
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
+from fsmkit.diagnostics import Findings, Source, Text
+from fsmkit.language import Scope, read_duration
+from fsmkit.language.microseconds import duration_text
+from fsmkit.system.connections import find_machine
+from fsmkit.system.indices import MOST_ELEMENTS, each
+from fsmkit.system.system import Machine, Schedule, System
+from fsmkit.yaml.nodes import Mapping, Node, Scalar, check_keys, demand_sequence, demand_text
+from fsmkit.yaml.reader import read_document
+
+EXAMPLE = "write `schedule: {cyclic: [feeder, molder], period: 10ms}`, or `interleaved`"
+
+
+# --- reading --------------------------------------------------------------------------------------
+
+
+def read_schedule(
+    node: Node | None, machines: tuple[Machine, ...], findings: Findings
+) -> Schedule | None:
+    """Read the schedule of a system; None where it is interleaved, or after telling what is wrong.
+
+    ``machines``: those of the file, of which it is known which are of the environment.
+    """
+    if node is None or (isinstance(node, Scalar) and node.text.value == "interleaved"):
+        return None
+    if not isinstance(node, Mapping):
+        findings.add(
+            "unexpected-shape",
+            "a schedule is `interleaved`, or an order with a period",
+            node.span,
+            help=EXAMPLE,
+        )
+        return None
+    check_keys(node, frozenset({"cyclic", "period", "jitter"}), "a schedule", findings)
+    parts = {key.value: value for key, value in node.entries}
+    for name in ("cyclic", "period"):
+        if name not in parts:
+            findings.add("missing-key", f"a schedule needs `{name}`", node.span, help=EXAMPLE)
+    if "cyclic" not in parts or "period" not in parts:
+        return None
+    order = _order(parts["cyclic"], machines, findings)
+    ticks = _ticks(parts, machines[0].chart.capacities.tick, findings)
+    if ticks is None or order is None:
+        return None
+    return Schedule(order, *ticks, span=node.span)
+
+
+def _order(node: Node, machines: tuple[Machine, ...], findings: Findings) -> tuple[int, ...] | None:
+    """Read the order; each machine that is not of the environment has one place in it."""
+    sequence = demand_sequence(node, "`cyclic`", findings)
+    if sequence is None:
+        return None
+    places: dict[int, Text] = {}
+    for item in sequence.items:
+        text = demand_text(item, "a machine of the order", findings)
+        for one in () if text is None else each(text, machines):
+            machine = find_machine(one, machines, findings)
+            if machine is not None:
+                _place(machine, one, machines, places, findings)
+    if findings.has_errors:
+        return None
+    for number, left_out in enumerate(machines):
+        if number not in places and not left_out.environment:
+            findings.add(
+                "unscheduled-machine",
+                f"`{left_out.name}` has no place in the order",
+                node.span,
+                secondary=[] if left_out.span is None else [(left_out.span, "this machine")],
+                help="name it in `cyclic`, or under `will` if it belongs to the environment",
+            )
+    return tuple(places)
+
+
+def _place(
+    machine: int,
+    text: Text,
+    machines: tuple[Machine, ...],
+    places: dict[int, Text],
+    findings: Findings,
+) -> None:
+    name = machines[machine].name
+    if machine in places:
+        findings.add(
+            "duplicate-name",
+            f"`{name}` is in the order already",
+            text,
+            secondary=[(places[machine], "first here")],
+            help="let it run once a period",
+        )
+    elif machines[machine].environment:
+        findings.add(
+            "unscheduled-machine",
+            f"`{name}` belongs to the environment, which no loop runs",
+            text,
+            help="take it out of the order: it moves at any time",
+        )
+    else:
+        places[machine] = text
+
+
+def _ticks(parts: Dictionary[str, Node], tick: int, findings: Findings) -> tuple[int, int] | None:
+    """Read period and jitter."""
+    found = []
+    texts = []
+    for name in ("period", "jitter"):
+        text = demand_text(parts[name], f"`{name}`", findings) if name in parts else None
+        ticks = 0 if text is None else read_duration(text, Scope(tick=tick), findings)
+        if ticks is None or (text is None and name in parts):
+            return None
+        found.append(ticks)
+        texts.append(text)
+    period, jitter = found
+    if period == 0:
+        findings.add("bad-period", "a period takes time", texts[0], help="write such as `10ms`")
+        return None
+    if jitter >= period:
+        findings.add(
+            "bad-period",
+            f"the jitter is not less than the period of {duration_text(period * tick)}",
+            texts[1],
+            help="make it less: a period begins before the next one does",
+        )
+        return None
+    return period, jitter
+
+
+def demand_room(system: System, findings: Findings) -> None:
+    """Report more machines than can be explored with one that keeps the turns."""
+    machines = len(system.machines) + len(system.monitors)
+    if system.schedule is not None and machines + 1 > MOST_ELEMENTS:
+        findings.add(
+            "not-explored-yet",
+            f"a cyclic schedule of a system of {machines} machines is not explored",
+            system.schedule.span,
+            help=f"keep to {MOST_ELEMENTS - 1}, monitors among them",
+        )
+
+
+# --- in an exploration ----------------------------------------------------------------------------
+
+
+def with_scheduler(system: System, *, untimed: bool) -> System:
+    """Return a system in which the schedule is a machine, after all others."""
+    if system.schedule is None:
+        return system
+    name = "schedule"
+    while any(machine.name == name for machine in system.machines):
+        name += "_"
+    tick = system.machines[0].chart.capacities.tick
+    chart = scheduler_chart(system.schedule, tick, untimed=untimed)
+    machine = Machine(name, chart, environment=True, is_monitor=True, span=system.schedule.span)
+    return replace(system, machines=(*system.machines, machine))
+
+
+def scheduler_chart(schedule: Schedule, tick: int, *, untimed: bool) -> Chart:
+    """Return the chart that keeps turn and phase: ``turn_N`` is that of the N-th in the order.
+
+    ``untimed``: a period follows the other whenever it does.
+    """
+    findings = Findings()
+    text = "\n".join(_lines(schedule, tick, untimed=untimed)) + "\n"
+    document = read_document(Source("schedule", text), findings)
+    chart = None if document is None else elaborate((document,), findings)
+    assert chart is not None, str(list(findings))  # noqa: S101  (written here)
+    return chart
+
+
+def _lines(schedule: Schedule, tick: int, *, untimed: bool) -> list[str]:
+    period, jitter = (f"{ticks * tick}us" for ticks in (schedule.period, schedule.jitter))
+    delayed = schedule.jitter > 0 and not untimed
+    turns = [f"turn_{n}" for n in range(1, len(schedule.order) + 1)]
+    first = "starting" if delayed else turns[0]
+    lines = ["chart: Schedule", f"capacity: {{tick: {tick}us}}", "initial: period", "states:"]
+    lines += ["  period:", f"    initial: {first}"]
+    if not untimed:
+        lines.append(f"    after: {{{period}: period}}")
+    lines.append("    states:")
+    if delayed:
+        lines.append(f"      starting: {{after: {{0us..{jitter}: {turns[0]}}}}}")
+    for turn, following in zip(turns, [*turns[1:], "over"], strict=True):
+        lines.append(f"      {turn}: {{after: {{0us: {following}}}}}")
+    again = f"after: {{{period}: {first}}}" if untimed else ""
+    return [*lines, f"      over: {{{again}}}"]
+
+
+def spelled_schedule(system: System) -> str:
+    """Return what a cyclic schedule lets a verdict assume."""
+    schedule = system.schedule
+    if schedule is None:
+        return ""
+    tick = system.machines[0].chart.capacities.tick
+    late = f", up to {duration_text(schedule.jitter * tick)} late" if schedule.jitter else ""
+    names = ", ".join(system.machines[machine].name for machine in schedule.order)
+    every = duration_text(schedule.period * tick)
+    return f"the loop runs {names} in this order every {every}{late}, and takes no time for it"
+
+
+def turns_of(system: System) -> dict[int, int]:
+    """Return the machines that have their turn in states of the scheduler, the last machine.
+
+    Without a cyclic schedule there are none.
+    """
+    if system.schedule is None:
+        return {}
+    chart = system.machines[-1].chart
+    return {
+        chart.state_index[f"turn_{n}"]: machine
+        for n, machine in enumerate(system.schedule.order, 1)
+    }

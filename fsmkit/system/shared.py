@@ -1,0 +1,240 @@
+"""Shared data of a system file: variables of which every machine that names them has a copy.
+
+``shared: {turn: 0..3 = 0}``. A chart declares them among its ``data``, as if they were its own; the
+system says which are the same. What a machine changes reaches all other copies in the same step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from fsmkit.chart.chart import Chart, Data
+from fsmkit.chart.statements import Assign, ForEach
+from fsmkit.chart.walk import nodes
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.document.declaration_text import read_typed
+from fsmkit.language import (
+    ArrayType,
+    Element,
+    Expr,
+    Literal,
+    RecordType,
+    Scope,
+    SymbolType,
+    Type,
+    Value,
+    Variable,
+    default_value,
+    fold,
+    read_type,
+)
+from fsmkit.language.constants import start_value
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.system.system import InputLink, Machine, Slot
+from fsmkit.yaml.nodes import Node, demand_mapping, demand_text
+
+
+def read_shared(
+    node: Node | None, machines: tuple[Machine, ...], scope: Scope, findings: Findings
+) -> tuple[Machine, ...]:
+    """Return the machines with their shared variables; types are read in ``scope``."""
+    mapping = None if node is None else demand_mapping(node, "`shared`", findings)
+    for name, value in mapping.entries if mapping is not None else ():
+        text = demand_text(value, f"the shared variable `{name}`", findings)
+        init = None if text is None else _declared(name, text, scope, findings)
+        if init is not None:
+            machines = _bound(name, init, machines, findings)
+    return machines
+
+
+def _declared(name: Text, text: Text, scope: Scope, findings: Findings) -> Literal | None:
+    """Return the start value of a variable, with its type."""
+    written, init = read_typed(text, findings)
+    if written is None and init is None:
+        return None
+    type_ = None if written is None else read_type(written, scope, findings)
+    if written is not None and type_ is None:
+        return None
+    if init is not None:
+        found = start_value(init, type_, scope, findings)
+    else:
+        found = None if type_ is None else Literal(default_value(type_), type_, name.span)
+    if found is None:
+        return None
+    inner = found.type.element if isinstance(found.type, ArrayType) else found.type
+    if isinstance(inner, RecordType | SymbolType | ArrayType):
+        findings.add(
+            "connection-mismatch",
+            f"`{name}` cannot be shared: `{found.type}`",
+            text,
+            help="share numbers, truth values, enumerations, and arrays of them",
+        )
+        return None
+    return found
+
+
+def _bound(
+    name: Text, init: Literal, machines: tuple[Machine, ...], findings: Findings
+) -> tuple[Machine, ...]:
+    found = []
+    for machine in machines:
+        place = next((n for n, d in enumerate(machine.chart.data) if d.name == name.value), None)
+        if place is None:
+            found.append(machine)
+            continue
+        own = machine.chart.data[place]
+        if own.type != init.type:
+            findings.add(
+                "connection-mismatch",
+                f"`{name}` is `{init.type}` here, but `{own.type}` in `{machine.name}`",
+                name,
+                secondary=[(own.span, "declared here")],
+                help="give both the same type",
+            )
+        slots = tuple(slots_of(machine.chart, own, place))
+        chart = machine.chart if own.init == init else _starting(machine.chart, place, init)
+        found.append(replace(machine, chart=chart, shared=(*machine.shared, *slots)))
+    if not any(slot.name == name.value for machine in found for slot in machine.shared):
+        findings.add(
+            "unshared-data",
+            f"no machine uses `{name}`",
+            name,
+            help=f"declare `{name}` under `data` of a chart, and use it there",
+        )
+    return tuple(found)
+
+
+def _starting(chart: Chart, place: int, init: Literal) -> Chart:
+    changed = replace(chart.data[place], init=init)
+    return replace(chart, data=(*chart.data[:place], changed, *chart.data[place + 1 :]))
+
+
+def slots_of(chart: Chart, data: Data, place: int) -> list[Slot]:
+    """Return what a machine holds of a variable: of an array only the elements that it names.
+
+    It names all of them where an index is not known when compiling.
+    """
+    named = [
+        n
+        for n in nodes((chart.states, chart.transitions, chart.script))
+        if (isinstance(n, Variable) and n.name == data.name)
+        or (isinstance(n, Element) and n.array.name == data.name)
+    ]
+    if not named:
+        return []
+    if not isinstance(data.type, ArrayType):
+        return [Slot(data.name, place)]
+    elements = [_known_index(n) for n in named if isinstance(n, Element)]
+    whole = len(named) - len(elements) > len(elements) or None in elements
+    indices = range(data.type.length) if whole else sorted(set(elements) - {None})  # type: ignore[type-var]
+    return [Slot(data.name, place, index) for index in indices if index is not None]
+
+
+def _known_index(element: Element) -> int | None:
+    index = fold(element.index)
+    array = element.array.type
+    if not isinstance(index, Literal) or not isinstance(index.value, int):
+        return None
+    length = array.length if isinstance(array, ArrayType) else 0
+    return int(index.value) if 0 <= index.value < length else None
+
+
+def shared_links(machines: Sequence[Machine]) -> tuple[InputLink, ...]:
+    """Return the wires from each copy that is ever changed to all others.
+
+    Shared variables are counted after the outputs, and after the inputs, of a machine.
+    """
+    holders: dict[tuple[str, int | None], list[tuple[int, int]]] = {}
+    for number, machine in enumerate(machines):
+        for place, slot in enumerate(machine.shared):
+            holders.setdefault((slot.name, slot.element), []).append((number, place))
+    written = [_written(machine.chart) for machine in machines]
+    return tuple(
+        InputLink(
+            source,
+            len(machines[source].chart.outputs) + place,
+            target,
+            len(machines[target].chart.inputs) + other,
+        )
+        for (name, _), found in holders.items()
+        for source, place in found
+        if name in written[source]
+        for target, other in found
+        if target != source
+    )
+
+
+def _written(chart: Chart) -> frozenset[str]:
+    """Return the names of all variables that a chart assigns."""
+    found = set()
+    for node in nodes((chart.states, chart.transitions, chart.script)):
+        match node:
+            case Assign(location):
+                found |= {n.name for n in nodes(location) if isinstance(n, Variable)}
+            case ForEach(_, item, index):
+                found |= {item.name} | (set() if index is None else {index.name})
+            case _:
+                pass
+    return frozenset(found)
+
+
+# --- values ---------------------------------------------------------------------------------------
+
+
+def slot_value(slot: Slot, data: tuple[Value, ...]) -> Value:
+    """Return the value of a shared variable in the data of a machine."""
+    value = data[slot.data]
+    if slot.element is None:
+        return value
+    assert isinstance(value, tuple)  # noqa: S101  (an array)
+    return value[slot.element]
+
+
+def with_slot(slot: Slot, data: tuple[Value, ...], value: Value) -> tuple[Value, ...]:
+    """Return the data of a machine with another value of a shared variable."""
+    if slot.element is not None:
+        array = data[slot.data]
+        assert isinstance(array, tuple)  # noqa: S101  (an array)
+        value = (*array[: slot.element], value, *array[slot.element + 1 :])
+    return (*data[: slot.data], value, *data[slot.data + 1 :])
+
+
+def written_value(machine: Machine, chart: Chart, data: tuple[Value, ...], number: int) -> Value:
+    """Return what a wire takes: an output, after them a shared variable, then any of the data."""
+    if number < len(chart.outputs):
+        return data[len(chart.data) + number]
+    number -= len(chart.outputs)
+    if number >= len(machine.shared):
+        return data[number - len(machine.shared)]
+    return slot_value(machine.shared[number], data)
+
+
+def driven(machine: Machine, snapshot: Snapshot, number: int, value: Value) -> Snapshot:
+    """Return a machine to which a wire has brought a value: for an input, or a shared variable."""
+    count = len(snapshot.inputs)
+    if number >= count:
+        data = with_slot(machine.shared[number - count], snapshot.data, value)
+        return replace(snapshot, data=data)
+    inputs = list(snapshot.inputs)
+    inputs[number] = value
+    return replace(snapshot, inputs=tuple(inputs))
+
+
+def kept_at_start(machine: Machine, data: tuple[Value, ...]) -> Mapping[int, Value]:
+    """Return the data that a machine does not set to their start values when it starts."""
+    return {slot.data: data[slot.data] for slot in machine.shared}
+
+
+def type_of_slot(chart: Chart, slot: Slot) -> Type:
+    """Return the type of a shared variable, or of the element of it."""
+    type_ = chart.data[slot.data].type
+    return type_.element if slot.element is not None and isinstance(type_, ArrayType) else type_
+
+
+def reads_shared(machine: Machine, guards: Iterable[Expr | None]) -> bool:
+    """Whether a shared variable occurs in one of some guards."""
+    names = {slot.name for slot in machine.shared}
+    return any(
+        isinstance(n, Variable) and n.name in names for guard in guards for n in nodes(guard)
+    )

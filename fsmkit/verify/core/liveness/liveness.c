@@ -1,0 +1,190 @@
+#include "liveness/liveness.h"
+
+#include "liveness/fairness.h"
+
+#include <stdlib.h>
+
+void fsm_lasso_free(fsm_lasso *self)
+{
+    free(self->path.steps);
+    free(self->cycle.steps);
+    *self = (fsm_lasso){0};
+}
+
+bool fsm_is_marked(const fsm_model *model, fsm_state state, uint32_t mark)
+{
+    uint32_t set = model->marks(model->self, state), count = 0;
+    const uint32_t *marks = set == 0 || set == FSM_NONE ? NULL : model->mark_set(model->self, set, &count);
+    for (uint32_t i = 0; i < count; i++)
+        if (marks[i] == mark)
+            return true;
+    return false;
+}
+
+/* --- the nearest state of some kind ----------------------------------------------------------------- */
+
+typedef struct {
+    const fsm_set *passed;
+    const unsigned char *flags;
+    unsigned char wanted;
+} flagged;
+
+static bool is_flagged(void *context, fsm_state state)
+{
+    const flagged *self = context;
+    uint64_t place = fsm_set_find(self->passed, state);
+    return place != FSM_NOWHERE && (self->flags[place] & self->wanted) != 0;
+}
+
+fsm_state fsm_path_to_flagged(fsm_search *search, const unsigned char *flags, unsigned char wanted, fsm_path *path)
+{
+    flagged context = {&search->passed, flags, wanted};
+    fsm_found found = {.state = FSM_NO_STATE};
+    fsm_search again;
+    if (!fsm_search_init(&again, search->model, search->memory_limit))
+        return FSM_NO_STATE;
+    again.cores = search->cores;
+    again.large = search->large;
+    again.chunk = search->chunk;
+    again.sleepless = search->sleepless;
+    again.is_target = is_flagged;
+    again.target_context = &context;
+    again.groups = &found;
+    again.group_count = again.groups_left = 1;
+    fsm_search_run(&again);
+    if (found.state != FSM_NO_STATE && !fsm_path_to(&again, &found, path)) {
+        found.state = FSM_NO_STATE;
+        path->count = 0;
+    }
+    again.groups = NULL;
+    again.group_count = 0;
+    fsm_search_free(&again);
+    return found.state;
+}
+
+/* --- recoverable ------------------------------------------------------------------------------------- */
+
+enum { GOOD = 2, BAD = 4 }; /* values of components */
+
+typedef struct {
+    const fsm_search *search;
+    uint32_t mark;
+    bool violated;
+} recovery;
+
+static unsigned char close_recovered(void *context, const fsm_components *all, const uint64_t *places, size_t count,
+                                     unsigned char leaves)
+{
+    recovery *self = context;
+    const fsm_search *search = self->search;
+    bool good = (leaves & GOOD) != 0;
+    (void)all;
+    for (size_t i = 0; !good && i < count; i++)
+        good = fsm_is_marked(search->model, fsm_set_at(&search->passed, places[i]), self->mark);
+    self->violated = self->violated || !good;
+    return good ? GOOD : BAD;
+}
+
+bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found)
+{
+    recovery all = {search, mark, false};
+    fsm_components components = {.close = close_recovered, .context = &all};
+    fsm_walk walk;
+    *found = (fsm_lasso){0};
+    bool fine = fsm_walk_init(&walk, search);
+    fine = fsm_components_init(&components, search) && fine;
+    for (uint64_t root = 0; fine && root < fsm_set_places(&search->passed); root++)
+        if (fsm_set_taken(&search->passed, root))
+            fine = fsm_components_from(&components, &walk, root);
+    found->violated = all.violated;
+    if (fine && found->violated)
+        (void)fsm_path_to_flagged(search, components.value, BAD, &found->path);
+    fsm_components_free(&components);
+    fsm_walk_free(&walk);
+    return fine && search->model->failure(search->model->self) == NULL;
+}
+
+/* --- leads to ------------------------------------------------------------------------------------------ */
+
+static void flag_states(fsm_fairness *self, uint32_t asked, uint32_t answer)
+{
+    const fsm_search *search = self->search;
+    for (uint64_t place = 0; place < fsm_set_places(&search->passed); place++) {
+        if (!fsm_set_taken(&search->passed, place))
+            continue;
+        fsm_state state = fsm_set_at(&search->passed, place);
+        if (fsm_is_marked(search->model, state, answer))
+            self->flags[place] = FSM_ANSWERED;
+        else if (fsm_is_marked(search->model, state, asked))
+            self->flags[place] = FSM_ASKED;
+    }
+}
+
+/* A component of states without an answer is bad if a fair run can stay in it, or in one it leads to. */
+static unsigned char close_unanswered(void *context, const fsm_components *all, const uint64_t *places, size_t count,
+                                      unsigned char leaves)
+{
+    fsm_fairness *self = context;
+    bool bad = (leaves & BAD) != 0;
+    for (size_t i = 0; i < count; i++)
+        bad = bad || (self->flags[places[i]] & FSM_ENDLESS) != 0;
+    bad = fsm_fairness_judge(self, all, places, count) || bad;
+    for (size_t i = 0; bad && i < count; i++)
+        if ((self->flags[places[i]] & FSM_ASKED) != 0) {
+            self->flags[places[i]] |= FSM_HOPELESS;
+            self->violated = true;
+        }
+    return bad ? BAD : 0;
+}
+
+static unsigned char close_unstable(void *context, const fsm_components *all, const uint64_t *places, size_t count,
+                                    unsigned char leaves)
+{
+    (void)leaves;
+    (void)fsm_fairness_judge(context, all, places, count);
+    return 0;
+}
+
+/* Goes through the components of what has none of the flags `outside`, from what has one of `roots`. */
+static bool go_through(fsm_fairness *self, fsm_components *components, unsigned char outside, unsigned char roots)
+{
+    fsm_walk walk;
+    const fsm_set *passed = &self->search->passed;
+    bool fine = fsm_walk_init(&walk, self->search);
+    fine = fsm_components_init(components, self->search) && fine;
+    walk.flags = self->flags;
+    walk.outside = self->outside = outside;
+    for (uint64_t root = 0; fine && root < fsm_set_places(passed); root++)
+        if (fsm_set_taken(passed, root) && (self->flags[root] & outside) == 0
+            && (roots == 0 || (self->flags[root] & roots) != 0))
+            fine = fsm_components_from(components, &walk, root) && !self->failed;
+    fsm_walk_free(&walk);
+    return fine;
+}
+
+bool fsm_find_unanswered(fsm_search *search, uint32_t asked, uint32_t answer, bool timeless, fsm_lasso *found)
+{
+    fsm_fairness self;
+    fsm_components unstable = {.close = close_unstable, .context = &self};
+    fsm_components stable = {.close = close_unanswered, .context = &self};
+    *found = (fsm_lasso){0};
+    bool fine = fsm_fairness_init(&self, search);
+    if (fine)
+        flag_states(&self, asked, answer);
+    if (fine && timeless) {
+        fine = fsm_fairness_flag_stable(&self);
+        self.unstable = true;
+        fine = fine && go_through(&self, &unstable, FSM_ANSWERED | FSM_STABLE, 0);
+    }
+    self.unstable = false;
+    fine = fine && go_through(&self, &stable, FSM_ANSWERED, FSM_ASKED);
+    found->violated = self.violated;
+    if (fine && found->violated && !fsm_fairness_lasso(&self, &stable, &unstable, found)) {
+        fsm_lasso_free(found);
+        found->violated = true;
+    }
+    fsm_components_free(&unstable);
+    fsm_components_free(&stable);
+    fsm_fairness_free(&self);
+    return fine && search->model->failure(search->model->self) == NULL;
+}

@@ -1,0 +1,13 @@
+/* graph.h: what the machines did in an exploration, each by itself: local states and local steps. */
+#ifndef FSM_GRAPH_H
+#define FSM_GRAPH_H
+
+#include "search/search.h"
+#include "system/system.h"
+
+/* Prints, as a member of a JSON object: for each initial state the local states; for each machine
+ * and local state its own steps, what may happen to it (null where nobody asked) and itself after a
+ * unit of time; and which messages came to which local states. A message is a number. */
+void fsm_print_graph(fsm_composition *self);
+
+#endif

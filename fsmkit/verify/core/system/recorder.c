@@ -1,0 +1,129 @@
+#include "system/recorder.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+fsm_recorder fsm_recording;
+
+void fsm_recorder_begin(void)
+{
+    fsm_recorder *self = &fsm_recording;
+    self->sent_count = self->note_count = self->choice_at = 0;
+    self->budget = UINT32_MAX;
+    self->took = false;
+}
+
+void fsm_recorder_forget(void)
+{
+    fsm_recording.choice_count = 0;
+}
+
+/* An odometer: the last choice goes on; where it is through, the one before it. */
+bool fsm_recorder_advance(void)
+{
+    fsm_recorder *self = &fsm_recording;
+    while (self->choice_count > 0) {
+        uint32_t last = self->choice_count - 1;
+        if (++self->chosen[last] < self->limits[last])
+            return true;
+        self->choice_count = last;
+    }
+    return false;
+}
+
+uint32_t fsm_choose(uint32_t n)
+{
+    fsm_recorder *self = &fsm_recording;
+    if (n < 2)
+        return 0;
+    if (self->choice_at == FSM_MOST_CHOICES) {
+        self->too_much = "too many choices in one step";
+        return 0;
+    }
+    uint32_t at = self->choice_at++;
+    if (at == self->choice_count) {
+        self->chosen[at] = 0;
+        self->choice_count++;
+    }
+    self->limits[at] = n;
+    return self->chosen[at] < n ? self->chosen[at] : 0;
+}
+
+void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values)
+{
+    fsm_recorder *self = &fsm_recording;
+    if (self->sent_count == FSM_MOST_SENT || count > FSM_MOST_VALUES) {
+        self->too_much = "too many messages in one step";
+        return;
+    }
+    fsm_sent_message *sent = &self->sent[self->sent_count++];
+    *sent = (fsm_sent_message){.port = port, .count = count};
+    for (uint32_t i = 0; i < count; i++)
+        sent->values[i] = values[i];
+}
+
+void fsm_note_mark(uint32_t note)
+{
+    fsm_recorder *self = &fsm_recording;
+    for (uint32_t i = 0; i < self->note_count; i++)
+        if (self->notes[i] == note)
+            return;
+    if (self->note_count == FSM_MOST_NOTES)
+        self->too_much = "too much to note in one step";
+    else
+        self->notes[self->note_count++] = note;
+}
+
+static void note_covered(uint32_t number)
+{
+    if (fsm_recording.covered > 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + 2 * fsm_recording.event_count + number);
+}
+
+void fsm_note_taken(uint32_t transition)
+{
+    fsm_recording.took = true;
+    fsm_recording.transitions_seen[transition] = 1;
+    note_covered(transition);
+    fsm_note_line("t", transition);
+}
+
+void fsm_note_entered(uint32_t state)
+{
+    fsm_recording.states_seen[state] = 1;
+    note_covered(fsm_recording.covered + state);
+    fsm_note_line("+", state);
+}
+
+void fsm_note_unhandled(uint32_t event)
+{
+    if (fsm_recording.noted[event] != 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + event);
+}
+
+void fsm_note_occurs(uint32_t number, const void *event)
+{
+    if (fsm_recording.asked != NULL && fsm_recording.asked[number] != 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + fsm_recording.event_count + number);
+    if (fsm_recording.hear != NULL)
+        fsm_recording.hear(event);
+}
+
+void fsm_note_text(uint32_t note, const char *what, const char *text)
+{
+    fsm_note_mark(note);
+    if (fsm_recording.tracing)
+        printf("%s %s\n", what, text);
+}
+
+void fsm_note_budget(uint32_t left)
+{
+    if (left < fsm_recording.budget)
+        fsm_recording.budget = left;
+}
+
+void fsm_note_line(const char *what, uint32_t number)
+{
+    if (fsm_recording.tracing)
+        printf("%s %" PRIu32 "\n", what, number);
+}

@@ -1,0 +1,245 @@
+#include "zones/timed_temporal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* --- from where all points get to a mark ---------------------------------------------------------------------
+ * All points of a state can take a group of steps that is sure, and each then is in one of the states that it ends in.
+ * So all points get there if they are there, or if all points do of all the states in which some sure group ends. */
+
+/* A step of a sure group; those to the same place are a list. */
+typedef struct {
+    uint32_t group, next; /* the next one counted from 1; 0: none */
+} arc;
+
+typedef struct {
+    uint32_t from, left; /* the place it begins in; its steps to where some points may not get there */
+} group;
+
+typedef struct {
+    fsm_timed_model *model;
+    fsm_search *search;
+    arc *arcs;
+    group *groups;
+    uint32_t *heads, *waiting; /* by place: the first arc there; places that are sure and not spread yet */
+    unsigned char *sure;
+    size_t arc_count, arc_room, group_count, group_room, waiting_count;
+} sureness;
+
+static void *grown(void *items, size_t *room, size_t size, size_t limit)
+{
+    size_t more = *room == 0 ? 256 : 2 * *room;
+    void *found = more >= FSM_NONE || more * size > limit ? NULL : realloc(items, more * size);
+    *room = found == NULL ? *room : more;
+    return found;
+}
+
+static bool add_arc(sureness *self, uint64_t to, uint32_t from, bool new_group)
+{
+    size_t limit = self->search->memory_limit;
+    if (self->arc_count == self->arc_room) {
+        arc *arcs = grown(self->arcs, &self->arc_room, sizeof *arcs, limit);
+        if (arcs == NULL)
+            return false;
+        self->arcs = arcs;
+    }
+    if (self->group_count == self->group_room) {
+        group *groups = grown(self->groups, &self->group_room, sizeof *groups, limit);
+        if (groups == NULL)
+            return false;
+        self->groups = groups;
+    }
+    if (new_group)
+        self->groups[self->group_count++] = (group){from, 0};
+    uint32_t number = (uint32_t)self->group_count - 1;
+    self->groups[number].left++;
+    self->arcs[self->arc_count++] = (arc){number, self->heads[to]};
+    self->heads[to] = (uint32_t)self->arc_count;
+    return true;
+}
+
+static bool add_arcs_from(sureness *self, uint64_t place)
+{
+    fsm_timed_model *m = self->model;
+    const fsm_set *passed = &self->search->passed;
+    fsm_steps steps = {0};
+    bool fine = m->model.successors(m, fsm_set_at(passed, place), &steps);
+    for (size_t i = 0; fine && i < steps.count; i++) {
+        const fsm_timed_move *move = &m->moves[i];
+        bool new_group = i == 0 || move[-1].group != move->group;
+        if (move->sure)
+            fine = add_arc(self, fsm_set_find(passed, steps.items[i].to), (uint32_t)place, new_group);
+    }
+    free(steps.items);
+    return fine;
+}
+
+static void note_sure(sureness *self, uint32_t place)
+{
+    if (self->sure[place])
+        return;
+    self->sure[place] = 1;
+    self->waiting[self->waiting_count++] = place;
+}
+
+static void spread(sureness *self)
+{
+    while (self->waiting_count > 0) {
+        uint32_t at = self->heads[self->waiting[--self->waiting_count]];
+        for (; at != 0; at = self->arcs[at - 1].next) {
+            group *g = &self->groups[self->arcs[at - 1].group];
+            if (--g->left == 0)
+                note_sure(self, g->from);
+        }
+    }
+}
+
+/* Whether all points of all states get to the mark, `*all`; false if that could not be told. */
+static bool all_get_there(fsm_timed_model *model, fsm_search *search, uint32_t mark, bool *all)
+{
+    const fsm_set *passed = &search->passed;
+    uint64_t places = fsm_set_places(passed);
+    sureness self = {.model = model, .search = search};
+    self.heads = calloc(places, sizeof *self.heads);
+    self.waiting = malloc((passed->count + 1) * sizeof *self.waiting);
+    self.sure = calloc(places, 1);
+    bool fine = places < FSM_NONE && self.heads != NULL && self.waiting != NULL && self.sure != NULL;
+    for (uint64_t place = 0; fine && place < places; place++) {
+        if (!fsm_set_taken(passed, place))
+            continue;
+        if (place % 1024 == 0 && search->keep_on != NULL)
+            fine = search->keep_on(search);
+        if (fsm_is_marked(search->model, fsm_set_at(passed, place), mark))
+            note_sure(&self, (uint32_t)place);
+        else
+            fine = fine && add_arcs_from(&self, place);
+    }
+    if (fine)
+        spread(&self);
+    *all = true;
+    for (uint64_t place = 0; fine && place < places; place++)
+        *all = *all && (!fsm_set_taken(passed, place) || self.sure[place]);
+    free(self.arcs);
+    free(self.groups);
+    free(self.heads);
+    free(self.waiting);
+    free(self.sure);
+    return fine;
+}
+
+/* --- a run as the zones perform it -------------------------------------------------------------------------- */
+
+/* The ordinal of the step of a number where zones have come to; FSM_NONE if there is none. */
+static uint32_t perform(fsm_timed *timed, fsm_timed_sought *at, uint32_t number)
+{
+    uint32_t tuple[FSM_MOST_MACHINES + 1];
+    at->wanted = number;
+    at->at = 0;
+    at->ordinal = FSM_NONE;
+    if (at->initial) {
+        (void)fsm_timed_initial(timed, fsm_timed_pick, at);
+        at->initial = false;
+        return at->ordinal;
+    }
+    memcpy(tuple, at->tuple, timed->tuples.state_size);
+    memcpy(timed->before, at->zone, (size_t)at->size * at->size * sizeof *at->zone);
+    (void)fsm_timed_successors(timed, tuple, timed->before, false, fsm_timed_pick, at);
+    return at->ordinal;
+}
+
+/* Adds what all points of a state have in common: which timers are due, and which are not. */
+static bool tell_point(fsm_timed_model *self, fsm_state state, fsm_path *path)
+{
+    uint32_t clock = 1;
+    if (!fsm_timed_model_look(self, state))
+        return false;
+    for (uint32_t i = 0; self->waits && i < fsm_timed_machines(&self->timed); i++) {
+        uint32_t armed = fsm_timed_armed(&self->timed, self->tuple, i);
+        for (uint32_t place = 0; place < armed; place++, clock++) {
+            int32_t upper = self->timed.limits[clock].upper;
+            bool due = self->zone[clock] <= fsm_at_most(-upper);
+            bool below = self->zone[clock * self->size] < fsm_at_most(upper);
+            if (upper != FSM_NEVER && (due || below)
+                && !fsm_path_add(path, FSM_TIMED_DUE - 2 * (i * FSM_MOST_CLOCKS + place) - below))
+                return false;
+        }
+    }
+    return true;
+}
+
+/* Rewrites steps of the model from a state on; those in which time passes are none. Returns where they lead;
+ * FSM_NO_STATE if they cannot be performed so. */
+static fsm_state rewrite(fsm_timed_model *self, fsm_state from, fsm_timed_sought *at, fsm_path *path)
+{
+    fsm_steps steps = {0};
+    fsm_path told = {0};
+    bool fine = true;
+    for (size_t i = 0; fine && i < path->count; i++) {
+        uint32_t ordinal = path->steps[i];
+        bool initial = from == FSM_NO_STATE;
+        fsm_steps_clear(&steps, 0);
+        fine = (initial ? self->model.initial(self, &steps) : self->model.successors(self, from, &steps))
+            && ordinal < steps.count;
+        uint32_t number = fine ? self->moves[ordinal].number : FSM_NONE;
+        fsm_state to = fine ? steps.items[ordinal].to : FSM_NO_STATE;
+        if (number != FSM_NONE) {
+            fine = fine && (initial || tell_point(self, from, &told));
+            ordinal = perform(&self->timed, at, number);
+            self->at = FSM_NO_STATE; /* the limits of others are in hand */
+            fine = fine && ordinal != FSM_NONE && fsm_path_add(&told, ordinal);
+        }
+        from = to;
+    }
+    free(steps.items);
+    free(path->steps);
+    *path = told;
+    return fine ? from : FSM_NO_STATE;
+}
+
+/* An answer with the run that is told: to the cycle, and once round it. */
+static fsm_timed_answer answer_with(fsm_timed_model *self, bool known, fsm_lasso lasso)
+{
+    fsm_timed_answer found = {known, "", lasso};
+    fsm_timed_sought at = {.initial = true, .machines = fsm_timed_machines(&self->timed), .zone = malloc(FSM_ZONE_ROOM * sizeof *at.zone)};
+    bool rounds = lasso.cycle.count > 0;
+    bool told = !known || !lasso.violated;
+    if (!told && at.zone != NULL && lasso.path.count > 0) {
+        fsm_state last = rewrite(self, FSM_NO_STATE, &at, &found.lasso.path);
+        last = last != FSM_NO_STATE && rounds ? rewrite(self, last, &at, &found.lasso.cycle) : last;
+        told = last != FSM_NO_STATE
+            && tell_point(self, last, rounds ? &found.lasso.cycle : &found.lasso.path);
+    }
+    if (!told) {
+        fsm_lasso_free(&found.lasso);
+        found.known = false;
+    }
+    free(at.zone);
+    return found;
+}
+
+/* --- properties ---------------------------------------------------------------------------------------------- */
+
+static fsm_timed_answer undecided(const char *why)
+{
+    return (fsm_timed_answer){.why = why};
+}
+
+fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search, uint32_t mark)
+{
+    fsm_lasso lasso;
+    bool all, known = fsm_find_unrecoverable(search, mark, &lasso);
+    if (!known || lasso.violated)
+        return answer_with(self, known, lasso);
+    if (!all_get_there(self, search, mark, &all))
+        return undecided("");
+    return all ? answer_with(self, true, lasso)
+               : undecided("whether it can be reached again depends on when events come");
+}
+
+fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, uint32_t asked, uint32_t answer,
+                                    bool timeless)
+{
+    fsm_lasso lasso;
+    bool known = fsm_find_unanswered(search, asked, answer, timeless, &lasso);
+    return answer_with(self, known, lasso);
+}

@@ -1,0 +1,1 @@
+"""The search in C: binds generated machines to ``verify/core``, compiles that once, runs it."""

@@ -1,0 +1,102 @@
+"""The C between an invoked machine and the explorer: what the adapter of its invoker asks of it.
+
+The source of an invoked machine is compiled within the file written here, under hooks of its own:
+its states and transitions are not those of the machine that is explored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from fsmkit.language import Field
+from fsmkit.texts import printing
+from fsmkit.texts.c import quoted
+from fsmkit.verify.engines.c.binding import MachineAdapter
+from fsmkit.verify.engines.c.binding_values import Built, members_of
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.dead_variables import Mortal
+
+HOOKS = r"""
+#undef FSM_HOOK_BEGIN
+#undef FSM_HOOK_EXIT
+#undef FSM_HOOK_TAKE
+#undef FSM_HOOK_ENTER
+#undef FSM_HOOK_EVENT
+#undef FSM_HOOK_TEXT
+#define FSM_HOOK_BEGIN(m, cause, index) ((void)0)
+#define FSM_HOOK_EXIT(m, state) fsm_note_line($PATH "-", (uint32_t)(state))
+#define FSM_HOOK_TAKE(m, transition) fsm_note_line($PATH "t", (uint32_t)(transition))
+#define FSM_HOOK_ENTER(m, state) fsm_note_line($PATH "+", (uint32_t)(state))
+#define FSM_HOOK_EVENT(m, what, e) ((void)0)
+#define FSM_HOOK_TEXT(m, what, text, number) \
+    ((what) == FSM_FULL ? fsm_note_text(FSM_NOTE_FULL, $PATH "full", text) \
+     : (what) == FSM_FAULT ? fsm_note_text(FSM_NOTE_FAULT, $PATH "fault", text) : (void)0)
+"""
+
+
+def sessions_of(built: Built, files: Mapping[str, str]) -> Iterator[Built]:
+    """Yield the machines in the slots of one, and in theirs; ``files``: what was generated."""
+    for names in built.names.invoked:
+        members = members_of(names.prefix, files[f"{names.prefix}.h"])
+        inner = Built(built.number, names.chart, names, members)
+        yield inner
+        yield from sessions_of(inner, files)
+
+
+def session_files(closed: Closed, built: Built, files: Mapping[str, str]) -> dict[str, str]:
+    """Return the files of a machine with those of the machines in its slots to be compiled."""
+    found = dict(files)
+    for session in sessions_of(built, files):
+        found[f"{session.prefix}.inc"] = found.pop(f"{session.prefix}.c")
+        found[f"explore_{session.prefix}.c"] = SessionAdapter(closed, session).text()
+    return found
+
+
+class SessionAdapter(MachineAdapter):
+    """Writes the file of a machine in a slot."""
+
+    def __init__(self, closed: Closed, built: Built) -> None:
+        """Write for a machine in a slot of one of a closed system."""
+        super().__init__(closed, built)
+        self.path = "".join(slot + ": " for slot in built.names.path)
+
+    @printing
+    def text(self) -> str:
+        """Return the file."""
+        self.out.line(f"/* What the explorer does with `{self.type}`, an invoked machine. */")
+        self.out.lines([f'#include "{self.type}.h"', '#include "system/session.h"', ""])
+        self.out.lines(["#include <inttypes.h>", "#include <stdio.h>", "#include <string.h>", ""])
+        self.out.lines(["union number {", "    double number;", "    fsm_value bits;", "};"])
+        self.out.lines(HOOKS.replace("$PATH", quoted(self.path)).split("\n"))
+        self.out.lines([f'#include "{self.type}.inc"', ""])
+        self._declare_sessions()
+        self._regions()
+        self._operations()
+        self._sent_events()
+        self._recalled()
+        self._silence()
+        self._timer_name()
+        if self.closed.untimed:
+            self._choose_timer("UINT32_MAX")
+        self._settle()
+        self._view()
+        self._dump()
+        self._exported()
+        return self.out.finish()
+
+    @property
+    def _mortal(self) -> tuple[Mortal, ...]:
+        """None: the data of an invoked machine are not analysed."""
+        return ()
+
+    def _note_sent(self, port: int, fields: tuple[Field, ...]) -> None:
+        """Write nothing: no wire begins at an invoked machine."""
+        del port, fields
+
+    def _exported(self) -> None:
+        untimed = self.closed.untimed
+        with self.out.block(f"const fsm_session fsm_session_{self.type} = {{", "};"):
+            for name in ("settle", "view", "configuration", "dump"):
+                self.out.line(f".{name} = {name},")
+            for name, text in (("choose", "choose"), ("timer_name", "timer_name")):
+                self.out.line(f".{name} = {text if untimed else 'NULL'},")

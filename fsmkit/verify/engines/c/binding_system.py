@@ -1,0 +1,299 @@
+"""The C of a closed system: its wires, what may happen, and the judging of its properties."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+from fsmkit.chart.walk import nodes
+from fsmkit.diagnostics import fail
+from fsmkit.emit import Emitter
+from fsmkit.language import (
+    ArrayType,
+    Field,
+    FloatType,
+    InState,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
+from fsmkit.language import Variable as Named
+from fsmkit.system.system import Atom, Property, PropertyKind, asked_events, judged
+from fsmkit.texts import printing
+from fsmkit.texts.c import comment
+from fsmkit.verify.engines.c.binding_values import MOST_VALUES, Built
+from fsmkit.verify.engines.c.conditions import ConditionPrinter
+from fsmkit.verify.statespace.closed_system import PATIENCE, Closed
+
+
+@printing
+def system_file(closed: Closed, built: Sequence[Built]) -> str:
+    """Return the file of a system."""
+    out = Emitter()
+    out.line(f"/* The system `{comment(closed.system.name)}`. */")
+    out.lines(f'#include "{machine.prefix}.h"' for machine in built)
+    out.lines(['#include "system/system.h"', "", "#include <string.h>", ""])
+    for machine in built:
+        out.line(f"extern const fsm_machine fsm_machine_{machine.number};")
+    out.line()
+    _links(out, closed)
+    _possible(out, closed, built)
+    _judge(out, closed, built)
+    _see(out, closed, built)
+    _machines(out, built)
+    _turns(out, closed, built)
+    _table(out, closed)
+    return out.finish()
+
+
+def _links(out: Emitter, closed: Closed) -> None:
+    with out.block("static const fsm_event_link event_links[] = {", "};"):
+        for link in closed.system.event_links:
+            _within_bounds(len(link.arguments))
+            fields = ", ".join(f"{n}u" for n in link.arguments) or "0u"
+            ends = f"{link.source}u, {link.port}u, {link.target}u, {link.event}u"
+            out.line(f"{{{ends}, {len(link.arguments)}u, {{{fields}}}}},")
+        out.line("{0}")
+    out.line()
+    with out.block("static const fsm_input_link input_links[] = {", "};"):
+        for wire in closed.system.input_links:
+            out.line(f"{{{wire.source}u, {wire.output}u, {wire.target}u, {wire.input}u}},")
+        out.line("{0}")
+    out.line()
+
+
+def _possible(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+    with out.block("static const fsm_possible possible[] = {", "};"):
+        for what in closed.possible:
+            machine = built[what.machine]
+            fields = machine.chart.events[what.event].fields
+            values = _flat(machine, fields, what.payload)
+            _within_bounds(len(values))
+            owed, spontaneous = str(what.owed).lower(), str(what.spontaneous).lower()
+            texts = ", ".join(values) or "0"
+            out.line(f"{{{what.machine}u, {what.event}u, {{{texts}}}, {owed}, {spontaneous}}},")
+        out.line("{0}")
+    out.line()
+
+
+def _within_bounds(values: int) -> None:
+    if values > MOST_VALUES:
+        raise fail(
+            "not-explored-yet",
+            f"a message of {values} values is too large for the engine in C",
+            help="use `--engine python`",
+        )
+
+
+def _flat(machine: Built, fields: tuple[Field, ...], payload: tuple[Value, ...]) -> list[str]:
+    """Spell the scalars of a payload as `fsm_value`."""
+    found: list[str] = []
+    for field, value in zip(fields, payload, strict=True):
+        found += _scalars(machine, field.type, value)
+    return found
+
+
+def _scalars(machine: Built, type_: Type, value: Value) -> list[str]:
+    match type_, value:
+        case ArrayType(element), tuple():
+            return [text for part in value for text in _scalars(machine, element, part)]
+        case RecordType(_, fields), tuple():
+            return _flat(machine, fields, value)
+        case FloatType(), int() | float():
+            bits: int = struct.unpack("<q", struct.pack("<d", float(value)))[0]
+            return [_integer(bits)]
+        case SymbolType(), str():
+            return [str(machine.names.symbol(value))]
+        case _:
+            assert isinstance(value, int)  # noqa: S101  (all other scalars are integers)
+            return [_integer(int(value))]
+
+
+def _integer(value: int) -> str:
+    if value >= 2**63:
+        value -= 2**64
+    return f"INT64_C({value})" if value > -(2**63) else "INT64_MIN"
+
+
+# --- properties -----------------------------------------------------------------------------------
+
+
+def _judge(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+    events = asked_events(closed.system.properties)
+    all_judged = judged(closed.system.properties)
+    for number, property_ in enumerate(all_judged):
+        if property_.condition is not None:
+            _judge_one(out, number, property_, built, events)
+    for name, more, of_steps in (
+        ("judge", "", False),
+        ("judge_step", "const bool *occurs, ", True),
+    ):
+        parameters = f"const void *const *machines, {more}uint32_t property"
+        with out.block(f"static bool {name}({parameters})\n{{"):
+            out.lines(["(void)machines;", *(["(void)occurs;"] if of_steps else [])])
+            with out.block("switch (property) {"):
+                for number, property_ in enumerate(all_judged):
+                    if property_.condition is None or property_.is_of_steps is not of_steps:
+                        continue
+                    arguments = "machines, occurs" if of_steps else "machines"
+                    out.line(f"case {number}u:")
+                    out.line(f"    return judge_{number}({arguments});")
+                out.lines(["default:", "    return false;"])
+        out.line()
+    with out.block("static const fsm_asked asked[] = {", "};"):
+        out.lines(f"{{{machine}u, {event}u}}," for machine, event in events)
+        out.line("{0}")
+    out.line()
+
+
+def _judge_one(
+    out: Emitter,
+    number: int,
+    property_: Property,
+    built: Sequence[Built],
+    events: Sequence[tuple[int, int]],
+) -> None:
+    atoms = dict(property_.atoms)
+    used = sorted({atom.machine for atom in atoms.values()} | _owner(property_))
+
+    def atom_of(variable: Named) -> Atom:
+        if property_.owner is not None:
+            return Atom(property_.owner, variable=variable.name)
+        return atoms[variable.name]
+
+    def access(variable: Named) -> str:
+        atom = atom_of(variable)
+        machine = built[atom.machine]
+        if atom.event is not None:
+            return f"occurs[{events.index((atom.machine, atom.event))}]"
+        if atom.state is not None:
+            return _active(machine, atom.state)
+        return f"m{atom.machine}->{machine.names.variables[atom.variable]}"
+
+    def test(state: int) -> str:
+        return _active(built[property_.owner or 0], state)
+
+    def symbol(text: str) -> int:
+        return built[used[0]].names.symbol(text)
+
+    condition = ConditionPrinter(access, test, symbol).print(property_.condition)  # type: ignore[arg-type]
+    sign = "!" if property_.kind is PropertyKind.INVARIANT else ""
+    out.line(f"/* {comment(property_.name)}: {property_.kind.value} */")
+    more = ", const bool *occurs" if property_.is_of_steps else ""
+    with out.block(f"static bool judge_{number}(const void *const *machines{more})\n{{"):
+        for index in used:
+            out.line(f"const {built[index].prefix} *m{index} = machines[{index}];")
+            out.line(f"(void)m{index};")
+        out.lines(["uint8_t failed = FSM_FINE;", f"bool holds = (bool)({condition});"])
+        out.line(f"return {sign}(holds && failed == FSM_FINE);")
+    out.line()
+
+
+def _see(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+    """Write what copies all that properties read of a machine."""
+    read: list[dict[str, str]] = [{} for _ in built]
+    for property_ in judged(closed.system.properties):
+        for atom in _atoms_of(property_):
+            machine = built[atom.machine]
+            if atom.event is not None:
+                continue
+            if atom.state is None:
+                place = f"m{atom.machine}->{machine.names.variables[atom.variable]}"
+                read[atom.machine][place] = (
+                    f"sizeof(((const {machine.prefix} *)0)->{place.partition('->')[2]})"
+                )
+            else:
+                read[atom.machine][f"(unsigned char){_active(machine, atom.state)}"] = "1u"
+    with out.block("static void see(uint32_t machine, const void *state, unsigned char *seen)\n{"):
+        out.lines(["(void)state;", "(void)seen;"])
+        with out.block("switch (machine) {"):
+            for number, places in enumerate(read):
+                if not places:
+                    continue
+                with out.block(f"case {number}u: {{"):
+                    out.line(f"const {built[number].prefix} *m{number} = state;")
+                    out.line(f"(void)m{number};")
+                    for place, size in places.items():
+                        if size == "1u":
+                            out.line(f"*seen++ = {place};")
+                        else:
+                            out.line(f"memcpy(seen, &{place}, sizeof {place});")
+                            out.line(f"seen += sizeof {place};")
+                    out.line("break;")
+            out.lines(["default:", "    break;"])
+    out.line()
+    with out.block("static const size_t seen_sizes[] = {", "};"):
+        out.lines(f"{' + '.join(places.values()) or '0u'}," for places in read)
+    out.line()
+
+
+def _atoms_of(property_: Property) -> list[Atom]:
+    if property_.condition is None:
+        return []
+    found = [atom for _, atom in property_.atoms]
+    if property_.owner is not None:
+        for node in nodes(property_.condition):
+            if isinstance(node, Named):
+                found.append(Atom(property_.owner, variable=node.name))
+            elif isinstance(node, InState):
+                found.append(Atom(property_.owner, state=node.state))
+    return found
+
+
+def _owner(property_: Property) -> set[int]:
+    return set() if property_.owner is None else {property_.owner}
+
+
+def _active(machine: Built, state: int) -> str:
+    if state == 0:
+        return "true"
+    return f"{machine.prefix}_in(m{machine.number}, {machine.names.states[state]})"
+
+
+# --- the table ------------------------------------------------------------------------------------
+
+
+def _machines(out: Emitter, built: Sequence[Built]) -> None:
+    with out.block("static const fsm_machine *const machines[] = {", "};"):
+        out.lines(f"&fsm_machine_{machine.number}," for machine in built)
+    out.line()
+
+
+def _turns(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+    """Write whose turn it is, of a cyclic schedule: ``turn`` of ``fsm_system``."""
+    schedule = closed.system.schedule
+    if schedule is None:
+        return
+    ordered = ("true" if n in schedule.order else "false" for n in range(len(built)))
+    out.line(f"static const bool ordered[] = {{{', '.join(ordered)}}};")
+    out.line()
+    scheduler = built[-1]
+    with out.block("static uint32_t turn(const void *state)\n{"):
+        out.line(f"const {scheduler.prefix} *m{scheduler.number} = state;")
+        for place, machine in closed.turns.items():
+            out.lines([f"if ({_active(scheduler, place)})", f"    return {machine + 1}u;"])
+        out.line("return 0u;")
+    out.line()
+
+
+def _table(out: Emitter, closed: Closed) -> None:
+    system = closed.system
+    with out.block("const fsm_system fsm_the_system = {", "};"):
+        out.lines([".machines = machines,", ".event_links = event_links,"])
+        out.lines([".input_links = input_links,", ".possible = possible,"])
+        out.line(f".machine_count = {len(system.machines)}u,")
+        out.line(f".event_link_count = {len(system.event_links)}u,")
+        out.line(f".input_link_count = {len(system.input_links)}u,")
+        out.line(f".possible_count = {len(closed.possible)}u,")
+        out.line(f".property_count = {len(judged(system.properties))}u,")
+        out.lines([".judge = judge,", ".judge_step = judge_step,", ".asked = asked,"])
+        out.line(f".asked_count = {len(asked_events(system.properties))}u,")
+        out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
+        if system.schedule is not None:
+            out.lines([".ordered = ordered,", ".turn = turn,"])
+        out.line(f".untimed = {str(closed.untimed).lower()},")
+        out.line(f".zones = {str(closed.zones).lower()},")
+        out.line(f".open = {str(closed.is_open).lower()},")
+        out.line(f".unit = {closed.unit}u,")
+        out.line(f".patience = {PATIENCE}u,")

@@ -1,0 +1,172 @@
+"""Compiles a program of several C files, once for each content, and keeps it in a cache."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import signal
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from pathlib import Path
+
+from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.verify.engines.c.cache import Cache, UnusableError, cache_folder
+from fsmkit.verify.resources.children import run
+from fsmkit.verify.resources.deadline import Deadline, Stage
+
+PROGRAM = "explore"
+
+
+class Builder:
+    """Compiles with one command; what it made is there until it is closed."""
+
+    def __init__(self, compiler: Sequence[str], deadline: Deadline, findings: Findings) -> None:
+        """``compiler``: its path and options. Where nothing can be kept, ``findings`` has why."""
+        self._compiler = tuple(compiler)
+        self._deadline = deadline
+        self._findings = findings
+        self._held = ExitStack()
+        self._cache: Cache | None = None
+        try:
+            self._cache = Cache(cache_folder())
+        except UnusableError as error:
+            self._not_kept(str(error))
+
+    def close(self) -> None:
+        """Give free what is kept, and remove what is not."""
+        self._held.close()
+
+    def program(
+        self, core: Mapping[str, str], files: Mapping[str, str], options: Sequence[str] = ()
+    ) -> Path:
+        """Return the program of all these texts; the objects of the core serve other programs, too.
+
+        The ``options`` are for the files alone.
+
+        Raises `FsmkitError` where it cannot be made, `TimeUp` where the compiler takes too long.
+        """
+        name = self._name([core, files, dict.fromkeys(options, "")])
+        found = self._find(name)
+        if found is not None:
+            return found / PROGRAM
+        with self._deadline.stage(Stage.COMPILING):
+            objects = self._objects(core)
+            folder = self._folder()
+            headers = {name: text for name, text in core.items() if name.endswith(".h")}
+            sources = _write({**headers, **files}, folder)
+            arguments = [*options, *sources, *map(str, objects), "-o", PROGRAM]
+            self._compile(arguments, folder, [PROGRAM])
+            return self._keep(name, {PROGRAM: folder / PROGRAM}) / PROGRAM
+
+    def _objects(self, core: Mapping[str, str]) -> list[Path]:
+        name = f"core-{self._name([core])}"
+        kept = self._find(name)
+        if kept is None:
+            folder = self._folder()
+            sources = _write(core, folder)
+            made = {
+                f"{Path(source).stem}.o": folder / f"{Path(source).stem}.o" for source in sources
+            }
+            self._compile(["-c", *sources], folder, made)
+            kept = self._keep(name, made)
+        return sorted(kept.glob("*.o"))
+
+    def _name(self, texts: Iterable[Mapping[str, str]]) -> str:
+        identity = json.dumps([self._compiler, [sorted(text.items()) for text in texts]])
+        return hashlib.sha256(identity.encode()).hexdigest()[:32]
+
+    # --- keeping -------------------------------------------------------------------------------
+
+    def _find(self, name: str) -> Path | None:
+        return None if self._cache is None else self._cache.find(name, self._held)
+
+    def _keep(self, name: str, files: Mapping[str, Path]) -> Path:
+        """Return where files are from now on: kept, or where they were made."""
+        if self._cache is not None:
+            try:
+                return self._cache.add(name, files, self._held)
+            except OSError as error:
+                self._cache = None
+                self._not_kept((error.strerror or type(error).__name__).lower())
+        return next(iter(files.values())).parent
+
+    def _not_kept(self, why: str) -> None:
+        place = ""
+        with suppress(UnusableError):
+            place = f" in `{cache_folder()}`"
+        self._findings.add(
+            "cache-not-used",
+            f"the compiled explorer is not kept{place}: {why}",
+            None,
+            help="each check compiles it anew; `fsmkit cache` shows the folder, and "
+            "XDG_CACHE_HOME names another",
+        )
+
+    # --- compiling -----------------------------------------------------------------------------
+
+    def _folder(self) -> Path:
+        """Return a new folder that is there until all is closed."""
+        try:
+            made = tempfile.TemporaryDirectory(prefix="fsmkit-", ignore_cleanup_errors=True)
+        except OSError as error:
+            raise _no_room(error) from error
+        return Path(self._held.enter_context(made))
+
+    def _compile(self, arguments: list[str], folder: Path, made: Iterable[str]) -> None:
+        """Run the compiler; its own temporary files are in the folder, too."""
+        command = self._compiler[0]
+        try:
+            done = run(
+                [*self._compiler, "-I.", *arguments],
+                seconds=self._deadline.left,
+                folder=folder,
+                environment={"TMPDIR": str(folder), "LC_ALL": "C"},
+            )
+        except OSError as error:
+            reason = (error.strerror or type(error).__name__).lower()
+            raise fail(
+                "explorer-build",
+                f"`{command}` cannot be run: {reason}",
+                help="name another compiler in CC, or use `--engine python`",
+            ) from error
+        if done.code == 0 and all((folder / name).is_file() for name in made):
+            return
+        raise fail(
+            "explorer-build",
+            f"`{command}` cannot compile the explorer: {_said(done.code, done.err)}",
+            help="free memory and disk space, name another compiler in CC, or use "
+            "`--engine python`; if it is none of that, please report it",
+        )
+
+
+def _said(code: int, words: str) -> str:
+    """Return the line of a compiler that says most."""
+    lines = [line.strip() for line in words.splitlines() if line.strip()]
+    marked = [line for line in lines if "error" in line or "No space left" in line]
+    if marked:
+        return marked[0]
+    if code < 0:
+        with suppress(ValueError):
+            return f"it was ended by {signal.Signals(-code).name}"
+    return lines[-1] if lines else f"it ended with code {code}" if code else "it made no program"
+
+
+def _write(files: Mapping[str, str], folder: Path) -> list[str]:
+    """Write files, and return the names of those to compile."""
+    try:
+        for name, text in files.items():
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise _no_room(error) from error
+    return sorted(name for name in files if name.endswith(".c"))
+
+
+def _no_room(error: OSError) -> FsmkitError:
+    reason = (error.strerror or type(error).__name__).lower()
+    return fail(
+        "explorer-build",
+        f"the explorer cannot be compiled, for want of a folder to write in: {reason}",
+        help="free space, or name another folder in TMPDIR; or use `--engine python`",
+    )

@@ -1,0 +1,365 @@
+"""The engine in C: generate the model, compile it once for each content, run it, read what it says.
+
+The program is built of the machines as `fsmkit compile` writes them, of the adapter, and of
+``verify/core``; it is kept in the user's cache under the hash of all its sources.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.limits import report_limits
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.system.system import PropertyKind, goal_place, temporal_properties
+from fsmkit.verify.engines.c.binding import MachineAdapter
+from fsmkit.verify.engines.c.binding_sessions import session_files
+from fsmkit.verify.engines.c.binding_system import system_file
+from fsmkit.verify.engines.c.binding_values import Built, describe, options_for, prefix_of
+from fsmkit.verify.engines.c.build import Builder
+from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
+from fsmkit.verify.engines.c.output import difference, marked, performed_steps, unfinished
+from fsmkit.verify.report.counterexample import Counterexample, as_explored
+from fsmkit.verify.resources.children import Done, run
+from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
+from fsmkit.verify.statespace.actions import Action, Step
+from fsmkit.verify.statespace.closed_system import Closed, with_greatest_delays
+from fsmkit.verify.statespace.exploration import (
+    AT_ONCE,
+    IDLE,
+    Answer,
+    End,
+    Exploration,
+    Figures,
+    Mark,
+    Trail,
+)
+from fsmkit.verify.statespace.spread import read_spread
+from fsmkit.verify.statespace.storage import Storage, read_table
+
+CORE = Path(__file__).parents[2] / "core"
+FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="system/hooks.h"')
+FOR_LARGE = ("-include", "large.h")
+"""For the code of machines whose states are many: so that it is compiled in time."""
+NO_MEMORY = 3
+"""Its exit code where there is not even memory to begin with."""
+MOST_FOR_PATHS = 2.0
+"""Seconds at most, of those that are left, that are kept for the ways to what was found."""
+OVERDUE = 0.3
+"""Seconds that it has after its deadline to say its result."""
+Progress = Callable[[int, int, int], None]
+
+
+def compiler() -> str | None:
+    """Return the path of the C compiler: that of CC, else cc, gcc or clang; None without one."""
+    names = [os.environ["CC"]] if os.environ.get("CC") else ["cc", "gcc", "clang"]
+    return next((path for name in names if (path := shutil.which(name)) is not None), None)
+
+
+def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
+    """Return the C of a closed system: machines, adapters, wires."""
+    files: dict[str, str] = {}
+    built: list[Built] = []
+    for number, chart in enumerate(closed.charts):
+        prefix = prefix_of(number, closed.system.machines[number].name)
+        long_waiting = with_greatest_delays(chart)
+        own = Findings()
+        report_limits(long_waiting, own)
+        if own.has_errors:
+            findings.extend(own)
+            findings.stop_on_errors()
+        generated = generate_machine(long_waiting, prefix, options_for(chart))
+        machine = describe(closed, number, generated)
+        files.update(session_files(closed, machine, generated.files))
+        built.append(machine)
+        files[f"explore_{number}.c"] = MachineAdapter(closed, machine).text()
+    files["explore_system.c"] = system_file(closed, built)
+    return files
+
+
+class CEngine:
+    """A compiled explorer of one closed system."""
+
+    def __init__(
+        self, closed: Closed, findings: Findings, deadline: Deadline | None = None
+    ) -> None:
+        """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
+
+        All that it does keeps to the ``deadline``; `TimeUp` where that passes.
+        """
+        self._closed = closed
+        self._deadline = deadline or Deadline()
+        command = compiler()
+        if command is None:
+            raise fail(
+                "no-c-compiler",
+                "there is no C compiler",
+                help="install `cc`, name one in CC, or use `--engine python`",
+            )
+        files = self._deadline.cut_off(Stage.GENERATING, lambda: model_files(closed, findings))
+        sources = sorted(CORE.rglob("*.[ch]"))
+        core = {path.relative_to(CORE).as_posix(): path.read_text() for path in sources}
+        self._builder = Builder((command, *FLAGS), self._deadline, findings)
+        try:
+            is_large = any(options_for(chart).is_small for chart in closed.charts)
+            self.program = self._builder.program(core, files, FOR_LARGE if is_large else ())
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Remove what is not kept in the cache."""
+        self._builder.close()
+
+    # --- running -------------------------------------------------------------------------------
+
+    def explore(
+        self,
+        memory: int,
+        seconds: float,
+        progress: Progress | None,
+        until: frozenset[int] = frozenset(),
+        cores: int = 1,
+        storage: Storage = Storage.EXACT,
+        *,
+        sleeps: bool = True,
+    ) -> Exploration:
+        """Explore everything, or until some marks were all seen; an interrupt ends it early."""
+        command = [str(self.program), "--livelock", "--cores", str(cores)]
+        command += ["--memory", str(memory), "--storage", storage.value]
+        command += self.limits(seconds)
+        if until:
+            command += ["--until", ",".join(map(str, sorted(until)))]
+        command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
+        command += [] if self._closed.zones else self.temporal_options()
+        return self._read(self.result(command, progress))
+
+    @property
+    def _decidable(self) -> tuple[int, ...]:
+        return temporal_properties(self._closed.system.properties, untimed=self._closed.untimed)
+
+    def temporal_options(self, numbers: Sequence[int] = ()) -> list[str]:
+        """Return the options that ask for temporal properties, in their order; none given: all."""
+        properties = self._closed.system.properties
+        found = ["--timeless"] if self._closed.is_timeless else []
+        for number in numbers or self._decidable:
+            goal = 1 + goal_place(properties, number)
+            if properties[number].kind is PropertyKind.RECOVERABLE:
+                found += ["--recoverable", str(1 + number)]
+            elif properties[number].kind is PropertyKind.WITHIN:
+                units = properties[number].ticks // (self._closed.unit or 1)
+                found += ["--within", f"{1 + number},{goal},{units}"]
+            else:
+                found += ["--leads-to", f"{1 + number},{goal}"]
+        return found
+
+    def watch(
+        self, begin: int, end: int, most: int, memory: int, seconds: float
+    ) -> tuple[Exploration, Mapping[str, Any]]:
+        """Explore with a clock that runs from when one property begins to hold until another does.
+
+        In zones only. Also returns what the clock showed (``watch`` in core/zones/timed_main.c);
+        beyond ``most`` units it shows only more.
+        """
+        command = [str(self.program), "--memory", str(memory), "--watch", f"{begin},{end},{most}"]
+        command += self.limits(seconds)
+        told = self.result(command, None)
+        return self._read(told), told["watch"]
+
+    def shown(self) -> frozenset[tuple[str, ...]]:
+        """Return all that the machines together ever show: active leaves and data, as in traces.
+
+        In zones only.
+        """
+        command = [str(self.program), "--list"]
+        done = self._run(command)
+        if done.code:
+            raise fail("explorer-build", f"the explorer ended with code {done.code}")
+        return frozenset(lines for own, lines in marked(done.out) if "part" in own)
+
+    def limits(self, seconds: float) -> list[str]:
+        """Return the options that end a search after so long (0: never), or at the deadline.
+
+        Before that some time is left for the ways to what was found, and for the replay.
+        """
+        left = self._deadline.left
+        search = min(seconds or math.inf, max(0.001, left - min(MOST_FOR_PATHS, left / 10)))
+        found = [] if search == math.inf else ["--timeout", f"{search:.3f}"]
+        return found if left == math.inf else [*found, "--paths", f"{max(0.001, left):.3f}"]
+
+    def result(self, command: list[str], progress: Progress | None) -> Mapping[str, Any]:
+        """Return what the program says in the end (``core/main.c``).
+
+        Where it says nothing for want of time or memory, that is said, with how far it had come.
+        """
+        last: dict[str, int] = {}
+        began = time.monotonic()
+
+        def spent() -> float:
+            return time.monotonic() - began
+
+        def line(text: str) -> None:
+            if text.startswith('{"progress"'):
+                last.update(json.loads(text)["progress"])
+                if progress is not None:
+                    progress(last["states"], last["transitions"], last["depth"])
+
+        try:
+            with self._deadline.stage(Stage.EXPLORING):
+                done = self._run([*command, "--progress"], line, stops=True)
+        except TimeUp:
+            return unfinished(End.TIME, "", last, spent())
+        if done.code == 0:
+            result: Mapping[str, Any] = json.loads(done.out)["result"]
+            return result
+        if done.code == NO_MEMORY:
+            return unfinished(End.MEMORY, "", last, spent())
+        if done.code == -signal.SIGKILL:
+            why = "something ended the explorer, as a system does that runs out of memory"
+            return unfinished(End.FAILED, why, last, spent())
+        raise fail(
+            "explorer-build",
+            f"the explorer ended with code {done.code} and without a result",
+            help="use `--engine python`, and please report it",
+        )
+
+    def _run(
+        self, command: list[str], line: Callable[[str], None] | None = None, *, stops: bool = False
+    ) -> Done:
+        try:
+            seconds = self._deadline.left + OVERDUE
+            return run(command, seconds=seconds, line=line, stops=stops)
+        except OSError as error:
+            reason = (error.strerror or type(error).__name__).lower()
+            raise fail(
+                "explorer-build",
+                f"the compiled explorer cannot be run: {reason}",
+                help="if programs in the cache or in TMPDIR may not be executed, name other "
+                "folders in XDG_CACHE_HOME and TMPDIR; or use `--engine python`",
+            ) from error
+
+    def _read(self, told: Mapping[str, Any]) -> Exploration:
+        livelock = told["livelock"]
+        return Exploration(
+            engine="c",
+            end=End(told["outcome"]),
+            why=told["why"],
+            states=told["states"],
+            transitions=told["transitions"],
+            depth=told["depth"],
+            bytes=told["bytes"],
+            seconds=told["seconds"],
+            marks=tuple(Mark(m["mark"], m["count"], tuple(m["path"])) for m in told["marks"]),
+            livelock_known=told["livelock_known"],
+            livelock=None
+            if livelock is None
+            else (
+                (*livelock["path"], AT_ONCE, *livelock["lead"])
+                if self._closed.zones
+                else tuple(livelock["path"]),
+                tuple(livelock["cycle"]),
+            ),
+            traps_known=told["traps_known"],
+            traps=tuple(map(tuple, told["traps"])),
+            machines=tuple(
+                Figures(
+                    figures["locals"],
+                    figures["queue"],
+                    figures["timers"],
+                    figures["microsteps"],
+                    frozenset(n for n, seen in enumerate(figures["states"]) if seen == "1"),
+                    frozenset(n for n, seen in enumerate(figures["transitions"]) if seen == "1"),
+                    read_spread(figures.get("spread")),
+                )
+                for figures in told["machines"]
+            )
+            or IDLE * len(self._closed.system.machines),
+            cores=told.get("cores", 1),
+            zones=told.get("zones", 0),
+            doubt=told.get("doubt", ""),
+            table=read_table(told.get("table")),
+            temporal=tuple(
+                self.answer(number, answer)
+                for number, answer in zip(self._decidable, told.get("temporal", ()), strict=False)
+            ),
+        )
+
+    def answer(self, number: int, told: Mapping[str, Any]) -> Answer:
+        """Read what the program answers to such an option."""
+        return Answer(
+            number,
+            told["known"],
+            told["violated"],
+            tuple(told["path"]),
+            tuple(told["cycle"]),
+            told["greatest"] * (self._closed.unit or 1) if "greatest" in told else None,
+            told.get("why", ""),
+        )
+
+    # --- replay --------------------------------------------------------------------------------
+
+    def _replayed(self, path: tuple[int, ...]) -> list[tuple[Step, tuple[str, ...]]]:
+        """Return the steps of a path, and what the machines did in each."""
+        steps, points = with_points(path)
+        written = ",".join("!" if step == AT_ONCE else str(step) for step in steps)
+        command = [str(self.program), "--replay", written]
+        with self._deadline.stage(Stage.REPLAYING):
+            done = self._run(command)
+        if done.code:
+            raise fail(
+                "explorer-build",
+                f"the explorer cannot replay its own path: {done.err.strip() or done.code}",
+                help="please report it",
+            )
+
+        def read() -> list[tuple[Step, tuple[str, ...]]]:
+            told = list(performed_steps(done.out))
+            if self._closed.zones:
+                return list(self._with_time(told, points))
+            return [(performed.step, lines) for performed, lines in told]
+
+        return self._deadline.cut_off(Stage.REPLAYING, read)
+
+    def _with_time(
+        self, told: Sequence[tuple[Performed, tuple[str, ...]]], points: Sequence[Point]
+    ) -> Iterator[tuple[Step, tuple[str, ...]]]:
+        """Yield steps with the passing of time between them, as early as they can happen."""
+        now = Fraction(0)
+        steps, end = scheduled(len(self._closed.charts), [step for step, _ in told], points)
+        for (at, step), (_, lines) in zip(steps, told, strict=True):
+            if at > now:
+                yield Step(Action.ELAPSE, ticks=at - now), ()
+                now = at
+            yield step, lines
+        if end > now:
+            yield Step(Action.ELAPSE, ticks=end - now), ()
+
+    def trail(self, path: tuple[int, ...]) -> Trail:
+        """Return the steps of a path."""
+        steps = [step for step, _ in self._replayed(path)]
+        first = len(self._closed.charts)
+        return (tuple(steps[:first]), *((step,) for step in steps[first:])) if steps else ()
+
+    def confirm(self, found: Counterexample, path: tuple[int, ...]) -> Counterexample:
+        """Compare a path in the interpreter with the same in generated C, line by line."""
+        performed = self._replayed(path)
+        expected = self._deadline.cut_off(
+            Stage.REPLAYING, lambda: as_explored(self._closed, found.steps)
+        )
+        for number, (told, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
+            checked = tuple(part for line in told for part in line.split("\n"))
+            if checked != lines:
+                ours, theirs = difference(checked, lines)
+                reason = f"in step {number} the interpreter says `{ours}`, generated C `{theirs}`"
+                return replace(found, replayed=(), differs=reason)
+        return replace(found, replayed=(*found.replayed, "generated C"))

@@ -1,0 +1,68 @@
+"""What the explorer in C says, read line by line (``core/main.c``)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from fsmkit.verify.engines.c.concretize import Armed, Performed
+from fsmkit.verify.statespace.actions import Action, Step
+from fsmkit.verify.statespace.exploration import End
+
+
+def unfinished(end: End, why: str, last: Mapping[str, int], seconds: float) -> Mapping[str, Any]:
+    """Return a result that says only why there is none, and how far the search had come."""
+    nothing = {"marks": (), "livelock_known": False, "livelock": None, "traps_known": False}
+    known = {name: last.get(name, 0) for name in ("states", "transitions", "depth", "bytes")}
+    return {
+        **nothing,
+        **known,
+        "outcome": end.value,
+        "why": why,
+        "traps": (),
+        "machines": (),
+        "seconds": seconds,
+        "temporal": (),
+        "watch": {"least": None, "greatest": None, "pending": None, "stopped": False},
+    }
+
+
+def marked(text: str) -> Iterator[tuple[dict[str, Any], tuple[str, ...]]]:
+    """Yield the explorer's own lines, and after each of them those of the machines.
+
+    Its own begin with a NUL, which no line of a machine can hold: C ends a string with it. Only a
+    line feed ends a line: names may hold whatever else Unicode takes for an end.
+    """
+    for part in text.split("\0")[1:]:
+        own, _, told = part.partition("\n")
+        yield json.loads(own), tuple(told.removesuffix("\n").split("\n") if told else ())
+
+
+def performed_steps(text: str) -> Iterator[tuple[Performed, tuple[str, ...]]]:
+    """Yield the steps of a path, and what the machines said in each."""
+    step: Performed | None = None
+    found: tuple[str, ...] = ()
+    for told, lines in marked(text):
+        if "timers" in told and step is not None:
+            step = replace(step, timers=tuple(Armed(*timer) for timer in told["timers"]))
+            continue
+        if step is not None:
+            yield step, found
+        own = told["step"]
+        choices = tuple(own["choices"])
+        taken = Step(Action(own["action"]), own["machine"], own["argument"], choices)
+        step, found = Performed(taken, own.get("waits", False), ()), lines
+    if step is not None:
+        yield step, found
+
+
+def difference(ours: tuple[str, ...], theirs: tuple[str, ...]) -> tuple[str, str]:
+    """Return the first pair of lines that differ."""
+    for n in range(max(len(ours), len(theirs))):
+        a = ours[n] if n < len(ours) else "(nothing more)"
+        b = theirs[n] if n < len(theirs) else "(nothing more)"
+        if a != b:
+            return a, b
+    return "", ""

@@ -1,0 +1,89 @@
+"""Properties, evaluated at a global state by the reference interpreter's own expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from fsmkit.language import ContentError, Value, evaluate
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.system.system import Atom, Property, PropertyKind
+from fsmkit.verify.statespace.closed_system import Closed
+
+
+class _World:
+    """The environment of a condition: all machines at rest."""
+
+    def __init__(
+        self,
+        closed: Closed,
+        property_: Property,
+        snapshots: tuple[Snapshot, ...],
+        occurring: Collection[tuple[int, int]],
+    ) -> None:
+        self._closed = closed
+        self._owner = property_.owner
+        self._atoms = dict(property_.atoms)
+        self._snapshots = snapshots
+        self._occurring = occurring
+
+    def variable(self, name: str) -> Value:
+        """Return the value of an atom, or of a variable of the owner."""
+        if self._owner is not None:
+            return self._value(self._owner, name)
+        atom: Atom = self._atoms[name]
+        if atom.event is not None:
+            return (atom.machine, atom.event) in self._occurring
+        if atom.state is not None:
+            return atom.state in self._snapshots[atom.machine].configuration
+        return self._value(atom.machine, atom.variable)
+
+    def _value(self, machine: int, name: str) -> Value:
+        slot = index_of(self._closed.charts[machine]).slots[name]
+        snapshot = self._snapshots[machine]
+        return snapshot.data[slot] if slot >= 0 else snapshot.inputs[-1 - slot]
+
+    def event_field(self, name: str) -> Value:
+        """Tell that there is no event at hand."""
+        raise ContentError(f"there is no event whose `{name}` could be read")
+
+    def event_name(self) -> str:
+        """Return the empty name: no event is at hand."""
+        return ""
+
+    def event_type(self) -> str:
+        """Return the empty type: no event is at hand."""
+        return ""
+
+    def is_in(self, state: int) -> bool:
+        """Whether a state of the owner is active."""
+        return state in self._snapshots[self._owner or 0].configuration
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Tell that a property calls nothing."""
+        del arguments
+        raise ContentError(f"a property cannot call `{operation}`")
+
+    def range_error(self) -> None:
+        """Pass over saturation."""
+
+
+def judge(
+    closed: Closed,
+    property_: Property,
+    snapshots: tuple[Snapshot, ...],
+    occurring: Collection[tuple[int, int]] = (),
+) -> bool:
+    """Whether a state is to be marked: it violates the property, or shows what is reachable.
+
+    ``occurring``: the events, by machine and number, that were taken in the step to it.
+
+    A condition that cannot be evaluated (an index out of range) counts as false.
+    """
+    if property_.condition is None:
+        return False
+    try:
+        holds = bool(evaluate(property_.condition, _World(closed, property_, snapshots, occurring)))
+    except ContentError:
+        holds = False
+    return holds is not (property_.kind is PropertyKind.INVARIANT)

@@ -1,1 +1,0 @@
-"""Explored systems in the notations of other tools."""

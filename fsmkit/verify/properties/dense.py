@@ -1,0 +1,93 @@
+"""Temporal properties where time is dense, each kind in an exploration of its own.
+
+`within` is measured by one more clock. `recoverable` and `leads_to` are decided by zones none of
+which is passed over for a larger one (``core/zones/timed_model.h``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from fsmkit.system.system import TEMPORAL, Property, PropertyKind, goal_place
+from fsmkit.verify.engines.c.engine import CEngine, Progress
+from fsmkit.verify.report.verdict import ENDS
+from fsmkit.verify.statespace.actions import Action
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.exploration import Answer, End, Exploration, Trail
+
+WATCHED = 16
+"""Delays are told apart up to so many units beyond what they may be."""
+
+
+def temporal_answers(
+    built: CEngine,
+    closed: Closed,
+    found: Exploration,
+    memory: int,
+    progress: Progress | None,
+    names: frozenset[str],
+) -> tuple[Answer, ...]:
+    """Decide the temporal properties; ``names`` limits them, none named: all.
+
+    Of runs nothing is asked unless all that is reached was ``found``. All of these explorations
+    together keep to the deadline of the engine.
+    """
+    properties = closed.system.properties
+    asked = [n for n, p in enumerate(properties) if _is_asked(p, names)]
+    within = [n for n in asked if properties[n].kind is PropertyKind.WITHIN]
+    of_runs = [n for n in asked if n not in within and found.end is End.COMPLETE]
+    answers = [_delay(built, closed, number, memory) for number in within]
+    return (*answers, *_of_runs(built, of_runs, memory, progress))
+
+
+def _is_asked(property_: Property, names: frozenset[str]) -> bool:
+    asked = not names or property_.name in names
+    return asked and property_.kind in TEMPORAL and not property_.unexplored
+
+
+def _delay(built: CEngine, closed: Closed, number: int, memory: int) -> Answer:
+    """Measure a `within` by a clock that runs from one condition to the other."""
+    properties = closed.system.properties
+    ticks = properties[number].ticks
+    most = ticks // closed.unit + WATCHED
+    found, told = built.watch(number, goal_place(properties, number), most, memory, 0)
+    if found.end is not End.COMPLETE:
+        return Answer(number, known=False)
+    pending = told["pending"]
+    greatest = None if pending is None else pending[0]
+    late = greatest is None or greatest > ticks
+    return Answer(number, known=True, violated=late, greatest=greatest)
+
+
+def _of_runs(
+    built: CEngine, numbers: list[int], memory: int, progress: Progress | None
+) -> Iterator[Answer]:
+    """Decide `recoverable` and `leads_to`."""
+    if not numbers:
+        return
+    command = [str(built.program), "--memory", str(memory), *built.temporal_options(numbers)]
+    command += built.limits(0)
+    told = built.result(command, progress)
+    end = End(told["outcome"])
+    given_up = f" ({told['why']})" if told["why"] and end is End.FAILED else ""
+    cut_short = f"{ENDS.get(end)}{given_up} after {told['states']:,} states"
+    texts = told["temporal"] or [None] * len(numbers)
+    for number, text in zip(numbers, texts, strict=True):
+        answer = Answer(number, known=False) if text is None else built.answer(number, text)
+        why = answer.why if end is End.COMPLETE else cut_short
+        way_out = "; try `--time discrete` or `--time untimed`" if why else ""
+        yield replace(answer, why=why + way_out)
+
+
+def cycle_place(trail: Trail, count: int) -> int:
+    """Return the place in a trail of the last so many steps, and of the time that passes before.
+
+    In a path through zones the passing of time is no step, in its trail it is.
+    """
+    at = len(trail)
+    while count:
+        at -= 1
+        count -= trail[at][0].action is not Action.ELAPSE
+    before = at > 1 and at < len(trail) and trail[at - 1][0].action is Action.ELAPSE
+    return at - before

@@ -1,0 +1,397 @@
+"""Whether a derived chart refines its base: it does nothing that the base cannot do as well.
+
+The two run side by side, untimed. Each step of the derived chart is read as a word of what the base
+can see (`verify.properties.refinement_view`); the base, put to the same events, with the same
+inputs and
+results of operations, must be able to show the same word, and then has the same outputs. Of the
+base all states are kept in which it can be after what was seen (subset construction), so what it
+does unseen, or by timeouts, is its own choice.
+
+* An event that the base answers where it is must be answered alike.
+* One that it passes over there, or does not know, must show nothing, and may change what is unseen.
+* What the derived chart passes over shows nothing: it may refuse.
+* A free group may show anything, unless the base answers its stimulus. If it leaves the abstract
+  state, the base is put where the derived chart is after the step.
+
+Source: trace refinement of CSP (A. W. Roscoe, The Theory and Practice of Concurrency, 1997).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from fsmkit.analysis.alphabet import uses_of, values_of
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import fail
+from fsmkit.language import Value, default_value
+from fsmkit.runtime.interpreter.macrostep import step
+from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Snapshot
+from fsmkit.system.system import system_of
+from fsmkit.verify.properties.refinement_view import Shown, Word, Words, shown_in, without
+from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
+from fsmkit.verify.statespace.actions import MOST_RUNS, Action, Chooser, Step, TooManyChoices
+from fsmkit.verify.statespace.closed_system import PATIENCE, Closed, close
+from fsmkit.verify.statespace.local_steps import LocalSteps
+
+PAUSE = 64
+"""Pairs between two looks at progress and deadline."""
+MOST_UNSEEN = 64
+"""Steps in a row that a base is let take unseen before it must show something."""
+
+Inputs = Callable[[str], Value]
+
+
+class _Lazy(tuple[Value, ...]):  # noqa: SLOT001  (a tuple cannot have any)
+    """Inputs of which each is chosen when it is read first."""
+
+    names: tuple[str, ...]
+    read: Inputs
+
+    def __getitem__(self, place: object) -> Value:  # type: ignore[override]
+        """Return the value of an input."""
+        assert isinstance(place, int)  # noqa: S101  (the interpreter reads one at a time)
+        return self.read(self.names[place])
+
+
+def _lazy(chart: Chart, read: Inputs) -> tuple[Value, ...]:
+    found = _Lazy(default_value(declared.type) for declared in chart.inputs)
+    found.names = tuple(declared.name for declared in chart.inputs)
+    found.read = read
+    return found
+
+
+class _Different(Exception):  # noqa: N818  (not an error: the base does something else)
+    pass
+
+
+class _Follower:
+    """The host of a base: it calls what was called, in that order, and is answered alike."""
+
+    def __init__(self, expected: Iterator[Shown]) -> None:
+        self._expected = expected
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Answer as the derived chart was answered; `_Different` if it called something else."""
+        for shown in self._expected:
+            if not shown.is_operation:
+                continue
+            if (shown.name, shown.values) != (operation, arguments):
+                break
+            return shown.result
+        raise _Different
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A step of the derived chart on the way to a violation: what it was, what it showed."""
+
+    done: Macrostep
+    word: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Refinement:
+    """What was found.
+
+    ``path``: a shortest way to a step that the base cannot take, ``bases`` where the base can be
+    before it. ``doubt``: why there may be one though none was found.
+    """
+
+    derived: Chart
+    base: Chart
+    pairs: int
+    steps: int
+    seconds: float
+    path: tuple[Move, ...] = ()
+    bases: tuple[Snapshot, ...] = ()
+    doubt: str = ""
+
+    @property
+    def violated(self) -> bool:
+        """Whether the derived chart does what the base cannot."""
+        return bool(self.path)
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """A state of the derived chart, and those in which the base can be after what was seen."""
+
+    derived: Snapshot
+    bases: tuple[Snapshot, ...]
+
+
+class Search:
+    """Takes the steps of a derived chart, and follows them in its base."""
+
+    def __init__(self, derived: Chart, base: Chart) -> None:
+        """Match the names of both; refuse what is not compared."""
+        for chart in (derived, base):
+            for invocation in chart.invocations:
+                raise fail(
+                    "not-explored-yet",
+                    f"`{invocation.id}` is invoked by `{chart.name}`: refinement is not decided",
+                    invocation.span,
+                    help="compare the invoked charts by themselves",
+                )
+        self.derived, self.base = derived, base
+        self.closed, self.steps = _ready(derived)
+        _, self.base_steps = _ready(base)
+        self.seen = Words(derived, base)
+        self.plain = Words(base, base)
+        self.taken = 0
+        uses = uses_of(derived)
+        found = {i.name: values_of(i.type, ("input", i.name), uses) for i in derived.inputs}
+        self.values = {name: values.values for name, values in found.items()}
+        self.missing = {i.name: default_value(i.type) for i in base.inputs}
+        self.samples = tuple(self.closed.samples)
+
+    # --- inputs --------------------------------------------------------------------------------
+
+    def _reader(self, chooser: Chooser) -> Inputs:
+        known: dict[str, Value] = {}
+
+        def read(name: str) -> Value:
+            if name not in self.values:
+                return self.missing[name]
+            if name not in known:
+                values = self.values[name]
+                known[name] = values[chooser.choose(len(values))]
+            return known[name]
+
+        return read
+
+    # --- the derived chart ---------------------------------------------------------------------
+
+    def moves(self, pair: Pair | None) -> Iterator[tuple[Move, Pair]]:
+        """Yield the steps of a pair, None before the start; the pair they lead to, or no bases."""
+        for what in self._possible(pair):
+            chooser = Chooser(self.closed.results[0])
+            runs, more = 0, True
+            while more:
+                runs += 1
+                found = self._take(pair, what, chooser)
+                if found is not None:
+                    self.taken += 1
+                    yield found
+                more = chooser.advance()
+                if runs == MOST_RUNS:
+                    raise TooManyChoices
+
+    def _possible(self, pair: Pair | None) -> Iterator[Step]:
+        if pair is None:
+            yield Step(Action.START)
+            return
+        view = self.steps.view(0, pair.derived)
+        if not view.running:
+            return
+        yield Step(Action.EVENTLESS)
+        if view.waiting:
+            yield Step(Action.TAKE)
+        for place in range(len(pair.derived.timers)) if not view.waiting else ():
+            yield Step(Action.FIRE, 0, place)
+        if view.waiting <= PATIENCE:
+            yield from (Step(Action.OCCUR, 0, n) for n in range(len(self.closed.possible)))
+
+    def _take(self, pair: Pair | None, what: Step, chooser: Chooser) -> tuple[Move, Pair] | None:
+        before = self.steps.initial(0) if pair is None else pair.derived
+        chooser.begin()
+        read = self._reader(chooser)
+        done = self.steps.perform(
+            0, replace(before, inputs=_lazy(self.derived, read)), what, chooser
+        )
+        if done is None or (what.action is Action.EVENTLESS and not done.microsteps):
+            return None
+        after = kept(self.steps, self.derived, done.after)
+        word = self.seen.word(done)
+        bases = self._started(word, read) if pair is None else self._follow(pair, word, after, read)
+        wanted = self.seen.outputs(after)
+        bases = tuple(b for b in bases if self.plain.outputs(b) == wanted or not b.running)
+        return Move(done, word), Pair(after, bases)
+
+    # --- the base ------------------------------------------------------------------------------
+
+    def _started(self, word: Word, read: Inputs) -> tuple[Snapshot, ...]:
+        """Start the base."""
+        before = replace(self.base_steps.initial(0), inputs=_lazy(self.base, read))
+        shown = [s for group in word for s in group.shown]
+        try:
+            done = self.base_steps.perform(0, before, Step(Action.START), _Following(iter(shown)))
+        except _Different:
+            return ()
+        if done is None or shown_in(self.plain.word(done)) != tuple(shown):
+            return ()
+        return (kept(self.base_steps, self.base, done.after),)
+
+    def _follow(
+        self, pair: Pair, word: Word, after: Snapshot, read: Inputs
+    ) -> tuple[Snapshot, ...]:
+        found: dict[Snapshot, None] = {}
+        for base in pair.bases:
+            for reached in self._match(base, word, read, 0):
+                resynced = self.seen.seen(after) if reached is None else reached
+                found[kept(self.base_steps, self.base, resynced)] = None
+        return tuple(found)
+
+    def _match(
+        self, base: Snapshot, word: Word, read: Inputs, unseen: int
+    ) -> Iterator[Snapshot | None]:
+        """Yield where the base is after a word; None: where the derived chart is."""
+        if not word:
+            yield base
+            return
+        first, rest = word[0], word[1:]
+        if first.stimulus is not None:
+            done = self._answer(base, first.stimulus.event, word, read)
+            if done is not None:
+                yield from self._on(done, word, read)
+                return
+            first = replace(first, stimulus=None)
+        if first.free:
+            if first.leaves:
+                yield None
+            else:
+                yield from self._match(base, rest, read, unseen)
+        elif not first.shown:
+            yield from self._match(base, rest, read, unseen)
+        elif unseen < MOST_UNSEEN:
+            yield from self._spontaneous(base, (first, *rest), read, unseen)
+
+    def _answer(
+        self, base: Snapshot, event: Occurrence, word: Word, read: Inputs
+    ) -> Macrostep | None:
+        """Return the answer of the base to an event; None if it has none.
+
+        Where it does something else than was seen, the answer has no microsteps.
+        """
+        before = replace(base, inputs=_lazy(self.base, read))
+        try:
+            done = step(self.base, before, event, _Follower(iter(shown_in(word))))
+        except _Different:
+            return Macrostep(base, event, (), base, 0)
+        answered = bool(done.microsteps) and bool(done.microsteps[0].transitions)
+        return done if answered else None
+
+    def _on(self, done: Macrostep, word: Word, read: Inputs) -> Iterator[Snapshot | None]:
+        """Go on after a step of the base, if it shows what the word begins with."""
+        rest = without(word, self.plain.word(done)) if done.microsteps else None
+        if rest is not None:
+            after = kept(self.base_steps, self.base, done.after)
+            yield from self._match(after, rest, read, 0)
+
+    def _spontaneous(
+        self, base: Snapshot, word: Word, read: Inputs, unseen: int
+    ) -> Iterator[Snapshot | None]:
+        steps = [Step(Action.EVENTLESS)]
+        steps += [Step(Action.TAKE)] if base.queue or base.deferred else []
+        steps += [Step(Action.FIRE, 0, place) for place in range(len(base.timers))]
+        for what in steps:
+            before = replace(base, inputs=_lazy(self.base, read))
+            try:
+                following = _Following(iter(shown_in(word)))
+                done = self.base_steps.perform(0, before, what, following)
+            except _Different:
+                continue
+            if done is None or not done.microsteps:
+                continue
+            if self.plain.word(done):
+                yield from self._on(done, word, read)
+            else:
+                after = kept(self.base_steps, self.base, done.after)
+                if after != base:
+                    yield from self._match(after, word, read, unseen + 1)
+
+
+class _Following(_Follower, Chooser):
+    """A follower where the steps of the explorer want what makes choices."""
+
+    def __init__(self, expected: Iterator[Shown]) -> None:
+        Chooser.__init__(self)
+        _Follower.__init__(self, expected)
+
+
+def _ready(chart: Chart) -> tuple[Closed, LocalSteps]:
+    """Return a chart alone, untimed, whose inputs are chosen when they are read."""
+    closed = close(system_of(chart), untimed=True, keeps_dead=True)
+    alone = replace(closed.system, is_open=False, properties=())
+    ready = replace(closed, system=alone, free_inputs=(), keeps_inputs=False)
+    return ready, LocalSteps(ready)
+
+
+def kept(steps: LocalSteps, chart: Chart, snapshot: Snapshot) -> Snapshot:
+    """Return what counts as state of a chart."""
+    inputs = tuple(declared.init.value for declared in chart.inputs)
+    return replace(steps.settled(0, replace(snapshot, inputs=inputs)), inputs=inputs)
+
+
+def refines(
+    derived: Chart,
+    base: Chart,
+    *,
+    seconds: float = 0,
+    progress: Callable[[int, int, int], None] | None = None,
+    deadline: Deadline | None = None,
+) -> Refinement:
+    """Decide whether a chart refines another.
+
+    It is given up at the ``deadline``; without one, after ``seconds`` (0: never).
+    """
+    began = time.monotonic()
+    deadline = deadline or Deadline(seconds)
+    origins: dict[Pair, tuple[Pair | None, Move | None]] = {}
+    at, doubt = 0, ""
+
+    def result(path: Sequence[Move] = (), bases: tuple[Snapshot, ...] = ()) -> Refinement:
+        spent = time.monotonic() - began
+        return Refinement(
+            derived, base, len(origins), search.taken, spent, tuple(path), bases, doubt
+        )
+
+    def compare() -> Iterator[Refinement | bool]:
+        """Yield a violation; True where there is more to compare; False when that is all."""
+        nonlocal at
+        waiting: list[Pair | None] = [None]
+        while at < len(waiting):
+            pair = waiting[at]
+            at += 1
+            for move, reached in search.moves(pair):
+                if not reached.bases:
+                    bases = () if pair is None else pair.bases
+                    yield result((*_way(origins, pair), move), bases)
+                if reached not in origins:
+                    origins[reached] = pair, move
+                    waiting.append(reached)
+            if at % PAUSE == 0:
+                yield True
+        yield False
+
+    try:
+        search = deadline.cut_off(Stage.GENERATING, lambda: Search(derived, base))
+    except TimeUp:
+        return Refinement(derived, base, 0, 0, 0.0, doubt=deadline.why())
+    found = compare()
+    try:
+        while told := deadline.cut_off(Stage.EXPLORING, lambda: next(found)):
+            if isinstance(told, Refinement):
+                return told
+            if progress is not None:
+                progress(len(origins), search.taken, 0)
+    except TimeUp:
+        doubt = f"{deadline.why()} after {at} pairs"
+    except TooManyChoices:
+        doubt = f"too many combinations of choices in one step, after {at} pairs"
+    except KeyboardInterrupt:
+        doubt = f"the comparison was interrupted after {at} pairs"
+    if not doubt and search.samples:
+        doubt = f"samples only of {', '.join(search.samples)}"
+    return result()
+
+
+def _way(origins: dict[Pair, tuple[Pair | None, Move | None]], pair: Pair | None) -> list[Move]:
+    found: list[Move] = []
+    while pair is not None:
+        pair, move = origins[pair]
+        if move is not None:
+            found.append(move)
+    return found[::-1]

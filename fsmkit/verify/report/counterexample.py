@@ -1,0 +1,331 @@
+"""A path as people read it: who did what, when; replayed in the interpreter while it is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.walk import charts_within
+from fsmkit.language import Field, Value
+from fsmkit.language.values import show
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Entered,
+    Exited,
+    Faulted,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Snapshot,
+    Taken,
+    Timeout,
+    Within,
+)
+from fsmkit.runtime.interpreter.trace import dump_lines, trace_lines, value_text
+from fsmkit.system.shared import type_of_slot, written_value
+from fsmkit.texts import telling
+from fsmkit.verify.statespace.actions import Action, Chooser, Message, Step, Who
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.exploration import Trail
+from fsmkit.verify.statespace.local_steps import LocalSteps
+from fsmkit.verify.statespace.sessions import effects_within, leaves_family
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """Something that went from one machine to another: ``what`` as people write it."""
+
+    target: str
+    what: str
+    is_event: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TraceStep:
+    """One step of a counterexample.
+
+    ``at``: whole microseconds since the start; None in an untimed exploration. ``machine`` is empty
+    while time passes. ``before`` and ``after``: the active leaves of the machine. ``lines`` are
+    those of the trace, the same for every runtime; ``chosen`` tells inputs and results that were
+    picked.
+    """
+
+    at: int | None
+    machine: str
+    action: Action
+    cause: str
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+    lines: tuple[str, ...]
+    dump: tuple[str, ...]
+    chosen: tuple[str, ...] = ()
+    deliveries: tuple[Delivery, ...] = ()
+    checked: tuple[str, ...] = ()
+    """What generated C prints for this step."""
+    step: Step | None = field(default=None, compare=False, repr=False)
+    done: Macrostep | None = field(default=None, compare=False, repr=False)
+    messages: tuple[Message, ...] = field(default=(), compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """A path; with ``loop``, its steps from that number on repeat for ever."""
+
+    steps: tuple[TraceStep, ...]
+    trail: Trail = ()
+    loop: int | None = None
+    replayed: tuple[str, ...] = ("interpreter",)
+    """The runtimes that performed it, line by line alike."""
+    differs: str = ""
+    """Where a runtime did something else: a bug of ours."""
+
+
+class ReplayError(Exception):
+    """A step of a path cannot be taken: the engines disagree."""
+
+
+class Replay:
+    """Performs steps of a closed system in the interpreter, one after another.
+
+    Its data are those that real machines have: none is reset because it is dead.
+    """
+
+    def __init__(self, closed: Closed) -> None:
+        """Stand before the start."""
+        self._closed = closed
+        self._local = LocalSteps(replace(closed, mortal=()))
+        self._machines = closed.system.machines
+        self._snapshots: list[Snapshot] = [
+            self._local.settled(m, self._local.initial(m)) for m in range(len(closed.charts))
+        ]
+        self._ticks = Fraction(0)
+        self._tick = closed.charts[0].capacities.tick
+        self._pending: list[Message] = []
+
+    def write(self, trail: Trail) -> list[TraceStep]:
+        """Perform a path from the start."""
+        found = self._start(trail[0]) if trail else []
+        for (step,) in trail[1:]:
+            elapses = step.action is Action.ELAPSE
+            found.append(self._elapse(step) if elapses else self._perform(step))
+        return found
+
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """The machines as they are now."""
+        return tuple(self._snapshots)
+
+    def _start(self, steps: tuple[Step, ...]) -> list[TraceStep]:
+        for link in self._closed.system.input_links:
+            writer, data = self._machines[link.source], self._snapshots[link.source].data
+            value = written_value(writer, self._closed.charts[link.source], data, link.output)
+            self._deliver(Message(link.target, input=link.input, value=value))
+        found = [self._perform(step) for step in steps]
+        for message in self._pending:
+            self._deliver(message)
+        return found
+
+    def _elapse(self, step: Step) -> TraceStep:
+        local = self._local
+        self._snapshots = [
+            local.settled(m, local.elapsed(m, s, step.ticks)) for m, s in enumerate(self._snapshots)
+        ]
+        self._ticks += step.ticks or self._closed.unit
+        return TraceStep(self._at, "", Action.ELAPSE, "time passes", (), (), (), (), step=step)
+
+    @property
+    def _at(self) -> int | None:
+        return None if self._closed.untimed else int(self._ticks * self._tick)
+
+    def _deliver(self, message: Message) -> None:
+        after, _ = self._local.delivered(self._snapshots[message.target], message)
+        self._snapshots[message.target] = self._local.settled(message.target, after)
+
+    def _perform(self, step: Step) -> TraceStep:
+        machine = step.machine
+        chart = self._closed.charts[machine]
+        before = self._snapshots[machine]
+        chooser = Chooser(self._closed.results[machine], step.choices)
+        done = self._local.perform(machine, before, step, chooser)
+        if done is None:
+            name = self._machines[machine].name
+            raise ReplayError(f"the interpreter has no step `{step.action.value}` of `{name}` here")
+        who = Who.INTERNAL if step.action is not Action.OCCUR else Who.ENVIRONMENT
+        outcome = self._local.outcome(machine, before, step, who, done)
+        self._snapshots[machine] = outcome.after
+        for message in outcome.messages:
+            if step.action is Action.START and message.event is not None:
+                self._pending.append(message)
+            else:
+                self._deliver(message)
+        return TraceStep(
+            self._at,
+            self._machines[machine].name,
+            step.action,
+            cause(chart, step, done, self._closed),
+            leaves(chart, before),
+            leaves(chart, outcome.after),
+            tuple(trace_lines(chart, [done])),
+            tuple(dump_lines(chart, outcome.after)),
+            self._chosen(chart, done),
+            tuple(self._delivery(message) for message in outcome.messages),
+            (*checked_lines(chart, done), *checked_state(chart, outcome.after)),
+            step,
+            done,
+            outcome.messages,
+        )
+
+    def _chosen(self, chart: Chart, done: Macrostep) -> tuple[str, ...]:
+        tick = chart.capacities.tick
+        found = []
+        for free in self._closed.free_inputs:
+            declared = chart.inputs[free.input]
+            value = show(done.before.inputs[free.input], declared.type, tick)
+            found.append(f"{declared.name} = {value}")
+        types = {o.name: o.result for one in charts_within(chart) for o in one.operations}
+        for _, _, effect in effects_within(chart, done):
+            match effect:
+                case Called(operation, _, result) if result is not None:
+                    type_ = types[operation]
+                    shown = str(result) if type_ is None else show(result, type_, tick)
+                    found.append(f"{operation}() = {shown}")
+                case _:
+                    pass
+        return tuple(found)
+
+    def _delivery(self, message: Message) -> Delivery:
+        target = self._machines[message.target]
+        chart = target.chart
+        if message.event is not None:
+            return Delivery(target.name, occurrence_text(chart, message.event), is_event=True)
+        if message.input < len(chart.inputs):
+            declared = chart.inputs[message.input]
+            name, type_ = declared.name, declared.type
+        else:
+            slot = target.shared[message.input - len(chart.inputs)]
+            name, type_ = str(slot), type_of_slot(chart, slot)
+        shown = show(message.value, type_, chart.capacities.tick)
+        return Delivery(target.name, f"{name} = {shown}", is_event=False)
+
+
+def checked_lines(chart: Chart, done: Macrostep) -> Iterator[str]:
+    """Yield what the explorer's hooks print for a macrostep: states and transitions by number."""
+    for path, own, effect in effects_within(chart, done):
+        match effect:
+            case Exited(state):
+                yield f"{path}- {state}"
+            case Taken(transition):
+                yield f"{path}t {transition}"
+            case Entered(state):
+                yield f"{path}+ {state}"
+            case Called(operation, arguments, result):
+                answer = () if result is None else ("=", plain(result))
+                yield path + " ".join(("op", operation, *map(plain, arguments), *answer))
+            case Emitted(Occurrence(event, payload)) if leaves_family(effect):
+                yield path + " ".join(("out", own.events[event].name, *map(plain, payload)))
+            case Overflowed(queue):
+                yield f"{path}full {queue}"
+            case Faulted(reason):
+                yield f"{path}fault {reason}"
+            case _:
+                pass
+
+
+def checked_state(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
+    """Yield what the explorer prints of a machine after a step."""
+    for variable, value in zip((*chart.data, *chart.outputs), snapshot.data, strict=True):
+        yield f"d {variable.name} {plain(value)}"
+    active = sorted(index_of(chart).leaves & snapshot.configuration)
+    yield " ".join(("=", *map(str, active), *(("finished",) if snapshot.finished else ())))
+    for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
+        if child is not None:
+            for line in checked_state(invocation.chart, child):
+                yield f"{invocation.id}: {line}"
+
+
+def as_explored(closed: Closed, steps: Iterable[TraceStep]) -> Iterator[tuple[str, ...]]:
+    """Yield what the explorer prints for each step: of data only what counts as state."""
+    local = LocalSteps(closed)
+    for told in steps:
+        if told.step is None or told.done is None:
+            yield told.checked
+            continue
+        chart = closed.charts[told.step.machine]
+        after = local.settled(told.step.machine, told.done.after)
+        yield (*checked_lines(chart, told.done), *checked_state(chart, after))
+
+
+def plain(value: Value) -> str:
+    """Return a value as the explorer prints it."""
+    if isinstance(value, tuple):
+        return " ".join(("[", *map(plain, value), "]"))
+    return value_text(value)
+
+
+def cause(chart: Chart, step: Step, done: Macrostep, closed: Closed) -> str:
+    """Return what caused a step, in words."""
+    match done.event:
+        case Timeout(transition):
+            source = chart.states[chart.transitions[transition].source].id
+            return f"timeout in {source}"
+        case Occurrence() as occurrence:
+            if step.action is Action.OCCUR and closed.possible[step.argument].spontaneous:
+                number = int(chart.events[occurrence.event].name.rpartition(".")[2])
+                return f"spontaneously leaves {chart.states[chart.transitions[number].source].id}"
+            return occurrence_text(chart, occurrence)
+        case None:
+            return "inputs changed"
+        case Within():
+            return "an invoked machine goes on"
+        case _:
+            return "start" if step.action is Action.START else "delayed event"
+
+
+@telling
+def occurrence_text(chart: Chart, occurrence: Occurrence) -> str:
+    """Return an event with its payload as people write it."""
+    event = chart.events[occurrence.event]
+    return f"{event.name}{_values(event.fields, occurrence.payload, chart.capacities.tick)}"
+
+
+def _values(fields: tuple[Field, ...], values: tuple[Value, ...], tick: int) -> str:
+    if not fields:
+        return ""
+    parts = zip(fields, values, strict=True)
+    return "(" + ", ".join(f"{f.name} = {show(v, f.type, tick)}" for f, v in parts) + ")"
+
+
+def leaves(chart: Chart, snapshot: Snapshot) -> tuple[str, ...]:
+    """Return the names of the active leaves, in document order."""
+    active = sorted(index_of(chart).leaves & snapshot.configuration)
+    return tuple(chart.states[state].id for state in active)
+
+
+def write(closed: Closed, trail: Trail, cycle: Trail = ()) -> Counterexample:
+    """Return a path, performed in the interpreter; ``cycle`` are the steps that then repeat."""
+    replay = Replay(closed)
+    whole = (*trail, *cycle)
+    steps = replay.write(whole)
+    return Counterexample(tuple(steps), whole, len(steps) - len(cycle) if cycle else None)
+
+
+def as_json(found: Counterexample) -> list[Mapping[str, object]]:
+    """Return the steps as the command line's JSON tells them."""
+    return [
+        {
+            "at": step.at,
+            "machine": step.machine,
+            "action": step.action.value,
+            "event": step.cause,
+            "from": list(step.before),
+            "to": list(step.after),
+            "chosen": list(step.chosen),
+            "sent": [f"{d.what} -> {d.target}" for d in step.deliveries],
+            "lines": list(step.lines),
+        }
+        for step in found.steps
+    ]

@@ -1,0 +1,55 @@
+"""The traces of a report as files: sequence diagrams in the notation that a suffix tells."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from fsmkit.diagnostics import fail
+from fsmkit.diagram.sequences import mermaid, plantuml, svg
+from fsmkit.diagram.sequences.model import Sequence
+from fsmkit.verify.report.sequence import sequence
+from fsmkit.verify.report.verdict import Report, Result
+
+NOTATIONS: Mapping[str, Callable[[Sequence], str]] = {
+    ".svg": svg.draw,
+    ".mmd": mermaid.draw,
+    ".puml": plantuml.draw,
+}
+
+
+def demand_notation(path: Path) -> None:
+    """Raise a diagnostic where the suffix of a file tells no notation."""
+    if path.suffix.lower() not in NOTATIONS:
+        raise fail(
+            "unknown-suffix",
+            f"the suffix `{path.suffix}` of `{path.name}` tells no kind of sequence diagram",
+            help=f"use one of {', '.join(NOTATIONS)}",
+        )
+
+
+def pictures(report: Report, path: Path) -> dict[Path, str]:
+    """Return a diagram of each trace: at ``path``, or with several beside it, by property."""
+    draw = NOTATIONS[path.suffix.lower()]
+    return {
+        file: draw(sequence(report.closed, result, result.trace))
+        for file, result in placed(report, path).items()
+        if result.trace is not None
+    }
+
+
+def placed(report: Report, path: Path) -> dict[Path, Result]:
+    """Return the results that have a trace, each with its file.
+
+    One alone has the path that was named; of several each has the name of its property added:
+    ``cell.svg`` becomes ``cell_P2.svg``.
+    """
+    shown = [r for r in report.results if r.trace is not None and r.trace.steps]
+    if len(shown) == 1:
+        return {path: shown[0]}
+    found: dict[Path, Result] = {}
+    for result in shown:
+        name = re.sub(r"\W+", "_", result.name)
+        found[path.with_name(f"{path.stem}_{name}{path.suffix}")] = result
+    return found

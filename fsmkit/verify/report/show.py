@@ -1,0 +1,178 @@
+"""Verdicts and counterexamples for people, as rich text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from fsmkit.diagram.sequences import terminal
+from fsmkit.language.microseconds import duration_text
+from fsmkit.verify.report.counterexample import Counterexample, TraceStep
+from fsmkit.verify.report.sequence import sequence
+from fsmkit.verify.report.verdict import Report, Result, Verdict
+from fsmkit.verify.statespace.actions import Action
+from fsmkit.verify.statespace.exploration import End, Exploration
+from fsmkit.verify.statespace.storage import LossyTable, expected_omissions
+
+STYLES = {
+    Verdict.HOLDS: "bold green",
+    Verdict.VIOLATED: "bold red",
+    Verdict.UNDECIDED: "bold yellow",
+}
+MOST_COLUMNS = 160
+MOST_STEPS = 400
+"""More steps than that are not printed; the saved trace holds them all."""
+
+
+def summary(report: Report, width: int = 0) -> RenderableType:
+    """Return all that is to be said on the terminal, of so many columns (0: it is none)."""
+    parts: list[RenderableType] = []
+    for result in report.results:
+        if result.trace is not None and result.verdict is Verdict.VIOLATED:
+            drawn = diagram(report, result, width)
+            parts += [drawn or counterexample(result), Text()]
+    parts.append(verdicts(report))
+    parts += figures(report)
+    return Group(*parts)
+
+
+def verdicts(report: Report) -> Table:
+    """Return a line for each property."""
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    for result in report.results:
+        word = Text(result.verdict.value.upper(), STYLES[result.verdict])
+        told = result.text if result.text != result.name else ""
+        if result.verdict is Verdict.HOLDS and result.trace is not None:
+            told += f" (in {len(result.trace.steps)} steps)"
+        if result.reason:
+            told += f": {result.reason}" if told else result.reason
+        table.add_row(word, Text(result.name, "bold"), Text(told))
+    return table
+
+
+def figures(report: Report) -> Iterator[Text]:
+    """Yield the size of the space, the bounds really used, and what was assumed."""
+    found = report.exploration
+    if found.end is End.TIME and not found.states:
+        return  # there was no exploration
+    rate = f"{found.states / found.seconds:,.0f} states/s" if found.seconds > 0.05 else "at once"
+    whole = "all" if found.end is End.COMPLETE else "the first"
+    whole = whole if found.table is None else "at least"
+    engine = "generated C" if found.engine == "c" else "interpreter, in Python"
+    engine += f", {found.cores} cores" if found.cores > 1 else ""
+    states = f"{found.states:,} states"
+    if report.closed.zones:
+        states = f"{found.states:,} states ({found.zones:,} zones)"
+    yield Text(
+        f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
+        f"{found.seconds:.1f} s, {rate} ({engine})"
+    )
+    if found.table is not None:
+        yield _risk(found, found.table)
+    for machine, bounds in zip(report.closed.system.machines, found.machines, strict=True):
+        capacities = machine.chart.capacities
+        yield Text(
+            f"{machine.name}: {bounds.locals:,} local states; at most {bounds.queue} of "
+            f"{capacities.queue} events queued, {bounds.timers} timers, "
+            f"{bounds.microsteps} of {capacities.microsteps} microsteps",
+            "dim",
+        )
+    for assumption in report.assumptions:
+        yield Text(f"assumed: {assumption}", "dim")
+
+
+def _risk(found: Exploration, table: LossyTable) -> Text:
+    match = table.match_probability
+    omitted = expected_omissions(match, found.states)
+    return Text(
+        f"{table.storage.value} storage, a table of {table.bytes:,} bytes: a new state was taken "
+        f"for a known one with probability at most {match:.2g}; at most {omitted:.2g} such states "
+        "are to be expected, and besides what only they lead to"
+    )
+
+
+def diagram(report: Report, result: Result, width: int) -> RenderableType | None:
+    """Return a counterexample as a sequence diagram; None if it is too wide or too long for one."""
+    trace = result.trace
+    if trace is None or not trace.steps or len(trace.steps) > MOST_STEPS:
+        return None
+    drawn = sequence(report.closed, result, trace)
+    lines = terminal.draw(drawn, min(width, MOST_COLUMNS))
+    if lines is None:
+        return None
+    parts: list[RenderableType] = [Text(_title(result), "bold red"), Text()]
+    for line in lines:
+        shown = Text(line.text, no_wrap=True, overflow="crop")
+        for begin, end, style in line.styles:
+            shown.stylize(style, begin, end)
+        parts.append(shown)
+    parts.append(Text())
+    if drawn.idle:
+        parts.append(Text(f"never move: {', '.join(drawn.idle)}", "dim"))
+    if trace.replayed:
+        parts.append(Text(f"replayed in {' and in '.join(trace.replayed)}", "dim"))
+    return Group(*parts)
+
+
+def _title(result: Result) -> str:
+    return f"{result.name}: {result.text}" if result.text else result.name
+
+
+def counterexample(result: Result) -> RenderableType:
+    """Return a counterexample as a table: who did what, when, and what it sent to whom."""
+    trace = result.trace
+    assert trace is not None  # noqa: S101  (asked for only where there is one)
+    count = len(trace.steps)
+    table = Table(
+        title=Text(_title(result)), title_justify="left", title_style="bold red", box=None
+    )
+    for heading in ("step", "time", "machine", "what happens", "goes to", "sends"):
+        table.add_column(heading, style="cyan" if heading == "time" else None)
+    for number, end, step in _grouped(trace):
+        if number > MOST_STEPS:
+            break
+        table.add_row(*_row(number, end, step))
+        if trace.loop is not None and end == trace.loop:
+            table.add_row("", "", "", Text("-- from here on, for ever --", "red"))
+    lines: list[RenderableType] = [table]
+    if count > MOST_STEPS:
+        lines.append(Text(f"... and {count - MOST_STEPS} steps more (see --save-trace)"))
+    if trace.replayed:
+        lines.append(Text(f"replayed in {' and in '.join(trace.replayed)}", "dim"))
+    return Group(*lines)
+
+
+def _grouped(trace: Counterexample) -> Iterator[tuple[int, int, TraceStep]]:
+    """Yield each step with its first and last number; passing time is told once."""
+    first = 0
+    for number, step in enumerate(trace.steps, 1):
+        following = trace.steps[number] if number < len(trace.steps) else None
+        goes_on = (
+            step.action is Action.ELAPSE
+            and following is not None
+            and following.action is Action.ELAPSE
+            and number != trace.loop
+        )
+        first = first or number
+        if not goes_on:
+            yield first, number, step
+            first = 0
+
+
+def _row(number: int, end: int, step: TraceStep) -> list[str | Text]:
+    span = str(number) if number == end else f"{number}-{end}"
+    at = "" if step.at is None else duration_text(step.at)
+    if step.action is Action.ELAPSE:
+        return [span, at, "", Text(f"time passes, until {at}", "dim"), "", ""]
+    left = [name for name in step.before if name not in step.after]
+    entered = [name for name in step.after if name not in step.before]
+    goes = ", ".join(entered) if entered or left else ""
+    sent = "\n".join(f"{d.what} -> {d.target}" for d in step.deliveries)
+    what = step.cause
+    if step.chosen:
+        what += f" [{', '.join(step.chosen)}]"
+    style = "yellow" if step.action is Action.OCCUR else ""
+    return [span, at, step.machine, Text(what, style), goes, sent]

@@ -1,0 +1,400 @@
+"""From what an exploration found to verdicts and findings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+from fsmkit.analysis.alphabet import delays_of
+from fsmkit.diagnostics import Findings, Severity, Span
+from fsmkit.language.microseconds import duration_text
+from fsmkit.system.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
+from fsmkit.verify.report.assumptions import assumptions
+from fsmkit.verify.report.counterexample import Counterexample
+from fsmkit.verify.report.spread import tell_spread
+from fsmkit.verify.report.unreached import fault_text, lines_of, never_entered, never_taken
+from fsmkit.verify.statespace.actions import FAULT, FULL, UNHANDLED
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.exploration import (
+    DEADLOCK,
+    UNFINISHED,
+    Answer,
+    End,
+    Exploration,
+    Mark,
+    first_mark,
+)
+from fsmkit.verify.statespace.storage import NEEDS_EXACT, omission_probability
+
+Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample | None]
+"""Makes a counterexample of a path and a cycle; None where no time is left for it."""
+
+
+class Verdict(Enum):
+    """What is known of a property."""
+
+    HOLDS = "holds"
+    VIOLATED = "violated"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A property, asked for or not, and its verdict.
+
+    ``trace``: a counterexample; of a reachable state, the way there.
+    """
+
+    name: str
+    kind: PropertyKind | None
+    text: str
+    verdict: Verdict
+    reason: str = ""
+    trace: Counterexample | None = None
+    span: Span | None = None
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a check tells."""
+
+    closed: Closed
+    exploration: Exploration
+    results: tuple[Result, ...]
+    findings: Findings
+    assumptions: tuple[str, ...]
+    spent: Mapping[str, float] = field(default_factory=dict)
+    """Wall seconds of each stage: reading, generating, compiling, exploring, replaying."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """The worst of all verdicts; a finding that is an error counts as violated."""
+        verdicts = {result.verdict for result in self.results}
+        errors = any(f.severity is Severity.ERROR for f in self.findings)
+        if Verdict.VIOLATED in verdicts or errors:
+            return Verdict.VIOLATED
+        ends = (End.COMPLETE, End.DECIDED)
+        if Verdict.UNDECIDED in verdicts or self.exploration.end not in ends:
+            return Verdict.UNDECIDED
+        return Verdict.HOLDS
+
+
+ENDS = {
+    End.DECIDED: "the exploration ended once all that was asked for was decided",
+    End.MEMORY: "the memory limit was reached",
+    End.TIME: "the time limit was reached",
+    End.INTERRUPTED: "the exploration was interrupted",
+    End.FAILED: "the exploration was given up",
+}
+
+
+MEMORY_RAN_OUT = "memory ran out"
+NO_WAY = (
+    "it is not shown: memory or time for the way there ran out; allow more with `--memory` or "
+    "`--timeout`"
+)
+LATER = {
+    PropertyKind.RECOVERABLE: "from the end of this path on it never holds again",
+    PropertyKind.LEADS_TO: "on this path, and as it goes on, the second never follows the first",
+}
+"""What the end of a path means."""
+
+
+def conclude(
+    closed: Closed, found: Exploration, show: Show, names: frozenset[str], findings: Findings
+) -> Report:
+    """Return the verdicts; of the properties, those named (none named: all)."""
+    judge = _Judge(closed, found, show, findings)
+    results = list(judge.unasked())
+    if names:  # of what was not asked for, only what is wrong is told
+        results = [result for result in results if result.verdict is Verdict.VIOLATED]
+    for index, property_ in enumerate(closed.system.properties):
+        if not names or property_.name in names:
+            results.append(judge.property(index, property_))
+    judge.add_findings()
+    report = Report(closed, found, tuple(results), findings, tuple(assumptions(closed)))
+    for result in results:
+        tell(result, findings)
+    return report
+
+
+def tell(result: Result, findings: Findings) -> None:
+    """Add the findings of a verdict."""
+    if result.trace is not None and result.trace.differs:
+        message = f"the path for `{result.name}` runs differently: {result.trace.differs}"
+        findings.add("replay-differs", message, None)
+    if result.verdict is Verdict.UNDECIDED:
+        message = f"`{result.name}` is undecided: {result.reason}"
+        findings.add("undecided", message, result.span)
+    elif result.verdict is Verdict.VIOLATED and result.kind is not None:
+        what = "cannot be reached" if result.kind is PropertyKind.REACHABLE else "does not hold"
+        findings.add("violated-property", f"`{result.name}` {what}: {result.text}", result.span)
+
+
+def _told(result: Result) -> Result:
+    """Return the verdict on something that was seen; if it is not shown, with the reason."""
+    return result if result.trace is not None else replace(result, reason=NO_WAY)
+
+
+@dataclass(frozen=True)
+class _Judge:
+    closed: Closed
+    found: Exploration
+    show: Show
+    findings: Findings
+
+    @property
+    def _doubt(self) -> str:
+        """Why what was not seen may still be there; empty if it is not."""
+        return "; ".join(doubt for doubt in (self._unexplored, self._risk) if doubt)
+
+    @property
+    def _doubt_of_graph(self) -> str:
+        """Why nothing is told of what all of the graph decides together; empty if something is."""
+        return self._unexplored or (NEEDS_EXACT if self.found.table is not None else "")
+
+    @property
+    def _risk(self) -> str:
+        """What a search that ended by itself may have missed."""
+        table, found = self.found.table, self.found
+        if table is None or found.end is not End.COMPLETE:
+            return ""
+        missed = omission_probability(table.match_probability, found.depth)
+        return (
+            f"nothing found in {found.states:,} states, but {table.storage.value} storage misses "
+            f"any one state with probability at most {missed:.2g}"
+        )
+
+    @property
+    def _unexplored(self) -> str:
+        """Why the search did not come to what was not seen; empty if it went everywhere."""
+        if self.found.end is not End.COMPLETE:
+            why = f" ({self.found.why})" if self.found.why else ""
+            return f"{ENDS[self.found.end]}{why} after {self.found.states:,} states"
+        if self.closed.samples:
+            return f"samples only of {', '.join(self.closed.samples)}"
+        return ""
+
+    def _absent(
+        self, name: str, kind: PropertyKind | None, text: str, span: Span | None, doubt: str
+    ) -> Result:
+        """Return the verdict on something bad that was not seen."""
+        verdict = Verdict.UNDECIDED if doubt else Verdict.HOLDS
+        return Result(name, kind, text, verdict, doubt, span=span)
+
+    def _seen(self, mark: Mark) -> Counterexample | None:
+        return self._trace(mark.path)
+
+    def _trace(self, path: tuple[int, ...], cycle: tuple[int, ...] = ()) -> Counterexample | None:
+        """Return what a path shows; None if memory or time for it ran out."""
+        return self.show(path, cycle) if path else None
+
+    # --- what is asked for ---------------------------------------------------------------------
+
+    def property(self, index: int, property_: Property) -> Result:
+        """Return the verdict on a property of the system file."""
+        name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
+        if property_.unexplored:
+            reason = property_.unexplored
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        if kind is PropertyKind.DEADLOCK_FREE:
+            return self._deadlock(name, kind, span)
+        if kind is PropertyKind.LIVELOCK_FREE:
+            return self._livelock(name, kind, span)
+        if kind in TEMPORAL:
+            return self._temporal(index, property_)
+        if kind not in JUDGED_AT_STATES:
+            reason = f"`{kind.value}` is not explored yet"
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        if property_.is_of_steps and self.closed.zones:
+            reason = "`occurs` is not judged by zones; try `--time discrete` or `--time untimed`"
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        doubt = self._doubt_of_monitor(index, property_)
+        if doubt:
+            return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
+        mark = self.found.mark(1 + index)
+        if kind is PropertyKind.REACHABLE:
+            if mark is not None:
+                trace = self._seen(mark)
+                return _told(Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span))
+            absent = self._absent(name, kind, text, span, self._doubt)
+            if absent.verdict is Verdict.UNDECIDED:
+                return absent
+            return Result(name, kind, text, Verdict.VIOLATED, span=span)
+        if mark is None:
+            return self._absent(name, kind, text, span, self._doubt)
+        trace = self._seen(mark)
+        return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
+
+    def _doubt_of_monitor(self, index: int, property_: Property) -> str:
+        """Return why nothing can be told of a monitor; empty if it can, or it is none."""
+        if property_.kind is not PropertyKind.MONITOR:
+            return ""
+        number = property_.atoms[0][1].machine
+        first = first_mark(self.closed, number)
+        if self.found.mark(first + FULL) is not None:
+            return "its queue can overflow: it does not see everything"
+        if self.found.mark(first + FAULT) is not None:
+            return "it can stop with a fault"
+        timed = self.closed.untimed and any(d != 0 for d in delays_of(self.closed.charts[number]))
+        if timed and self.found.mark(1 + index) is not None:
+            return "its timeouts come at any time when untimed"
+        return ""
+
+    def _temporal(self, index: int, property_: Property) -> Result:
+        """Return the verdict on what the graph decides; of a part of the graph there is none."""
+        name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
+        found = self.found.answer(index)
+        doubt = self._doubt_of_graph
+        if kind is PropertyKind.WITHIN and self.closed.untimed:
+            doubt = doubt or "time does not count when untimed"
+        if not doubt and found.violated and kind is PropertyKind.LEADS_TO:
+            doubt = self._doubt_of_turns()
+        if not doubt and not found.known:
+            doubt = found.why or self.found.doubt or MEMORY_RAN_OUT
+        if doubt:
+            return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
+        reason = self._seen_of(property_, found)
+        if not found.violated:
+            return Result(name, kind, text, Verdict.HOLDS, reason, span=span)
+        trace = self._trace(found.path, found.cycle)
+        return Result(name, kind, text, Verdict.VIOLATED, reason, trace=trace, span=span)
+
+    def _doubt_of_turns(self) -> str:
+        """Return why a run may be unfair that counts as fair; empty if it is not."""
+        schedule = self.closed.system.schedule
+        order = () if schedule is None else schedule.order
+        if any(p.owed and p.machine in order for p in self.closed.possible):
+            return "an event under `will` waits for a turn here, and may wait for ever"
+        return ""
+
+    def _seen_of(self, property_: Property, found: Answer) -> str:
+        """Return what is told beside the verdict."""
+        if property_.kind is not PropertyKind.WITHIN:
+            return LATER[property_.kind] if found.violated else ""
+        if found.greatest is None:
+            return "there is no bound" if found.violated else ""
+        tick = self.closed.charts[0].capacities.tick
+        return f"it takes at most {duration_text(found.greatest * tick)}"
+
+    def _deadlock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+        text = "no deadlock"
+        if self.closed.is_open:
+            return self._trap(name, kind, span)
+        mark = self.found.mark(DEADLOCK)
+        if mark is None:
+            return self._absent(name, kind, text, span, self._doubt)
+        trace = self._seen(mark)
+        return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
+
+    def _trap(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+        text = "no traps"
+        doubt = "" if self.found.traps_known else self.found.doubt or MEMORY_RAN_OUT
+        for path in sorted(self.found.traps, key=len):
+            trace = self._trace(path)
+            if trace is None:
+                doubt = NO_WAY  # and so it is not known whether it counts, as here:
+            elif len({step.after for step in trace.steps}) > 1 or trace.differs:
+                return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
+            # the chart has never been anywhere else: it works without states
+        return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
+
+    def _livelock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+        text = "no livelock"
+        if self.found.livelock is not None:
+            trace = self._trace(*self.found.livelock)
+            return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
+        doubt = "" if self.found.livelock_known else MEMORY_RAN_OUT
+        return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
+
+    # --- what is said without being asked --------------------------------------------------------
+
+    def unasked(self) -> Iterator[Result]:
+        """Yield what is always judged, unless the system asks for it by name."""
+        asked = {p.kind for p in self.closed.system.properties}
+        if PropertyKind.DEADLOCK_FREE not in asked:
+            name = "trap" if self.closed.is_open else "deadlock"
+            yield self._unasked(self._deadlock(name, None, None), name)
+        if PropertyKind.LIVELOCK_FREE not in asked:
+            yield self._unasked(self._livelock("livelock", None, None), "livelock")
+        for machine, instance in enumerate(self.closed.system.machines):
+            first = first_mark(self.closed, machine)
+            yield from self._bad(
+                first + FAULT, "reachable-fault", f"`{instance.name}` can stop with a fault",
+                f"{instance.name}.fault", instance.span,
+            )  # fmt: skip
+            yield from self._bad(
+                first + FULL, "queue-overflow", f"a queue of `{instance.name}` can overflow",
+                f"{instance.name}.overflow", instance.span,
+            )  # fmt: skip
+
+    def _unasked(self, result: Result, rule: str) -> Result:
+        if result.verdict is Verdict.VIOLATED and result.trace is not None:
+            last = result.trace.steps[-1] if result.trace.steps else None
+            active = f" in {', '.join(last.after)}" if last is not None and last.after else ""
+            words = {
+                "deadlock": "nothing can ever happen again",
+                "trap": f"nothing leads out{active}",
+                "livelock": "the machines can be busy for ever without time passing",
+            }
+            self.findings.add(rule, words[rule], None)
+        return result
+
+    def _bad(
+        self, number: int, rule: str, message: str, name: str, span: Span | None
+    ) -> Iterator[Result]:
+        mark = self.found.mark(number)
+        if mark is None:
+            return
+        trace = self._seen(mark)
+        if rule == "reachable-fault" and trace is not None and trace.steps:
+            message += fault_text(self.closed.system, trace.steps[-1])
+        self.findings.add(rule, message, span)
+        yield _told(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
+
+    def add_findings(self) -> None:
+        """Tell what is never reached, what is lost, and what was only sampled."""
+        for machine, instance in enumerate(self.closed.system.machines):
+            if self.found.end is End.COMPLETE and not self._doubt:
+                self._tell_unreached(machine)
+            first = first_mark(self.closed, machine) + UNHANDLED
+            lost = [
+                event.name
+                for event in instance.chart.events
+                if self.found.mark(first + event.index) is not None
+            ]
+            if lost and not self.closed.is_open:
+                names = ", ".join(f"`{name}`" for name in lost)
+                message = f"{names} can reach `{instance.name}` where nothing answers"
+                self.findings.add("unanswered-event", message, instance.span)
+        if self.found.end in UNFINISHED:
+            tell_spread(self.closed, [m.spread for m in self.found.machines], self.findings)
+        for sample in self.closed.samples:
+            self.findings.add("sampled-values", f"not every value of {sample} is tried", None)
+
+    def _tell_unreached(self, machine: int) -> None:
+        """Tell of dead parts: of one chart each where it stands, of a system together."""
+        states = list(never_entered(self.closed, self.found, machine))
+        transitions = list(never_taken(self.closed, self.found, machine))
+        instance = self.closed.system.machines[machine]
+        chart = instance.chart
+        if self.closed.is_open:
+            for state in states:
+                message = f"the state `{state.id}` is never entered"
+                self.findings.add("never-entered", message, state.span)
+            for transition in transitions:
+                source = chart.states[transition.source].id or "the root"
+                message = f"this transition of `{source}` is never taken"
+                self.findings.add("never-taken", message, transition.span)
+            return
+        if states:
+            names = ", ".join(f"`{state.id}`" for state in states)
+            message = f"in this system `{instance.name}` never enters {names}"
+            self.findings.add("never-entered", message, instance.span, severity=Severity.NOTE)
+        if transitions:
+            message = (
+                f"in this system `{instance.name}` never takes {len(transitions)} "
+                f"of its transitions: {lines_of(chart, transitions)}"
+            )
+            self.findings.add("never-taken", message, instance.span, severity=Severity.NOTE)

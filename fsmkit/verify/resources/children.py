@@ -1,0 +1,152 @@
+"""Children of this process: they end with what they are asked for, and never outlive it.
+
+Each is the first of a process group of its own, so that what it starts is ended with it (a compiler
+is several processes), and a key pressed at the terminal reaches only this process.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import selectors
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from fsmkit.verify.resources.deadline import TimeUp
+
+PATIENCE = 0.3
+"""Seconds that a child has to end by itself when it is told to."""
+CHUNK = 1 << 16
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What a child left: its exit code (negative: the signal that ended it), and its words."""
+
+    code: int
+    out: str
+    err: str
+
+
+def run(
+    command: Sequence[str],
+    *,
+    seconds: float = math.inf,
+    folder: Path | None = None,
+    environment: Mapping[str, str] | None = None,
+    line: Callable[[str], None] | None = None,
+    stops: bool = False,
+) -> Done:
+    """Run a child to its end; `TimeUp` if it takes longer, `OSError` if it cannot be started.
+
+    ``line`` is called with each line of its standard error, as it comes. ``stops``: at an interrupt
+    the child is interrupted, too, and says what it has; at the second it is ended.
+    """
+    end = time.monotonic() + seconds
+    with _started(command, folder, environment) as process:
+        out, err = _Words(None), _Words(line)
+        while True:
+            try:
+                return _listened(process, out, err, end)
+            except KeyboardInterrupt:
+                if not stops:
+                    raise
+                stops = False
+                _tell(process, signal.SIGINT)
+
+
+def _listened(process: subprocess.Popen[bytes], out: _Words, err: _Words, end: float) -> Done:
+    with selectors.DefaultSelector() as ready:
+        for pipe, words in ((process.stdout, out), (process.stderr, err)):
+            if pipe is not None and not words.ended:
+                ready.register(pipe, selectors.EVENT_READ, words)
+        while ready.get_map():
+            left = end - time.monotonic()
+            if left <= 0:
+                raise TimeUp
+            for key, _ in ready.select(None if left == math.inf else left):
+                words = key.data
+                if not words.read(key.fd):
+                    ready.unregister(key.fileobj)
+    try:
+        code = process.wait(None if end == math.inf else max(0.0, end - time.monotonic()))
+    except subprocess.TimeoutExpired:
+        raise TimeUp from None
+    return Done(code, out.text, err.text)
+
+
+class _Words:
+    """What comes through one pipe."""
+
+    def __init__(self, line: Callable[[str], None] | None) -> None:
+        self._line = line
+        self._parts: list[bytes] = []
+        self._rest = b""
+        self.ended = False
+
+    @property
+    def text(self) -> str:
+        return b"".join(self._parts).decode("utf-8", "replace")
+
+    def read(self, pipe: int) -> bool:
+        """Read what is there; False at the end."""
+        found = os.read(pipe, CHUNK)
+        self._parts.append(found)
+        self.ended = not found
+        if self._line is not None:
+            *lines, self._rest = (self._rest + found).split(b"\n")
+            for line in lines:
+                self._line(line.decode("utf-8", "replace"))
+        return bool(found)
+
+
+@contextmanager
+def _started(
+    command: Sequence[str], folder: Path | None, environment: Mapping[str, str] | None
+) -> Iterator[subprocess.Popen[bytes]]:
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        env=None if environment is None else {**os.environ, **environment},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        process_group=0,
+    )
+    try:
+        yield process
+    finally:
+        _end(process)
+        for pipe in (process.stdout, process.stderr):
+            if pipe is not None:
+                pipe.close()
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a child and all that it started, unless it was waited for.
+
+    Until it is, its number is its own and that of its group.
+    """
+    if process.returncode is not None:
+        return
+    _tell(process, signal.SIGTERM)
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end and not _is_over(process):
+        time.sleep(0.005)
+    _tell(process, signal.SIGKILL)
+    process.wait()
+
+
+def _is_over(process: subprocess.Popen[bytes]) -> bool:
+    options = os.WEXITED | os.WNOHANG | os.WNOWAIT
+    return os.waitid(os.P_PID, process.pid, options) is not None
+
+
+def _tell(process: subprocess.Popen[bytes], signal_number: int) -> None:
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal_number)

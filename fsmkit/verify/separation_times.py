@@ -1,0 +1,111 @@
+"""The least and the greatest time between two configurations of a system, exactly, by zones."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass, replace
+
+from fsmkit.analysis.alphabet import delays_of
+from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.system.conditions import read_condition
+from fsmkit.system.system import Property, PropertyKind, System
+from fsmkit.verify.engines.c.engine import CEngine
+from fsmkit.verify.explore import Limits
+from fsmkit.verify.report.verdict import ENDS
+from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.exploration import End
+
+DELAYS_WATCHED = 64
+"""Times are told apart up to so many times the longest delay, unless it is said how far."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A bound on a time: in ticks, and whether the time can be just that long."""
+
+    ticks: int
+    reached: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """How long it takes from when a condition begins to hold until another one holds next.
+
+    ``least`` and ``greatest`` of all times that are possible, in ticks; None if it never comes to
+    the end, or if the time is longer than ``most``. ``pending``: the longest that may have passed
+    while the end has not come yet, None if that can be longer than ``most``: it is greater than
+    ``greatest`` where the end may never come. ``doubt``: why nothing is known, if so.
+    """
+
+    least: Limit | None
+    greatest: Limit | None
+    pending: Limit | None
+    most: int
+    doubt: str = ""
+
+    def is_within(self, ticks: int) -> bool:
+        """Whether the end always comes after at most so many ticks, which ``most`` must exceed."""
+        return not self.doubt and self.pending is not None and self.pending.ticks <= ticks
+
+
+def gap(
+    system: System,
+    begin: str,
+    end: str,
+    *,
+    most: int | None = None,
+    limits: Limits | None = None,
+) -> Gap:
+    """Measure the time from when ``begin`` begins to hold until ``end`` holds next (at once: 0).
+
+    Both are conditions as in properties. A beginning while the time runs already is measured too.
+    Times beyond ``most`` ticks only count as longer. `FsmkitError` if a condition is wrong or there
+    is no C compiler.
+    """
+    limits = limits or Limits()
+    findings = Findings()
+    measured = replace(system, properties=tuple(_reached(system, (begin, end), findings)))
+    findings.stop_on_errors()
+    closed = replace(close(measured), zones=True)
+    unit = closed.unit or 1
+    units = -(-(_furthest(closed) if most is None else most) // unit)
+    with closing(CEngine(closed, findings)) as engine:
+        found, told = engine.watch(0, 1, units, limits.memory, limits.seconds)
+    if found.end is not End.COMPLETE or closed.samples:
+        doubt = found.why or ENDS.get(found.end) or f"samples only of {', '.join(closed.samples)}"
+        return Gap(None, None, None, units * unit, doubt)
+
+    def limit(name: str) -> Limit | None:
+        bound = told[name]
+        return None if bound is None else Limit(*bound)
+
+    stopped = bool(told["stopped"])
+    return Gap(
+        limit("least") if stopped else None,
+        limit("greatest") if stopped else None,
+        limit("pending"),
+        units * unit,
+    )
+
+
+def _reached(system: System, texts: tuple[str, ...], findings: Findings) -> list[Property]:
+    found = []
+    for number, text in enumerate(texts):
+        place = Span(Source("a condition", text), 0, len(text))
+        condition = read_condition(Text(text, place), system.machines, findings)
+        if condition is not None:
+            found.append(
+                Property(
+                    str(number),
+                    PropertyKind.REACHABLE,
+                    text,
+                    condition.expression,
+                    condition.atoms,
+                )
+            )
+    return found
+
+
+def _furthest(closed: Closed) -> int:
+    delays = [delay for chart in closed.charts for delay in delays_of(chart)]
+    return DELAYS_WATCHED * max((delay for delay in delays if delay is not None), default=1)

@@ -1,0 +1,149 @@
+"""The words for steps: actions, outcomes, messages, choices (meaning: `closed_system`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+
+from fsmkit.chart.chart import Chart
+from fsmkit.language import Value
+from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Snapshot
+
+FULL, FAULT, UNHANDLED = 0, 1, 2
+"""Notes of a step of a machine; from the last on, one for each event that was not answered."""
+
+
+def transition_note(chart: Chart, transition: int) -> int:
+    """Return the note of a transition that is taken, where a suite of tests is made."""
+    return UNHANDLED + 2 * len(chart.events) + transition
+
+
+def state_note(chart: Chart, state: int) -> int:
+    """Return the note of a state that is entered, where a suite of tests is made."""
+    return UNHANDLED + 2 * len(chart.events) + len(chart.transitions) + state
+
+
+MOST_RUNS = 1 << 16
+"""Sequences of choices tried for one step; with more, the exploration is given up."""
+
+
+def took(done: Macrostep | None) -> bool:
+    """Whether a macrostep took a transition of the machine itself."""
+    return done is not None and any(small.transitions for small in done.microsteps)
+
+
+class TooManyChoices(Exception):  # noqa: N818  (a limit, not an error)
+    """One step makes more choices than can be tried."""
+
+
+class Action(Enum):
+    """What a step is; the names are those of ``core/main.c``."""
+
+    START = "start"
+    TAKE = "take"
+    FIRE = "fire"
+    EVENTLESS = "eventless"
+    OCCUR = "occur"
+    ELAPSE = "elapse"
+
+
+class Who(Enum):
+    """Who moves in a step: the machines, time, or what is around them."""
+
+    INTERNAL = "internal"
+    TIME = "time"
+    ENVIRONMENT = "environment"
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step, so that it can be taken again.
+
+    ``argument``: of OCCUR the number of what is possible, of FIRE that of the timer (untimed; in
+    zones: in the order in which they were armed). ``ticks``: how long ELAPSE is, 0 for a unit.
+    """
+
+    action: Action
+    machine: int = 0
+    argument: int = 0
+    choices: tuple[int, ...] = ()
+    ticks: Fraction = Fraction(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """An event for a queue, or a value for an input (``event`` None)."""
+
+    target: int
+    event: Occurrence | None = None
+    input: int = 0
+    value: Value = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a local step led to."""
+
+    step: Step
+    who: Who
+    after: Snapshot
+    messages: tuple[Message, ...]
+    notes: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What the search asks of a local state (``fsm_view`` in core/system/system.h)."""
+
+    waiting: int
+    awaited: int
+    due: bool
+    running: bool
+    faulted: bool
+    at_rest: bool
+
+
+class Chooser:
+    """Makes choices: each sequence in turn, like an odometer; and answers operations with them."""
+
+    def __init__(
+        self, results: Mapping[str, tuple[Value, ...]] | None = None, choices: Sequence[int] = ()
+    ) -> None:
+        """Answer by ``results``, operation -> values; begin with the given choices."""
+        self.results = results or {}
+        self.chosen = list(choices)
+        self.limits = [0] * len(self.chosen)
+        self.at = 0
+
+    def begin(self) -> None:
+        """Begin a step; the choices stay."""
+        self.at = 0
+
+    def choose(self, n: int) -> int:
+        """Return a number below ``n``."""
+        if n < 2:
+            return 0
+        if self.at == len(self.chosen):
+            self.chosen.append(0)
+            self.limits.append(n)
+        self.limits[self.at] = n
+        self.at += 1
+        return self.chosen[self.at - 1]
+
+    def advance(self) -> bool:
+        """Go to the next sequence of choices; False after the last."""
+        while self.chosen:
+            self.chosen[-1] += 1
+            if self.chosen[-1] < self.limits[-1]:
+                return True
+            self.chosen.pop()
+            self.limits.pop()
+        return False
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Answer an operation (the `Host` of a step)."""
+        del arguments
+        values = self.results.get(operation)
+        return None if values is None else values[self.choose(len(values))]

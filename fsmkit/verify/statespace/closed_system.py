@@ -1,0 +1,307 @@
+"""What is explored: states and steps of a closed system, defined once for both engines.
+
+**State.** For each machine its local state: active states, data and outputs, histories, queue (and
+what is deferred), timers with the time they have left, the invoked machines with all of that, and
+inputs. The inputs of an open chart are
+arbitrary whenever it moves, so they count as state only if a property reads them. ``untimed``: of a
+timer only that it is armed counts. A machine stopped by a fault keeps configuration and data only.
+Data that nothing can read any more count as at their start (`verify.statespace.dead_variables`).
+
+**Start.** All machines start at time 0, those of the environment first, then in the order of the
+file. Outputs reach the inputs they are wired to at once, here and after every step; events sent
+while starting reach the queues when all have started.
+
+**Steps.** One step is one macrostep of one machine, or the passing of time. While a monitor has
+events in its queue, only monitors move; else, while a machine of the environment has, only such
+machines: the plant answers at once. Else, each machine that runs can, by the order of SEMANTICS:
+
+* take eventless transitions that its inputs enable (*eventless*; then nothing else of this list),
+* or take the next event of its queue (*take*),
+* or, its queue being empty, fire the first timer that is due (*fire*; untimed: any armed one, of
+  a connection the oldest, and that counts as the passing of time), or take a spontaneous
+  transition; a timer whose delay is an interval can fire from the least delay on, and does not
+  stop time before the greatest;
+* an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*):
+  that covers every place in the queue it could have waited at. This is possible while at most
+  `PATIENCE` events wait in all queues: nobody presses a button faster than machines talk.
+
+Time passes by the greatest common divisor of all delays (*elapse*) when no machine has anything
+left to do and some timer is armed. Steps of one machine that lead to the same state and messages,
+with other choices, are one; what comes from outside and changes nothing is none.
+
+**Cyclic schedule.** A machine of the order moves, and what comes from outside comes to it, in its
+turn only: what came before has waited for that. All others (environment, monitors, connections)
+move as above. `system.schedule` makes one more machine, last of all, which keeps turn and phase: it
+goes on to the next turn when the machine of this one has nothing left to do. Between the turns of a
+period no time passes; when all are over it does, whatever the machines of the order have to do.
+
+**Choices.** The result of an operation, and in an open chart each input before each step, is chosen
+from `alphabet`: one step for each value.
+
+**Livelock** is a cycle of *take*, *fire* and *eventless* (in an open chart, whose inputs anyone may
+change, *eventless* does not count).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from fsmkit.analysis.alphabet import (
+    COMBINED,
+    Uses,
+    Values,
+    payloads_of,
+    uses_of,
+    values_of,
+)
+from fsmkit.chart.chart import Chart, Event
+from fsmkit.chart.walk import charts_within, nodes
+from fsmkit.diagnostics import fail
+from fsmkit.document.document import Direction, Trigger
+from fsmkit.language import Storage, Value, Variable
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
+from fsmkit.system.monitors import looking, with_monitors
+from fsmkit.system.schedule import turns_of, with_scheduler
+from fsmkit.system.system import Machine, Possible, System
+from fsmkit.system.ticks import unit_of
+from fsmkit.verify.statespace.dead_variables import Mortal, mortal_variables
+from fsmkit.verify.statespace.sessions import demand_alone, demand_explorable
+
+PATIENCE = 1
+"""Events that may wait in all queues together when another comes from outside."""
+
+
+@dataclass(frozen=True, slots=True)
+class FreeInput:
+    """An input of an open chart, by index, and the values it takes."""
+
+    input: int
+    values: tuple[Value, ...]
+
+
+@dataclass(frozen=True)
+class Closed:
+    """A system ready to be explored.
+
+    ``charts`` are those of the machines with spontaneous transitions turned into events.
+    ``results``: for each machine and operation that returns something, the values it can return.
+    ``samples``: why not every value from outside is tried (empty: all that matter are).
+    """
+
+    system: System
+    charts: tuple[Chart, ...]
+    possible: tuple[Possible, ...]
+    free_inputs: tuple[FreeInput, ...]
+    results: tuple[Mapping[str, tuple[Value, ...]], ...]
+    keeps_inputs: bool
+    untimed: bool
+    silent: bool
+    """Transitions marked as watchdogs never fire."""
+    unit: int
+    """Ticks that pass at once; 0 if there is no delay."""
+    samples: tuple[str, ...]
+    zones: bool = False
+    """Time is dense, see ``core/zones/timed.h``; ``unit`` then only divides all delays."""
+    covers: bool = False
+    """Each transition taken and each state entered is marked, so that a way there is known."""
+    mortal: tuple[tuple[Mortal, ...], ...] = ()
+    """For each machine the data that are reset where they are dead; empty: none of any."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is not explored."""
+        if self.zones and self.system.schedule is not None:
+            raise fail(
+                "not-explored-yet",
+                "cyclic schedules are not explored by zones",
+                self.system.schedule.span,
+                help="use `--time discrete`, or `--time untimed`",
+            )
+
+    @cached_property
+    def turns(self) -> Mapping[int, int]:
+        """The machines that have their turn in states of the scheduler, the last machine.
+
+        Empty without a cyclic schedule.
+        """
+        return turns_of(self.system)
+
+    @property
+    def is_timeless(self) -> bool:
+        """Whether there is no delay at all: then what never comes to rest need not stop time."""
+        if self.system.schedule is not None:
+            return False
+        others = tuple(m for m in self.system.machines if not m.is_monitor)
+        return unit_of(replace(self.system, machines=others)) == 0
+
+    @property
+    def is_open(self) -> bool:
+        """Whether this is one chart alone."""
+        return self.system.is_open
+
+    def never_fires(self, chart: Chart, timer: Timer) -> bool:
+        """Whether an armed timer is assumed never to fire."""
+        if self.silent and isinstance(timer.what, Timeout):
+            return chart.transitions[timer.what.transition].watchdog
+        return False
+
+    def is_silent(self, machine: int, transition: int) -> bool:
+        """Whether a timeout is assumed never to happen."""
+        return self.silent and self.charts[machine].transitions[transition].watchdog
+
+
+def close(
+    system: System,
+    *,
+    untimed: bool = False,
+    silent: bool = False,
+    zones: bool = False,
+    covers: bool = False,
+    keeps_dead: bool = False,
+) -> Closed:
+    """Prepare a system for exploration; `FsmkitError` where it cannot be.
+
+    Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset.
+    """
+    for machine in system.machines:
+        demand_explorable(machine.chart)
+    system = with_scheduler(with_monitors(system), untimed=untimed)
+    charts = tuple(_explored(machine) for machine in system.machines)
+    uses = tuple(uses_of(chart) for chart in charts)
+    samples: list[str] = []
+    results = tuple(
+        _results(machine, used, samples)
+        for machine, used in zip(system.machines, uses, strict=True)
+    )
+    possible = list(system.possible)
+    free_inputs: tuple[FreeInput, ...] = ()
+    if system.is_open:
+        possible += _all_events(charts[0], uses[0], samples)
+        free_inputs = _free_inputs(charts[0], uses[0], samples)
+    possible += [
+        Possible(index, event.index, owed=True, spontaneous=True)
+        for index, (chart, machine) in enumerate(zip(charts, system.machines, strict=True))
+        for event in chart.events[len(machine.chart.events) :]
+    ]
+    unit = 0 if untimed else unit_of(system)
+    for machine in system.machines if zones and unit else ():
+        way_out = "use `--time discrete`, or `--time untimed`"
+        demand_alone(machine.chart, "not explored in dense time", way_out)
+    return Closed(
+        system,
+        charts,
+        tuple(possible),
+        free_inputs,
+        results,
+        keeps_inputs=system.is_open and any(_reads_input(p.condition) for p in system.properties),
+        untimed=untimed,
+        silent=silent,
+        unit=unit,
+        samples=tuple(dict.fromkeys(samples)),
+        zones=zones and unit > 0,
+        covers=covers,
+        mortal=() if keeps_dead else mortal_variables(system, charts, possible),
+    )
+
+
+def as_it_stands(system: System) -> Closed:
+    """Return a system that is not explored, where something closed is wanted to tell of it."""
+    return Closed(system, (), (), (), (), False, False, False, 0, ())
+
+
+def beyond_zones(system: System) -> str:
+    """Return why a system cannot be explored in dense time; empty if it can."""
+    if system.schedule is not None:
+        return "turns of a cyclic schedule come in discrete time"
+    for machine in system.machines:
+        for invocation in machine.chart.invocations if unit_of(system) else ():
+            return f"`{invocation.id}` is invoked by `{machine.chart.name}`"
+    return ""
+
+
+def _explored(machine: Machine) -> Chart:
+    """Return the chart of a machine as it is explored."""
+    chart = without_spontaneous(machine.chart)
+    looks = machine.is_monitor and index_of(chart).samples_inputs
+    return _with_passages(looking(chart) if looks else chart)
+
+
+def _with_passages(chart: Chart) -> Chart:
+    """Return a chart whose last events, those of this exploration, no invoked machine knows."""
+    count = len(chart.events)
+    padded = tuple(
+        replace(i, passages=i.passages + (None,) * (count - len(i.passages)))
+        for i in chart.invocations
+    )
+    return replace(chart, invocations=padded) if padded else chart
+
+
+def without_spontaneous(chart: Chart) -> Chart:
+    """Return the chart with each ``sometimes`` transition on an event of its own, after others."""
+    found = [t for t in chart.transitions if t.trigger is Trigger.SOMETIMES]
+    if not found:
+        return chart
+    events = list(chart.events)
+    transitions = list(chart.transitions)
+    for transition in found:
+        name = f"sometimes.{transition.index}"
+        transitions[transition.index] = replace(
+            transition, trigger=Trigger.EVENT, events=(len(events),), descriptors=(name,)
+        )
+        events.append(Event(len(events), name, (), frozenset({Direction.IN})))
+    return replace(chart, events=tuple(events), transitions=tuple(transitions))
+
+
+def with_greatest_delays(chart: Chart) -> Chart:
+    """Return the chart as code can be generated for it: each interval is its greatest delay."""
+    return replace(chart, transitions=tuple(replace(t, least=None) for t in chart.transitions))
+
+
+def _all_events(chart: Chart, uses: Uses, samples: list[str]) -> list[Possible]:
+    found = []
+    for event in chart.events:
+        if Direction.IN not in event.directions or event.name.startswith("sometimes."):
+            continue
+        types = tuple((part.type, ("field", part.name)) for part in event.fields)
+        values = payloads_of(types, uses)
+        if not values.exact:
+            samples.append(f"the payload of `{event.name}`")
+        for payload in values.values:
+            assert isinstance(payload, tuple)  # noqa: S101  (a combination)
+            found.append(Possible(0, event.index, payload))
+    return found
+
+
+def _free_inputs(chart: Chart, uses: Uses, samples: list[str]) -> tuple[FreeInput, ...]:
+    found: list[FreeInput] = []
+    combinations = 1
+    for index, declared in enumerate(chart.inputs):
+        values = values_of(declared.type, ("input", declared.name), uses)
+        combinations *= len(values.values)
+        if combinations > COMBINED:
+            values = Values(values.values[:1], exact=False)
+            combinations //= max(1, len(values.values))
+        if not values.exact:
+            samples.append(f"the input `{declared.name}`")
+        if len(values.values) > 1:
+            found.append(FreeInput(index, values.values))
+    return tuple(found)
+
+
+def _results(machine: Machine, uses: Uses, samples: list[str]) -> Mapping[str, tuple[Value, ...]]:
+    found: dict[str, tuple[Value, ...]] = {}
+    operations = (o for chart in charts_within(machine.chart) for o in chart.operations)
+    for operation in operations:
+        if operation.result is None or operation.name in found:
+            continue
+        values = values_of(operation.result, ("operation", operation.name), uses)
+        if not values.exact:
+            samples.append(f"the result of `{operation.name}` of `{machine.name}`")
+        found[operation.name] = values.values
+    return found
+
+
+def _reads_input(node: object) -> bool:
+    return any(isinstance(n, Variable) and n.storage is Storage.INPUT for n in nodes(node))

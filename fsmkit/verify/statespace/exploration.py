@@ -1,0 +1,165 @@
+"""What an exploration found: the currency of both engines.
+
+Marks are facts of interest, numbered: 0 a deadlock, then the properties, then those of
+each machine (see `first_mark`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from fsmkit.system.system import judged
+from fsmkit.verify.statespace.actions import UNHANDLED, Step
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.spread import UNKNOWN, Spread
+from fsmkit.verify.statespace.storage import LossyTable
+
+DEADLOCK = 0
+AT_ONCE = -1
+
+
+class End(Enum):
+    """Why an exploration ended."""
+
+    COMPLETE = "complete"
+    DECIDED = "decided"
+    """Everything that was asked for has been seen."""
+    MEMORY = "memory"
+    TIME = "time"
+    INTERRUPTED = "interrupted"
+    FAILED = "failed"
+
+
+UNFINISHED = frozenset(End) - {End.COMPLETE, End.DECIDED}
+"""The space was larger than what there was for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """How often something was seen, and a shortest way there (ordinals; the last may be it).
+
+    The way is empty if memory for it ran out. States are counted, and steps; not those that sleep
+    (core/search/sleep_sets.h).
+    """
+
+    number: int
+    count: int
+    path: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What the graph tells of a temporal property, by its number.
+
+    ``violated``: by a path, and a cycle that it leads to, empty if nothing more happens or nothing
+    helps. Without a path memory for it ran out. Not ``known``: nothing is told.
+    """
+
+    property: int
+    known: bool
+    violated: bool = False
+    path: tuple[int, ...] = ()
+    cycle: tuple[int, ...] = ()
+    greatest: int | None = None
+    """Of `within`: the greatest time in ticks; None if it has no bound, or never begins."""
+    why: str = ""
+    """Why it is not known, if that is not for want of memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What one machine did: its local states, the most it used of each capacity, its coverage."""
+
+    locals: int
+    queue: int
+    timers: int
+    microsteps: int
+    states: frozenset[int]
+    transitions: frozenset[int]
+    spread: Spread = UNKNOWN
+    """How its local states differ; asked where an exploration does not come to its end."""
+
+
+IDLE = (Figures(0, 0, 0, 0, frozenset(), frozenset()),)
+"""A machine that was not explored."""
+
+
+@dataclass(frozen=True, slots=True)
+class Exploration:
+    """The result of a search.
+
+    A path is the ordinals of steps, that of the initial state first; after `AT_ONCE` no time
+    passes. ``livelock`` is a path and the cycle it leads to, ``traps`` the paths to them; both say
+    something only if ``*_known``.
+    """
+
+    engine: str
+    end: End
+    why: str
+    states: int
+    transitions: int
+    depth: int
+    bytes: int
+    seconds: float
+    marks: tuple[Mark, ...]
+    livelock_known: bool
+    livelock: tuple[tuple[int, ...], tuple[int, ...]] | None
+    traps_known: bool
+    traps: tuple[tuple[int, ...], ...]
+    machines: tuple[Figures, ...]
+    cores: int = 1
+    """How many were at work; with large layers only it is more than one."""
+    zones: int = 0
+    """In dense time: how many zones there are of all the states together."""
+    doubt: str = ""
+    """Why a livelock or a trap is not known, if that is not for want of memory."""
+    temporal: tuple[Answer, ...] = ()
+    table: LossyTable | None = None
+    """What states were stored in, if not exactly: then some may have been missed."""
+
+    def answer(self, property_: int) -> Answer:
+        """Return what is known of a temporal property."""
+        unknown = Answer(property_, known=False)
+        return next((found for found in self.temporal if found.property == property_), unknown)
+
+    def mark(self, number: int) -> Mark | None:
+        """Return what was seen of a mark."""
+        return next((mark for mark in self.marks if mark.number == number), None)
+
+
+def unexplored(engine: str, why: str, machines: int) -> Exploration:
+    """Return what is found where the time was over before it began."""
+    return Exploration(
+        engine=engine,
+        end=End.TIME,
+        why=why,
+        states=0,
+        transitions=0,
+        depth=0,
+        bytes=0,
+        seconds=0.0,
+        marks=(),
+        livelock_known=False,
+        livelock=None,
+        traps_known=False,
+        traps=(),
+        machines=IDLE * machines,
+    )
+
+
+def first_mark(closed: Closed, machine: int) -> int:
+    """Return the first mark of a machine: queue full, fault, each event unanswered, each taken.
+
+    Where a suite of tests is made, then each transition that is taken and each state entered.
+    """
+    charts = closed.charts[:machine]
+    properties = len(judged(closed.system.properties))
+    marks = sum(UNHANDLED + 2 * len(chart.events) for chart in charts)
+    if closed.covers:
+        marks += sum(len(c.transitions) + len(c.states) for c in charts if c.transitions)
+    return 1 + properties + marks
+
+
+Trail = tuple[tuple[Step, ...], ...]
+"""A path as steps; the first entry holds the start of each machine, the others one step each."""

@@ -1,0 +1,220 @@
+"""Global steps of a closed system over the interpreter: local states interned, local steps kept.
+
+A local step is taken once for each local state and action. The order of everything is that of
+``core``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.system.shared import written_value
+from fsmkit.verify.statespace.actions import FULL, Action, Message, Outcome, Step, View, Who
+from fsmkit.verify.statespace.closed_system import PATIENCE, Closed
+from fsmkit.verify.statespace.exploration import first_mark
+from fsmkit.verify.statespace.local_steps import LocalSteps
+
+State = tuple[int, ...]
+"""A global state: a local state, by number, for each machine."""
+
+
+@dataclass(slots=True)
+class LocalState:
+    """What is known of a local state."""
+
+    snapshot: Snapshot
+    view: View
+    own: list[Outcome] | None = None
+    open: list[Outcome] | None = None
+    busy: bool = False
+    owed: bool = False
+    elapsed: int = -1
+    delivered: dict[Message, tuple[int, bool]] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Edge:
+    """A step of a global state."""
+
+    steps: tuple[Step, ...]
+    who: Who
+    to: State
+    marks: tuple[int, ...]
+
+
+class GlobalSteps:
+    """The steps of global states."""
+
+    def __init__(self, closed: Closed, local_steps: LocalSteps | None = None) -> None:
+        """Begin with no state known."""
+        self.closed = closed
+        self.local_steps = local_steps or LocalSteps(closed)
+        self._count = len(closed.charts)
+        self.local_states: list[list[LocalState]] = [[] for _ in closed.charts]
+        self._numbers: list[dict[Snapshot, int]] = [{} for _ in closed.charts]
+        self._first_marks = [first_mark(closed, m) for m in range(self._count)]
+        self._environment = [m.environment for m in closed.system.machines]
+        self._monitors = [m.is_monitor for m in closed.system.machines]
+
+    # --- local states --------------------------------------------------------------------------
+
+    def intern(self, machine: int, snapshot: Snapshot) -> int:
+        """Return the number of a local state."""
+        numbers = self._numbers[machine]
+        number = numbers.get(snapshot)
+        if number is None:
+            number = numbers[snapshot] = len(numbers)
+            view = self.local_steps.view(machine, snapshot)
+            self.local_states[machine].append(LocalState(snapshot, view))
+        return number
+
+    def own_steps(self, machine: int, number: int) -> list[Outcome]:
+        """Return the own steps of a local state; asked for only where they can be taken."""
+        local = self.local_states[machine][number]
+        if local.own is None:
+            local.own = []
+            if local.view.running:
+                local.own = self.local_steps.own(machine, local.snapshot, local.view)
+            local.busy = any(outcome.who is Who.INTERNAL for outcome in local.own)
+            local.owed |= any(o.step.action is Action.OCCUR for o in local.own)
+        return local.own
+
+    def open_steps(self, machine: int, number: int) -> list[Outcome]:
+        """Return what may happen to a local state; asked for only where it can."""
+        local = self.local_states[machine][number]
+        if local.open is None:
+            local.open = []
+            if local.view.running:
+                local.open = self.local_steps.open(machine, local.snapshot)
+            local.owed |= any(self.closed.possible[o.step.argument].owed for o in local.open)
+        return local.open
+
+    def elapsed(self, machine: int, number: int) -> int:
+        """Return a local state after a unit of time."""
+        local = self.local_states[machine][number]
+        if local.elapsed < 0:
+            after = self.local_steps.elapsed(machine, local.snapshot)
+            local.elapsed = self.intern(machine, after)
+        return local.elapsed
+
+    def after(self, machine: int, number: int, message: Message) -> int:
+        """Return a local state after a message has come to it."""
+        return self._delivered(machine, number, message)[0]
+
+    def _delivered(self, machine: int, number: int, message: Message) -> tuple[int, bool]:
+        """Return a local state after a message, and whether its queue was full."""
+        local = self.local_states[machine][number]
+        known = local.delivered.get(message)
+        if known is None:
+            after, full = self.local_steps.delivered(local.snapshot, message)
+            after = self.local_steps.settled(machine, after)
+            known = local.delivered[message] = self.intern(machine, after), full
+        return known
+
+    def _deliver(self, state: list[int], message: Message, marks: dict[int, None]) -> None:
+        target = message.target
+        state[target], full = self._delivered(target, state[target], message)
+        if full:
+            marks[self._first_marks[target] + FULL] = None
+
+    def snapshots(self, state: State) -> tuple[Snapshot, ...]:
+        """Return the machines in a global state."""
+        return tuple(self.local_states[machine][n].snapshot for machine, n in enumerate(state))
+
+    # --- global steps --------------------------------------------------------------------------
+
+    def initial(self) -> Iterator[Edge]:
+        """Yield the initial states."""
+        settled = self.local_steps.settled
+        state = [
+            self.intern(m, settled(m, self.local_steps.initial(m))) for m in range(self._count)
+        ]
+        marks: dict[int, None] = {}
+        for link in self.closed.system.input_links:
+            data = self.local_states[link.source][state[link.source]].snapshot.data
+            writer, chart = (
+                self.closed.system.machines[link.source],
+                self.closed.charts[link.source],
+            )
+            value = written_value(writer, chart, data, link.output)
+            self._deliver(state, Message(link.target, input=link.input, value=value), marks)
+        order = sorted(range(self._count), key=lambda m: not self._environment[m])
+        yield from self._start(state, order, (), [], marks)
+
+    def _start(
+        self,
+        state: list[int],
+        order: list[int],
+        steps: tuple[Step, ...],
+        sent: list[Message],
+        marks: dict[int, None],
+    ) -> Iterator[Edge]:
+        if len(steps) == self._count:
+            reached = list(state)
+            for message in sent:
+                self._deliver(reached, message, marks)
+            yield Edge(steps, Who.ENVIRONMENT, tuple(reached), tuple(marks))
+            return
+        machine = order[len(steps)]
+        snapshot = self.local_states[machine][state[machine]].snapshot
+        start = Step(Action.START, machine)
+        for outcome in self.local_steps.explore(machine, snapshot, start, Who.INTERNAL):
+            next_ = list(state)
+            next_[machine] = self.intern(machine, outcome.after)
+            noted = dict(marks)
+            noted.update(dict.fromkeys(self._noted(machine, outcome)))
+            for message in outcome.messages:
+                if message.event is None:
+                    self._deliver(next_, message, noted)
+            later = [*sent, *(m for m in outcome.messages if m.event is not None)]
+            yield from self._start(next_, order, (*steps, outcome.step), later, noted)
+
+    def _noted(self, machine: int, outcome: Outcome) -> list[int]:
+        return [self._first_marks[machine] + note for note in outcome.notes]
+
+    def successors(self, state: State) -> Iterator[Edge]:
+        """Yield the steps of a state."""
+        found = [self.local_states[machine][number] for machine, number in enumerate(state)]
+        waiting = [local.view.waiting > 0 for local in found]
+        watching = [m and w for m, w in zip(self._monitors, waiting, strict=True)]
+        answering = [e and w for e, w in zip(self._environment, waiting, strict=True)]
+        answers = any(answering)
+        answering = watching if any(watching) else answering
+        is_open = not answers and sum(local.view.waiting for local in found) <= PATIENCE
+        moving = answering if answers else self._moving(state)
+        for machine, number in enumerate(state):
+            if not moving[machine]:
+                continue
+            for outcome in self.own_steps(machine, number):
+                yield self._edge(state, machine, outcome)
+            if is_open:
+                for outcome in self.open_steps(machine, number):
+                    yield self._edge(state, machine, outcome)
+        awaited = sum(local.view.awaited for local in found)
+        busy = any(local.busy for moves, local in zip(moving, found, strict=True) if moves)
+        if awaited and self.closed.unit and not busy:
+            to = tuple(self.elapsed(machine, number) for machine, number in enumerate(state))
+            yield Edge((Step(Action.ELAPSE),), Who.TIME, to, ())
+
+    def _moving(self, state: State) -> list[bool]:
+        """Return which machines may move where none has to answer: all, if nothing orders them."""
+        schedule = self.closed.system.schedule
+        if schedule is None:
+            return [True] * self._count
+        phase = self.local_states[-1][state[-1]].snapshot.configuration
+        turn = next((m for at, m in self.closed.turns.items() if at in phase), None)
+        moving = [m == turn or m not in schedule.order for m in range(self._count)]
+        if turn is not None:
+            self.own_steps(turn, state[turn])
+            moving[-1] = not self.local_states[turn][state[turn]].busy
+        return moving
+
+    def _edge(self, state: State, machine: int, outcome: Outcome) -> Edge:
+        to = list(state)
+        to[machine] = self.intern(machine, outcome.after)
+        marks = dict.fromkeys(self._noted(machine, outcome))
+        for message in outcome.messages:
+            self._deliver(to, message, marks)
+        return Edge((outcome.step,), outcome.who, tuple(to), tuple(marks))

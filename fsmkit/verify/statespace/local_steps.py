@@ -1,0 +1,389 @@
+"""Local steps by the reference interpreter: what one machine does, and what it tells the others.
+
+`verify.statespace.closed_system` says what a state and a step are; ``core/system/local.c`` is the
+same over generated C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from typing import assert_never
+
+from fsmkit.chart.chart import OPEN_ENDED, Chart
+from fsmkit.language import Value
+from fsmkit.runtime.interpreter.macrostep import initial, start, step
+from fsmkit.runtime.interpreter.run import (
+    has_room,
+    is_deferred,
+    post,
+    step_event,
+    step_eventless,
+    step_timer,
+)
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Entered,
+    Faulted,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Snapshot,
+    Taken,
+    Timeout,
+    Timer,
+    Unhandled,
+)
+from fsmkit.system.monitors import look_event
+from fsmkit.system.readiness import resting, tries_eventless
+from fsmkit.system.shared import driven, kept_at_start, written_value
+from fsmkit.system.system import HEARD, Machine, asked_events
+from fsmkit.verify.statespace.actions import (
+    FAULT,
+    FULL,
+    MOST_RUNS,
+    UNHANDLED,
+    Action,
+    Chooser,
+    Message,
+    Outcome,
+    Step,
+    TooManyChoices,
+    View,
+    Who,
+    state_note,
+    took,
+    transition_note,
+)
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.coverage import Coverage
+from fsmkit.verify.statespace.dead_variables import with_dead_reset
+from fsmkit.verify.statespace.sessions import (
+    effects_within,
+    invoked_elapsed,
+    is_due,
+    leaves_family,
+    settled,
+    timers_within,
+    waiting,
+    with_first,
+)
+
+
+class LocalSteps:
+    """The local steps of the machines of a closed system."""
+
+    def __init__(self, closed: Closed) -> None:
+        """Read off what does not change."""
+        self.closed = closed
+        self.charts = closed.charts
+        self.machines = closed.system.machines
+        self._possible = tuple(
+            tuple((n, p) for n, p in enumerate(closed.possible) if p.machine == machine)
+            for machine in range(len(self.charts))
+        )
+        self.coverage = tuple(Coverage(set(), set()) for _ in self.charts)
+        self._rests = tuple(map(resting, self.charts, self.machines))
+        self._samples_inputs = tuple(map(tries_eventless, self.machines, self.charts))
+        self._ports = tuple(map(_ports, self.machines))
+        asked = asked_events(closed.system.properties)
+        self._asked = tuple({e for m, e in asked if m == n} for n in range(len(self.charts)))
+        self._noted = tuple(
+            {e.index for e in machine.chart.events if e.directions and not machine.is_monitor}
+            for machine in closed.system.machines
+        )
+
+    def initial(self, machine: int) -> Snapshot:
+        """Return a machine before its start."""
+        return initial(self.charts[machine])
+
+    def settled(self, machine: int, snapshot: Snapshot) -> Snapshot:
+        """Return a machine with what does not count as state cleared."""
+        inputs = snapshot.inputs
+        if self.closed.is_open and not self.closed.keeps_inputs:
+            inputs = initial(self.charts[machine]).inputs
+        chart, in_order = self.charts[machine], self.machines[machine].is_channel
+        found = settled(chart, snapshot, untimed=self.closed.untimed, in_order=in_order)
+        found = replace(found, inputs=inputs)
+        return with_dead_reset(found, self.closed.mortal[machine]) if self.closed.mortal else found
+
+    def view(self, machine: int, snapshot: Snapshot) -> View:
+        """Return what the search asks of a local state."""
+        chart = self.charts[machine]
+        if not snapshot.running:
+            return View(0, 0, False, False, snapshot.fault is not None, snapshot.finished)
+        armed = timers_within(chart, snapshot)
+        awaited = sum(not self.closed.never_fires(one, timer) for one, timer in armed)
+        leaves = (s for s in snapshot.configuration if chart.states[s].is_leaf)
+        return View(
+            waiting(chart, snapshot),
+            awaited,
+            is_due(snapshot),
+            True,
+            False,
+            all(leaf in self._rests[machine] for leaf in leaves),
+        )
+
+    def _is_early(self, machine: int, timer: Timer) -> bool:
+        """Whether a timer may fire before its deadline: its delay is an interval."""
+        if not isinstance(timer.what, Timeout):
+            return False
+        transition = self.charts[machine].transitions[timer.what.transition]
+        least = transition.least
+        return least is not None and timer.deadline <= transition.delay - least
+
+    def elapsed(self, machine: int, snapshot: Snapshot, ticks: Fraction = Fraction(0)) -> Snapshot:
+        """Return a machine after some ticks, or a unit of time."""
+        passed = self.closed.unit if not ticks else as_number(ticks)
+        timers = tuple(
+            Timer(max(t.deadline - passed, self._end(machine, t)), t.what) for t in snapshot.timers
+        )
+        return replace(snapshot, timers=timers, invoked=invoked_elapsed(snapshot, passed))
+
+    def _end(self, machine: int, timer: Timer) -> int:
+        """Return how close the deadline of a timer can come: one without an end stays away."""
+        if not isinstance(timer.what, Timeout):
+            return -OPEN_ENDED
+        transition = self.charts[machine].transitions[timer.what.transition]
+        return OPEN_ENDED if transition.is_open_ended else -OPEN_ENDED
+
+    def delivered(self, snapshot: Snapshot, message: Message) -> tuple[Snapshot, bool]:
+        """Return a machine after a message has come, and whether its queue was full."""
+        if message.event is None:
+            target = self.machines[message.target]
+            given = driven(target, snapshot, message.input, message.value)
+            return self._with_look(message.target, given) if given != snapshot else given, False
+        if not snapshot.running:
+            return snapshot, False
+        after = post(self.charts[message.target], snapshot, message.event)
+        return (snapshot, True) if after is None else (after, False)
+
+    def _with_look(self, machine: int, snapshot: Snapshot) -> Snapshot:
+        """Return a monitor whose inputs have changed, about to look at them."""
+        look = look_event(self.charts[machine])
+        waits = any(occurrence.event == look for occurrence in snapshot.queue)
+        if look is None or waits or not snapshot.running:
+            return snapshot
+        after = post(self.charts[machine], snapshot, Occurrence(look))
+        return snapshot if after is None else after
+
+    # --- one step ------------------------------------------------------------------------------
+
+    def perform(
+        self, machine: int, snapshot: Snapshot, what: Step, chooser: Chooser
+    ) -> Macrostep | None:
+        """Take a step; None if there is no such step."""
+        chart = self.charts[machine]
+        chooser.begin()
+        if self.closed.is_open:
+            snapshot = self.with_inputs(snapshot, chooser)
+        match what.action:
+            case Action.START:
+                kept = kept_at_start(self.machines[machine], snapshot.data)
+                return start(chart, 0, chooser, snapshot.inputs, given=kept)
+            case Action.TAKE:
+                return step_event(chart, snapshot, chooser)
+            case Action.FIRE:
+                return self._fire(machine, snapshot, what.argument, chooser)
+            case Action.EVENTLESS:
+                return step_eventless(chart, snapshot, chooser)
+            case Action.OCCUR:
+                possible = self.closed.possible[what.argument]
+                occurrence = Occurrence(possible.event, possible.payload)
+                recalls = any(not is_deferred(chart, snapshot, o.event) for o in snapshot.deferred)
+                keeps = has_room(chart, snapshot) and not recalls
+                done = step(chart, snapshot, occurrence, chooser, may_defer=keeps)
+                return done if not possible.spontaneous or took(done) else None
+            case Action.ELAPSE:
+                return None
+            case _:
+                assert_never(what.action)
+
+    def with_inputs(self, snapshot: Snapshot, chooser: Chooser) -> Snapshot:
+        """Return an open chart with inputs that are chosen."""
+        inputs = list(snapshot.inputs)
+        for free in self.closed.free_inputs:
+            inputs[free.input] = free.values[chooser.choose(len(free.values))]
+        return replace(snapshot, inputs=tuple(inputs))
+
+    def _fire(
+        self, machine: int, snapshot: Snapshot, place: int, chooser: Chooser
+    ) -> Macrostep | None:
+        chart, timers = self.charts[machine], list(snapshot.timers)
+        if chart.invocations:
+            return self._fire_within(chart, snapshot, place, chooser)
+        if place >= len(timers):
+            return None
+        timer = timers.pop(place)
+        if self.closed.untimed:
+            if self.closed.never_fires(chart, timer):
+                return None
+        elif timer.deadline > 0 and not self._is_early(machine, timer):
+            return None
+        first = replace(timer, deadline=min(timer.deadline, 0))
+        snapshot = replace(snapshot, timers=(first, *timers))
+        done = step_timer(chart, snapshot, chooser)
+        return done if took(done) or self._end(machine, timer) < 0 else None
+
+    def _fire_within(
+        self, chart: Chart, snapshot: Snapshot, place: int, chooser: Chooser
+    ) -> Macrostep | None:
+        """Fire a timer where some may be those of invoked machines."""
+        if not self.closed.untimed:
+            return step_timer(chart, snapshot, chooser) if is_due(snapshot) else None
+        if self.closed.never_fires(*timers_within(chart, snapshot)[place]):
+            return None
+        return step_timer(chart, with_first(snapshot, place), chooser)
+
+    def chooser(self, machine: int) -> Chooser:
+        """Return what makes the choices of a step."""
+        return Chooser(self.closed.results[machine])
+
+    def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
+        """Take a step with every sequence of choices; the same effect counts once."""
+        chooser = self.chooser(machine)
+        found: dict[tuple[Snapshot, tuple[Message, ...], tuple[int, ...]], Outcome] = {}
+        runs = 0
+        while True:
+            runs += 1
+            if runs > MOST_RUNS:
+                raise TooManyChoices
+            done = self.perform(machine, snapshot, what, chooser)
+            if done is not None:
+                self.coverage[machine].add(done)
+            outcome = None if done is None else self.outcome(machine, snapshot, what, who, done)
+            if outcome is not None:
+                idle = outcome.after == snapshot and not outcome.messages and not outcome.notes
+                if not (idle and who is Who.ENVIRONMENT) and not (
+                    what.action is Action.EVENTLESS and outcome.after == snapshot and not took(done)
+                ):
+                    step_ = replace(what, choices=tuple(chooser.chosen[: chooser.at]))
+                    key = (outcome.after, outcome.messages, outcome.notes)
+                    found.setdefault(key, replace(outcome, step=step_))
+            if not chooser.advance():
+                return list(found.values())
+
+    def outcome(
+        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
+    ) -> Outcome:
+        """Read off what a macrostep led to."""
+        after = self.settled(machine, done.after)
+        return Outcome(
+            what,
+            who,
+            after,
+            (*self._changed_outputs(machine, before, after), *self._sent(machine, done)),
+            self._notes(machine, what, done),
+        )
+
+    def _changed_outputs(self, machine: int, before: Snapshot, after: Snapshot) -> list[Message]:
+        chart, instance = self.charts[machine], self.machines[machine]
+        found = []
+        for link in self.closed.system.input_links:
+            if link.source == machine:
+                value = written_value(instance, chart, after.data, link.output)
+                if value != written_value(instance, chart, before.data, link.output):
+                    found.append(Message(link.target, input=link.input, value=value))
+        return found
+
+    def _sent(self, machine: int, done: Macrostep) -> list[Message]:
+        found: list[Message] = []
+        if isinstance(done.event, Occurrence):
+            found += self._messages(machine, HEARD + done.event.event, done.event.payload)
+        for effect in done.effects:
+            match effect:
+                case Emitted(Occurrence(event, payload)) if leaves_family(effect):
+                    port, values = event, payload
+                case Called(operation, arguments):
+                    port, values = self._ports[machine][operation], arguments
+                case _:
+                    continue
+            found += self._messages(machine, port, values)
+        return found
+
+    def _messages(self, machine: int, port: int, values: tuple[Value, ...]) -> Iterator[Message]:
+        for link in self.closed.system.event_links:
+            if link.source == machine and link.port == port:
+                occurrence = Occurrence(link.event, tuple(values[n] for n in link.arguments))
+                yield Message(link.target, occurrence)
+
+    def _notes(self, machine: int, what: Step, done: Macrostep) -> tuple[int, ...]:
+        found: dict[int, None] = {}
+        own = self.closed.possible[what.argument].event if what.action is Action.OCCUR else None
+        if isinstance(done.event, Occurrence) and done.event.event in self._asked[machine]:
+            found[UNHANDLED + len(self.charts[machine].events) + done.event.event] = None
+        for path, _, effect in effects_within(self.charts[machine], done):
+            match effect:
+                case Overflowed():
+                    found[FULL] = None
+                case Faulted():
+                    found[FAULT] = None
+                case _ if path:
+                    continue
+                case Unhandled(event) if event != own and event in self._noted[machine]:
+                    found[UNHANDLED + event] = None
+                case Taken(transition) if self.closed.covers:
+                    found[transition_note(self.charts[machine], transition)] = None
+                case Entered(state) if self.closed.covers:
+                    found[state_note(self.charts[machine], state)] = None
+        return tuple(found)
+
+    # --- all steps -----------------------------------------------------------------------------
+
+    def own(self, machine: int, snapshot: Snapshot, view: View) -> list[Outcome]:
+        """Return the steps a machine can take by itself."""
+        arbitrary = self.closed.is_open
+        found: list[Outcome] = []
+        if self._samples_inputs[machine]:
+            who = Who.ENVIRONMENT if arbitrary else Who.INTERNAL
+            found = self.explore(machine, snapshot, Step(Action.EVENTLESS, machine), who)
+            if found and not arbitrary:
+                return found
+        if view.waiting:
+            take = Step(Action.TAKE, machine)
+            return found + self.explore(machine, snapshot, take, Who.INTERNAL)
+        if self.closed.untimed:
+            places = range(len(timers_within(self.charts[machine], snapshot)))
+            for place in places[:1] if self.machines[machine].is_channel else places:
+                fire = Step(Action.FIRE, machine, place)
+                found += self.explore(machine, snapshot, fire, Who.TIME)
+        else:
+            if view.due:
+                fire = Step(Action.FIRE, machine)
+                found += self.explore(machine, snapshot, fire, Who.INTERNAL)
+            for place in range(int(view.due), len(snapshot.timers)):
+                if self._is_early(machine, snapshot.timers[place]):
+                    fire = Step(Action.FIRE, machine, place)
+                    found += self.explore(machine, snapshot, fire, Who.ENVIRONMENT)
+        for number, possible in self._possible[machine]:
+            if possible.spontaneous:
+                occur = Step(Action.OCCUR, machine, number)
+                found += self.explore(machine, snapshot, occur, Who.ENVIRONMENT)
+        return found
+
+    def open(self, machine: int, snapshot: Snapshot) -> list[Outcome]:
+        """Return what may come to a machine from outside."""
+        return [
+            outcome
+            for number, possible in self._possible[machine]
+            if not possible.spontaneous
+            for outcome in self.explore(
+                machine, snapshot, Step(Action.OCCUR, machine, number), Who.ENVIRONMENT
+            )
+        ]
+
+
+def as_number(ticks: Fraction) -> int:
+    """Return an instant as deadlines have it: whole where it is, else a fraction that counts alike.
+
+    The interpreter only adds and compares deadlines, so fractions of a tick do no harm to it.
+    """
+    return ticks.numerator if ticks.denominator == 1 else ticks  # type: ignore[return-value]
+
+
+def _ports(machine: Machine) -> dict[str, int]:
+    """Return the numbers of operations, as wires count: in the chart as it was written."""
+    chart = machine.chart
+    return {operation.name: n for n, operation in enumerate(chart.operations, len(chart.events))}

@@ -1,0 +1,1 @@
+"""Tests from paths: counterexamples and covering suites in, pytests and C programs out."""

@@ -1,0 +1,226 @@
+"""What a C test needs of a machine: its host, what is seen of it, and its single steps."""
+
+from __future__ import annotations
+
+from fsmkit.chart.chart import Chart, Operation
+from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.header import event_type, parameters
+from fsmkit.codegen.c.names import name_everything
+from fsmkit.document.document import Direction
+from fsmkit.emit import Emitter
+from fsmkit.language import Value
+from fsmkit.plan import lower
+from fsmkit.runtime.interpreter.snapshot import Occurrence
+from fsmkit.system.shared import type_of_slot
+from fsmkit.texts.c import printed
+from fsmkit.verify.engines.c.binding import MachineAdapter
+from fsmkit.verify.engines.c.binding_values import Built
+from fsmkit.verify.statespace.actions import Action
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.testgen.script import Command
+
+
+class MachineTest(MachineAdapter):
+    """Writes what a test needs of a machine: its host, what is seen of it, and single steps."""
+
+    def __init__(self, closed: Closed, number: int, chart: Chart, members: frozenset[str]) -> None:
+        names = name_everything(lower(chart), None)
+        super().__init__(closed, Built(number, chart, names, members))
+
+    def functions(self, used: str) -> str:
+        """Return the functions; single steps only where the text of the paths has them."""
+        self.out = Emitter()
+        for operation in self.chart.operations:
+            self._answers(operation)
+        for event in self.chart.events:
+            if Direction.OUT in event.directions:
+                name = self.names.event_names[event.index]
+                head = f"void {self.type}_send_{name}({self.type} *m"
+                self.out.line(f"{head}{parameters(event.fields, self.names)})")
+                with self.out.block("{"):
+                    self.out.line("(void)m;")
+                    self._tell("out", event.name, event.fields)
+                    self.out.line('printf("\\n");')
+                self.out.line()
+        self._seen()
+        if f"{self.type}_come(" in used:
+            self._come()
+        if f"{self.type}_fire(" in used:
+            self._fire_now()
+        return self.out.finish().replace("printf(", "note(")
+
+    def _answers(self, operation: Operation) -> None:
+        out, result = self.out, operation.result
+        stored = "void" if result is None else storage(result, self.names.records).text
+        name = self.names.operations[operation.name]
+        out.line(
+            f"{stored} {self.type}_{name}({self.type} *m"
+            f"{parameters(operation.parameters, self.names)})"
+        )
+        with out.block("{"):
+            out.line("(void)m;")
+            if result is not None:
+                values = self.closed.results[self.built.number][operation.name]
+                texts = ", ".join(self.literal(value, result) for value in values)
+                out.line(f"static const {stored} values[] = {{{texts}}};")
+                out.line(f"{stored} value = values[{'answer()' if len(values) > 1 else '0'}];")
+            self._tell("op", operation.name, operation.parameters)
+            if result is not None:
+                out.line('printf(" =");')
+                self._show("value", result)
+            out.line('printf("\\n");')
+            if result is not None:
+                out.line("return value;")
+        out.line()
+
+    def _seen(self) -> None:
+        """Write what notes data, outputs and active states."""
+        out, t = self.out, self.type
+        with out.block(f"static void {t}_look(const {t} *m)\n{{"):
+            for variable in (*self.chart.data, *self.chart.outputs):
+                out.line(f'printf("d {printed(variable.name)}");')
+                self._show(f"m->{self.names.variables[variable.name]}", variable.type)
+                out.line('printf("\\n");')
+            out.line('printf("=");')
+            for state in self.chart.states:
+                if state.is_leaf:
+                    out.line(f"if ({self.in_state(state.index)})")
+                    out.line(f'    printf(" {printed(state.id)}");')
+            out.line(f'printf("%s\\n", {t}_finished(m) ? " finished" : "");')
+        out.line()
+
+    def _come(self) -> None:
+        """Write what lets an event come from outside, ahead of the queue."""
+        out, t = self.out, self.type
+        out.text(f"""
+        /* An event comes ahead of the queue. */
+        static void {t}_come({t} *m, const {t}_event *e, bool may_defer)
+        {{
+            if (!may_defer) {{
+                (void){t}_dispatch(m, e, 0u);
+                return;
+            }}
+            (void){t}_post(m, e);
+            for (uint32_t i = m->queue_count - 1u; i > 0u; i--)
+                m->queue[i] = m->queue[i - 1u];
+            m->queue[0] = *e;
+            (void){t}_step_event(m);
+        }}
+        """)
+        out.line()
+
+    def _fire_now(self) -> None:
+        """Write what lets a timer fire, whatever its deadline is."""
+        out, t = self.out, self.type
+        out.line(
+            "/* A timer fires, as the first and now: that of a transition, or of an event sent. */"
+        )
+        delayed = "delayed" in self.built.members
+        event = f", const {t}_event *e" if delayed else ""
+        with out.block(f"static void {t}_fire({t} *m, uint32_t what, bool due{event})\n{{"):
+            out.lines(["uint32_t at = 0u;", "uint32_t rank = 0u;"])
+            found = "m->timers[at].what == what"
+            if delayed:
+                found += (
+                    " && (what != FSM_TIMER_SEND || memcmp(&m->delayed[rank].e, e, sizeof *e) == 0)"
+                )
+            out.line("while (at < m->timer_count")
+            with out.block(f"    && !({found})) {{"):
+                out.lines(["rank += m->timers[at].what == FSM_TIMER_SEND;", "at++;"])
+            with out.block("if (at == m->timer_count) {"):
+                out.lines(['printf("no such timer\\n");', "return;"])
+            out.line("fsm_timer timer = m->timers[at];")
+            with out.block("if (due && timer.deadline != 0u) {"):
+                out.line('printf("not due, but in %" PRId32 " ticks\\n", (int32_t)timer.deadline);')
+            with out.block("for (; at > 0u; at--) {"):
+                out.line("m->timers[at] = m->timers[at - 1u];")
+            out.lines(["timer.deadline = 0u;", "m->timers[0] = timer;"])
+            if delayed:
+                out.text(f"""
+                if (what == FSM_TIMER_SEND) {{
+                    {t}_delayed first = m->delayed[rank];
+                    for (; rank > 0u; rank--)
+                        m->delayed[rank] = m->delayed[rank - 1u];
+                    m->delayed[0] = first;
+                }}
+                """)
+            else:
+                out.line("(void)rank;")
+            out.line(f"(void){t}_step_timer(m);")
+        out.line()
+
+    # --- a step ----------------------------------------------------------------------------------
+
+    def step(self, out: Emitter, command: Command, machine: str, elapsed: int | None) -> None:
+        """Write a step of a machine; ``elapsed`` ticks since its last, None before its start."""
+        t = self.type
+        self.out = out
+        with out.block("{"):
+            if elapsed:
+                out.line(f"{t}_rebase(&{machine}, {elapsed}u);")
+            if "now" in self.built.members and elapsed is not None:
+                out.line(f"{machine}.now = 0u;")
+            if command.inputs:
+                out.line(f"{t} *m = &{machine};")
+            for place, value in command.inputs:
+                self._put(place, value)
+            for number, event in enumerate(command.posts):
+                self._event(f"posted_{number}", event)
+                out.line(f"(void){t}_post(&{machine}, &posted_{number});")
+            chosen = ", ".join(f"{choice}u" for choice in command.choices)
+            if chosen:
+                out.line(f"static const unsigned chosen[] = {{{chosen}}};")
+            out.line(f"begin({'chosen' if chosen else 'NULL'});")
+            self._act(command, machine)
+            out.line(f"{t}_look(&{machine});")
+
+    def _put(self, place: int, value: Value) -> None:
+        inputs = self.chart.inputs
+        if place < len(inputs):
+            declared = inputs[place]
+            self.assign(f"m->{self.names.variables[declared.name]}", declared.type, value)
+            return
+        slot = self.machine.shared[place - len(inputs)]
+        self.assign(self._copy(slot), type_of_slot(self.chart, slot), value)
+
+    def _event(self, name: str, event: Occurrence) -> None:
+        out, t = self.out, self.type
+        out.line(f"{t}_event {name};")
+        out.line(f"memset(&{name}, 0, sizeof {name});")
+        out.line(f"{name}.event = ({event_type(self.names)})({event.event}u + 1u);")
+        fields = self.chart.events[event.event].fields
+        for part, value in zip(fields, event.payload, strict=True):
+            payload = self.names.payloads[event.event]
+            place = f"{name}.of.{payload}.{self.names.field(part.name)}"
+            self.assign(place, part.type, value)
+
+    def _act(self, command: Command, machine: str) -> None:
+        out, t = self.out, self.type
+        match command.action:
+            case Action.START:
+                out.line(f"{t}_start(&{machine}, 0u);")
+            case Action.TAKE:
+                out.line(f"(void){t}_step_event(&{machine});")
+            case Action.EVENTLESS:
+                out.line(f"(void){t}_step_eventless(&{machine});")
+            case Action.OCCUR:
+                assert command.occurs is not None  # noqa: S101  (an event comes)
+                self._event("coming", command.occurs)
+                out.line(f"{t}_come(&{machine}, &coming, {str(command.may_defer).lower()});")
+            case Action.FIRE:
+                self._act_timer(command, machine)
+            case _:
+                pass
+
+    def _act_timer(self, command: Command, machine: str) -> None:
+        out, t, timer = self.out, self.type, command.timer
+        more = ""
+        if isinstance(timer, Occurrence):
+            self._event("sent", timer)
+            more = ", &sent"
+            what = "FSM_TIMER_SEND"
+        else:
+            assert timer is not None  # noqa: S101  (one fires)
+            what = f"{timer.transition}u"
+            more = ", NULL" if "delayed" in self.built.members else ""
+        out.line(f"{t}_fire(&{machine}, {what}, {str(command.due).lower()}{more});")

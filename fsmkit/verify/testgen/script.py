@@ -1,0 +1,116 @@
+"""A path as what a host does with each machine: what the saved tests are written from.
+
+Machines do not talk to each other in a test: what one would get of another is put into it, and all
+that it does is compared. So each machine can be tested where no other is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import floor
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import fail
+from fsmkit.language import Value
+from fsmkit.runtime.interpreter.macrostep import initial
+from fsmkit.runtime.interpreter.run import has_room, is_deferred
+from fsmkit.runtime.interpreter.snapshot import Delayed, Occurrence, Snapshot, Timeout
+from fsmkit.verify.report.counterexample import TraceStep
+from fsmkit.verify.statespace.actions import Action
+from fsmkit.verify.statespace.closed_system import Closed
+
+Waiting = Timeout | Occurrence
+"""A timer: of a transition, or of an event that a machine sends with a delay."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One step of one machine, and what is done to it before.
+
+    ``number``: of the step, from 1 on. ``now``: its time in whole ticks. ``inputs``: those that
+    changed, by index; after the inputs the shared variables are counted. ``posts``: what came into
+    the queue since its last step. ``occurs``: the event that comes from outside, ahead of the
+    queue; ``may_defer``: and is put off there if a state wants that. ``timer``: the one that fires;
+    ``due``: its deadline is now, which is not known where time does not count, or is no whole
+    number of ticks. ``choices``: of results of operations, in order.
+    """
+
+    number: int
+    machine: int
+    action: Action
+    now: int
+    inputs: tuple[tuple[int, Value], ...]
+    posts: tuple[Occurrence, ...]
+    occurs: Occurrence | None
+    may_defer: bool
+    timer: Waiting | None
+    due: bool
+    choices: tuple[int, ...]
+    told: TraceStep
+
+
+def commands(closed: Closed, steps: Sequence[TraceStep]) -> Iterator[Command]:
+    """Yield the commands of a path that was performed."""
+    machines = closed.system.machines
+    numbers = {machine.name: n for n, machine in enumerate(machines)}
+    inputs: list[tuple[Value, ...]] = [initial(chart).inputs for chart in closed.charts]
+    written: dict[tuple[int, int], Value] = {}
+    posts: list[list[Occurrence]] = [[] for _ in machines]
+    elapsed = Fraction(0)
+    whole = not closed.untimed and all(
+        told.step is None or told.step.ticks.denominator == 1 for told in steps
+    )
+    for number, told in enumerate(steps, 1):
+        step, done = told.step, told.done
+        if step is None or done is None:
+            elapsed += (step.ticks if step is not None else 0) or closed.unit
+            continue
+        machine = numbers[told.machine]
+        before = done.before
+        changed = [
+            (n, now)
+            for n, (was, now) in enumerate(zip(inputs[machine], before.inputs, strict=True))
+            if was != now
+        ]
+        shared = [(n, value) for (m, n), value in written.items() if m == machine]
+        if shared and step.action is Action.START:
+            raise fail(
+                "not-expressible",
+                f"`{told.machine}` starts with shared data that others have written: no test is "
+                "made of that",
+                machines[machine].span,
+            )
+        changed += shared
+        written = {key: value for key, value in written.items() if key[0] != machine}
+        inputs[machine] = done.after.inputs
+        occurs = None
+        if step.action is Action.OCCUR:
+            possible = closed.possible[step.argument]
+            occurs = Occurrence(possible.event, possible.payload)
+        fires = step.action is Action.FIRE
+        event = done.event.occurrence if isinstance(done.event, Delayed) else done.event
+        waiting = event if fires and isinstance(event, Timeout | Occurrence) else None
+        yield Command(
+            number, machine, step.action, floor(elapsed), tuple(changed), tuple(posts[machine]),
+            occurs, _may_defer(closed.charts[machine], before), waiting,
+            whole and fires and _is_exact(closed, machine, waiting),
+            step.choices[len(closed.free_inputs) :], told,
+        )  # fmt: skip
+        posts[machine] = []
+        for message in told.messages:
+            if message.event is not None:
+                posts[message.target].append(message.event)
+            elif message.input >= len(closed.charts[message.target].inputs):
+                written[message.target, message.input] = message.value
+
+
+def _may_defer(chart: Chart, before: Snapshot) -> bool:
+    recalls = any(not is_deferred(chart, before, o.event) for o in before.deferred)
+    return has_room(chart, before) and not recalls
+
+
+def _is_exact(closed: Closed, machine: int, timer: Waiting | None) -> bool:
+    transitions = closed.charts[machine].transitions
+    return not isinstance(timer, Timeout) or transitions[timer.transition].least is None

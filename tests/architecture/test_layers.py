@@ -1,0 +1,80 @@
+"""The layers of docs/explanation/architecture.md: imports point down; no room is crowded."""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "fsmkit"
+CODE = {".py", ".c", ".h"}
+MOST_FILES = 30
+API = {"fsmkit"}
+"""The public API stands on everything; importing it for its version is no arrow."""
+
+
+def layers() -> dict[str, int]:
+    """Read the table ``| layer | packages |`` of the architecture page, lowest layer first."""
+    found: dict[str, int] = {}
+    page = (ROOT / "docs/explanation/architecture.md").read_text(encoding="utf-8")
+    for line in page.splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if len(cells) >= 2 and cells[0].isdigit():
+            for name in cells[1].split():
+                assert name.strip("`") not in found, f"{name} has two layers"
+                found[name.strip("`")] = int(cells[0])
+    return found
+
+
+LAYERS = layers()
+
+
+def package_of(module: str) -> str:
+    """Return the entry of the table that a module belongs to: the longest name that fits."""
+    parts = module.removeprefix("fsmkit.").split(".")
+    names = (".".join(parts[:length]) for length in range(len(parts), 0, -1))
+    return next((name for name in names if name in LAYERS), module)
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Yield all that a module imports of fsmkit, in functions and for type checkers, too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (a.name for a in node.names if a.name.split(".")[0] == "fsmkit")
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            if node.module is not None and node.module.split(".")[0] == "fsmkit":
+                yield from (f"{node.module}.{a.name}" for a in node.names)
+
+
+def arrows() -> Iterator[tuple[str, str, str]]:
+    """Yield (module, its package, package it imports), packages on their own left out."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        module = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        if module in API:
+            continue
+        own = package_of(module)
+        for name in imported(path):
+            if name not in API and name != "fsmkit.__version__" and package_of(name) != own:
+                yield module, own, package_of(name)
+
+
+def test_imports_point_down_only() -> None:
+    seen = list(arrows())
+    unknown = {name for _, own, other in seen for name in (own, other) if name not in LAYERS}
+    assert not unknown, "no layer in docs/explanation/architecture.md"
+    assert [arrow for arrow in seen if LAYERS[arrow[2]] >= LAYERS[arrow[1]]] == []
+    entries = {package_of(name) for arrow in seen for name in arrow[1:]}
+    assert set(LAYERS) - entries == set(), (
+        "in the table, and imports nothing and is imported by none"
+    )
+
+
+def test_no_room_is_crowded() -> None:
+    folders = [PACKAGE, *(ROOT / name for name in ("devtools", "tests", "benchmarks", "machines"))]
+    files = (path for folder in folders for path in folder.rglob("*") if path.suffix in CODE)
+    count = Counter(path.parent.relative_to(ROOT).as_posix() for path in files)
+    assert {name: number for name, number in count.items() if number > MOST_FILES} == {}

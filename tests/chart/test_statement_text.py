@@ -1,0 +1,388 @@
+"""Statements as text: read, found wrong, and written back."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.document.document import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCall,
+    DocCancel,
+    DocForEach,
+    DocIf,
+    DocLog,
+    DocRaise,
+    DocReply,
+    DocSend,
+    DocStatement,
+    DocSuper,
+    DocUnreadable,
+)
+from fsmkit.document.statement_text import read_statements, write_statements
+
+NOWHERE = Span(Source("<test>", ""), 0, 0)
+
+
+def at(value: str) -> Text:
+    return Text(value, NOWHERE)
+
+
+def whole(value: str) -> Text:
+    return Text(value, Span(Source("<test>", value), 0, len(value)))
+
+
+def read(value: str) -> Block:
+    findings = Findings()
+    block = read_statements(whole(value), findings)
+    assert not len(findings), [d.message for d in findings]
+    return block
+
+
+def assign(location: str, value: str, operator: str = "") -> DocAssign:
+    return DocAssign(at(location), at(value), NOWHERE, operator)
+
+
+def branch(condition: str | None, *body: DocStatement) -> DocBranch:
+    return DocBranch(None if condition is None else at(condition), body)
+
+
+def test_assignments() -> None:
+    assert read("x = 1; y += a[2]\nr.f -= 3") == (
+        assign("x", "1"),
+        assign("y", "a[2]", "+"),
+        assign("r.f", "3", "-"),
+    )
+    assert read("x++; y--; ++z; var n = 4, m = f(1, 2);") == (
+        assign("x", "1", "+"),
+        assign("y", "1", "-"),
+        assign("z", "1", "+"),
+        assign("n", "4"),
+        assign("m", "f(1, 2)"),
+    )
+    assert read("a &= 1; a |= 2; a ^= 3; a <<= 4; a %= 5") == tuple(
+        assign("a", str(i + 1), op) for i, op in enumerate(["&", "|", "^", "<<", "%"])
+    )
+
+
+def test_comparisons_are_no_assignments() -> None:
+    assert read("ok = a == b") == (assign("ok", "a == b"),)
+    assert read("ok = a <= b && c !== d") == (assign("ok", "a <= b && c !== d"),)
+
+
+def test_keywords_are_names_elsewhere() -> None:
+    assert read("log = 1; send[0] = 2; reply.x += log") == (
+        assign("log", "1"),
+        assign("send[0]", "2"),
+        assign("reply.x", "log", "+"),
+    )
+
+
+def test_events() -> None:
+    argument = DocArgument(at("code"), at("Fault.lost"))
+    assert read("raise fault(code = Fault.lost)") == (DocRaise(at("fault"), (argument,), NOWHERE),)
+    assert read("raise done.state.x; raise a-b") == (
+        DocRaise(at("done.state.x"), (), NOWHERE),
+        DocRaise(at("a-b"), (), NOWHERE),
+    )
+    assert read("send ev(f = e, g = (1, 2)) to peer after 500ms as id") == (
+        DocSend(
+            NOWHERE,
+            event=at("ev"),
+            target=at("peer"),
+            delay=at("500ms"),
+            id=at("id"),
+            arguments=(DocArgument(at("f"), at("e")), DocArgument(at("g"), at("(1, 2)"))),
+        ),
+    )
+    assert read("send tick after 2 * T") == (
+        DocSend(NOWHERE, event=at("tick"), delay_expr=at("2 * T")),
+    )
+    assert read('send ev to "#_internal"') == (
+        DocSend(NOWHERE, event=at("ev"), target=at("#_internal")),
+    )
+    assert read("cancel id; cancel (name)") == (
+        DocCancel(at("id"), None, NOWHERE),
+        DocCancel(None, at("name"), NOWHERE),
+    )
+
+
+def test_other_statements() -> None:
+    assert read('super; log "paused", position, 2; reply a + 1; goto(1, 2)') == (
+        DocSuper(NOWHERE),
+        DocLog(at("paused"), (at("position"), at("2")), NOWHERE),
+        DocReply(at("a + 1"), NOWHERE),
+        DocCall(at("goto(1, 2)"), NOWHERE),
+    )
+    assert read("log; log a") == (DocLog(None, (), NOWHERE), DocLog(None, (at("a"),), NOWHERE))
+
+
+def test_blocks() -> None:
+    one, two = assign("x", "1"), assign("x", "2")
+    wanted = (DocIf((branch("a == 1", one), branch("b", two), branch(None)), NOWHERE),)
+    assert read("if a == 1 { x = 1 } else if b { x = 2 } else { }") == wanted
+    assert read("if (a == 1) {\n  x = 1;\n}\nelse if (b)\n  x = 2;\nelse {}") == wanted
+    assert read("if (a) && b { x = 1 }") == (DocIf((branch("(a) && b", one),), NOWHERE),)
+    assert read("if (a) x = 1; else x = 2; x = 1") == (
+        DocIf((branch("a", one), branch(None, two)), NOWHERE),
+        one,
+    )
+    assert read("for v, i in data { x = 1 } x = 2") == (
+        DocForEach(at("data"), at("v"), at("i"), (one,), NOWHERE),
+        two,
+    )
+
+
+def test_lines_and_comments() -> None:
+    assert read("# one\nx = a + // two\n  b\n/* three\n */ y = a\n  && b\nz = f(1,\n 2)") == (
+        assign("x", "a + b"),
+        assign("y", "a && b"),
+        assign("z", "f(1, 2)"),
+    )
+    assert read("x = 'a;b # c // d'; y = 1") == (assign("x", "'a;b # c // d'"), assign("y", "1"))
+
+
+def test_places() -> None:
+    source = "x = 1\nif a +\n  b > 1 { retries += 2 }"
+    (_, conditional) = read_statements(whole(source), Findings())
+    assert isinstance(conditional, DocIf)
+    first = conditional.branches[0]
+    assert first.condition is not None
+    assert first.condition.value == "a + b > 1"
+    assert str(first.condition.span_of(4, 5)).endswith(":3:3")
+    (update,) = first.body
+    assert isinstance(update, DocAssign)
+    assert source[update.location.span.start : update.location.span.end] == "retries"
+    assert source[update.span.start : update.span.end] == "retries += 2"
+
+
+WRONG = [
+    ("retries", "statement-syntax", "retries"),
+    ("x =;", "statement-syntax", ";"),
+    ("raise", "statement-syntax", ""),
+    ("raise ev(1)", "statement-syntax", "1"),
+    ("raise ev(a = 1", "statement-syntax", "("),
+    ("send ev to", "statement-syntax", ""),
+    ("send ev to a to b", "statement-syntax", "to"),
+    ("send ev(a = 1)(b)", "statement-syntax", "("),
+    ("if { }", "statement-syntax", "{"),
+    ("if a { x = 1", "statement-syntax", "{"),
+    ("if a x = 1", "statement-syntax", "if a x = 1"),
+    ("for x { }", "statement-syntax", "for x"),
+    ("}", "statement-syntax", "}"),
+    (")", "statement-syntax", ")"),
+    ("x >>>= 2", "outside-language", "x >>>="),
+    ("function f() { return 1 }", "outside-language", "function"),
+    ("while (a) { x = 1; y = 2 }", "outside-language", "while"),
+    ("for (var i = 0; i < 3; i++) { x = 1 }", "outside-language", "for"),
+    ("x = a // 2", "comment-or-division", "// 2"),
+]
+
+
+@pytest.mark.parametrize(("source", "rule", "piece"), WRONG, ids=[w[0] for w in WRONG])
+def test_findings(source: str, rule: str, piece: str) -> None:
+    findings = Findings()
+    block = read_statements(whole(source + "\nafter = 1"), findings)
+    (found,) = findings
+    assert found.rule.name == rule
+    assert found.primary is not None
+    start, end = found.primary.span.start, found.primary.span.end
+    assert (source + "\n")[start:end].strip() == piece
+    if source[5:12] != "{ x = 1" and "(a = 1" not in source[-6:]:
+        assert block[-1] == assign("after", "1")  # the rest is still read
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "x = 1\n" * 20_000,
+        "if a { " * 20_000,
+        "(" * 100_000,
+        "\n" * 150_000,
+        "if (a\n" * 20_000,
+        "if (a) " * 20_000,
+        "x = a +\n" * 20_000,
+        "for " * 20_000,
+        "raise e(" * 20_000,
+        "{" * 100_000,
+        "}" * 5_000,
+        "'" * 100_000,
+        "x = '" + "\\'" * 90_000,
+        "x = " + " " * 90_000 + "1 +\n" + " " * 90_000 + "1",
+        "send e after " + "9" * 150_000,
+        "/*" * 50_000,
+        "x = 1 +" + "\n" * 100_000,
+        "a" * 300_000,
+    ],
+    ids=lambda source: source[:8].strip(),
+)
+def test_huge(source: str) -> None:
+    findings = Findings()
+    started = time.perf_counter()
+    read_statements(whole(source), findings)
+    assert time.perf_counter() - started < 20
+
+
+PIECES = st.sampled_from(
+    [
+        "x",
+        "log",
+        "raise",
+        "send",
+        "if",
+        "else",
+        "for",
+        "in",
+        "to",
+        "after",
+        "as",
+        "var",
+        "super",
+        "cancel",
+        "reply",
+        "while",
+        "f",
+        "(",
+        ")",
+        "{",
+        "}",
+        "[",
+        "]",
+        "=",
+        "==",
+        "+=",
+        "++",
+        ";",
+        ",",
+        ".",
+        "+",
+        "&&",
+        "1",
+        "'a'",
+        '"',
+        "#",
+        "//",
+        "/*",
+        "\n",
+        "\n",
+    ]
+)
+
+
+@given(st.lists(PIECES, max_size=15).map(" ".join) | st.text(max_size=30))
+def test_nonsense_is_read_somehow(source: str) -> None:
+    findings = Findings()
+    read_statements(whole(source), findings)
+    for found in findings:
+        assert found.primary is not None
+        assert 0 <= found.primary.span.start <= found.primary.span.end <= len(source)
+
+
+# --- written and read back --------------------------------------------------------------------
+
+EXPRESSIONS = st.sampled_from(
+    ["1", "a + b", "(a)", "(a) + (b)", "'x;y'", '"#"', "f(a, [1, 2])", "not log", "x == 'to'", "-1"]
+).map(at)
+NAMES = st.sampled_from(["ev", "a.b", "done.state.x", "x-1", "to", "#_internal", "a b", "é", ""])
+TEXTS = (NAMES | st.text(max_size=5)).map(at)
+LOCATIONS = st.sampled_from(["x", "a[i]", "r.f", "log", "send"]).map(at)
+ARGUMENTS = st.lists(st.builds(DocArgument, TEXTS, EXPRESSIONS), max_size=2).map(tuple)
+DELAYS = st.sampled_from(["500ms", ".5s", "T", "500", "-5s", "a b", ""]).map(at)
+SIMPLE: st.SearchStrategy[DocStatement] = st.one_of(
+    st.builds(
+        DocAssign,
+        LOCATIONS,
+        EXPRESSIONS,
+        st.just(NOWHERE),
+        st.sampled_from(["", "+", "-", "*", "/", "%", "&", "|", "^", "<<", ">>"]),
+    ),
+    st.builds(DocRaise, TEXTS, ARGUMENTS, st.just(NOWHERE)),
+    st.builds(
+        DocSend,
+        st.just(NOWHERE),
+        event=TEXTS,
+        target=st.none() | TEXTS,
+        delay=st.none() | DELAYS,
+        id=st.none() | TEXTS,
+        type=st.none() | TEXTS,
+        arguments=ARGUMENTS,
+        name_list=st.lists(LOCATIONS, max_size=2).map(tuple),
+        content=st.none() | TEXTS,
+    ),
+    st.builds(
+        DocSend,
+        st.just(NOWHERE),
+        event_expr=EXPRESSIONS,
+        target_expr=st.none() | EXPRESSIONS,
+        delay_expr=st.none() | EXPRESSIONS,
+        id_location=st.none() | LOCATIONS,
+        type_expr=st.none() | EXPRESSIONS,
+        content_expr=st.none() | EXPRESSIONS,
+    ),
+    st.builds(DocCancel, TEXTS, st.none(), st.just(NOWHERE)),
+    st.builds(DocCancel, st.none(), EXPRESSIONS, st.just(NOWHERE)),
+    st.builds(
+        DocLog,
+        st.none() | TEXTS,
+        st.lists(EXPRESSIONS, max_size=3).map(tuple),
+        st.just(NOWHERE),
+    ),
+    st.builds(DocReply, EXPRESSIONS, st.just(NOWHERE)),
+    st.builds(DocCall, st.sampled_from(["goto(1, 2)", "f()"]).map(at), st.just(NOWHERE)),
+    st.just(DocSuper(NOWHERE)),
+    st.builds(DocUnreadable, st.text(max_size=5), st.just(NOWHERE)),
+)
+
+
+def nested(below: st.SearchStrategy[DocStatement]) -> st.SearchStrategy[DocStatement]:
+    body = st.lists(below, max_size=3).map(tuple)
+    branches = st.tuples(
+        st.lists(st.builds(DocBranch, EXPRESSIONS, body), min_size=1, max_size=3),
+        st.lists(st.builds(DocBranch, st.none(), body), max_size=1),
+    ).map(lambda pair: (*pair[0], *pair[1]))
+    return st.one_of(
+        st.builds(DocIf, branches, st.just(NOWHERE)),
+        st.builds(
+            DocForEach,
+            LOCATIONS,
+            st.sampled_from(["v", "'continue'", "a.b"]).map(at),
+            st.none() | LOCATIONS,
+            body,
+            st.just(NOWHERE),
+        ),
+    )
+
+
+BLOCKS = st.lists(st.recursive(SIMPLE, nested, max_leaves=6), max_size=4).map(tuple)
+
+
+@given(BLOCKS)
+def test_what_is_written_reads_back_equal(block: Block) -> None:
+    written = write_statements(block)
+    assert read(written) == block, written
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "(a)",
+        "(a) and b",
+        "((a))",
+        "(a)(b)",
+        "(function() {})()",
+        "a == {}",
+        "f({})",
+        "(a) [b]",
+        "{}",
+    ],
+)
+def test_conditions_end_where_they_should(condition: str) -> None:
+    block = (DocIf((branch(condition, assign("x", "1")), branch(None, assign("x", "2"))), NOWHERE),)
+    assert read(write_statements(block)) == block

@@ -1,0 +1,284 @@
+"""CSPm: read by the rules of CSP, what is written has the steps and verdicts of the explorer."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli import execute
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.export import explored
+from fsmkit.export.collect import network_of
+from fsmkit.export.cspm.alphabet import Alphabet
+from fsmkit.export.cspm.assertions import asserted
+from fsmkit.export.cspm.identifiers import listed
+from fsmkit.export.cspm.model import written
+from fsmkit.export.exporter import Wanted
+from fsmkit.export.transition_system import START, TICK, _label
+from fsmkit.system.system import PropertyKind, System
+from fsmkit.verify.engines.python.oracle import explore_in_python
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.statespace.actions import Who
+from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.exploration import Exploration
+from fsmkit.verify.statespace.global_steps import GlobalSteps, State
+from tests.export.cspm_format import broken_rules
+from tests.export.cspm_meaning import Event, Meaning, bisimilar, relabelled
+from tests.verify.conftest import Load
+from tests.verify.random_systems import random_system
+from tests.verify.systems import SYSTEMS
+
+MONITORED = """
+system: Watched
+machines: {ping: ping.yaml, pong: pong.yaml}
+connect: [ping.ping -> pong.ping, pong.pong -> ping.pong]
+environment: {may: [ping.go], will: [pong]}
+properties:
+  served: {monitor: watch.yaml, watch: [ping.ping -> served, occurs(ping.pong) -> back]}
+  busy: {reachable: ping.In(busy)}
+"""
+PARTNERS = ["ping", "pong"]
+WATCH = """
+chart: Watch
+data: {n: 0..2 = 0}
+events: {in: [served, back]}
+initial: quiet
+states:
+  quiet:
+    on:
+      served:
+        - {if: n < 2, do: n += 1}
+        - {target: error}
+      back: {if: n > 0, do: n -= 1}
+  error: {}
+"""
+
+ENDING = """
+system: Ending
+machines: {caller: caller.yaml, called: called.yaml}
+connect: [caller.ring -> called.ring, caller.ring -> called.again, called.over -> caller.over]
+environment: {may: [caller.dial], will: [caller]}
+properties:
+  over: {reachable: called.In(over)}
+  D: deadlock_free
+"""
+CALLER = """
+chart: Caller
+events: {in: [dial, over], out: [ring]}
+data: {calls: 0..3 = 0}
+initial: idle
+states:
+  idle:
+    rest: true
+    on: {dial: {do: send ring}, over: {if: calls < 3, do: calls += 1}}
+"""
+CALLED = """
+chart: Called
+capacity: {queue: 3}
+data: {n: 0..1 fault = 0}
+events: {in: [ring, again], out: [over]}
+initial: first
+states:
+  first:
+    on: {ring: second, again: {do: n += 1}}
+  second: {on: {again: over, ring: {do: n += 1}}, after: {10ms: first}}
+  over: {final: true, entry: send over}
+"""
+
+MACHINES = Path(__file__).parents[2] / "machines"
+RANDOM = int(os.environ.get("FSMKIT_CSPM_SYSTEMS", "5"))
+"""So many random systems; those that are refused, or too large to be read here, are skipped."""
+Graph = list[list[tuple[str, int]]]
+
+
+def explorers(closed: Closed, most: int) -> Graph:
+    """Return the graph of the explorer, 0 before the start; time passes where all is quiet."""
+    steps = GlobalSteps(closed)
+    order: list[State] = []
+    numbers: dict[State, int] = {}
+
+    def number_of(state: State) -> int:
+        if state not in numbers:
+            order.append(state)
+            numbers[state] = len(order)
+            assert len(order) <= most
+        return numbers[state]
+
+    graph = [[(START, number_of(edge.to)) for edge in steps.initial()]]
+    while len(graph) <= len(order):
+        state = order[len(graph) - 1]
+        edges = list(steps.successors(state))
+        shown = steps.snapshots(state)
+        arrows = [(_label(closed, shown, edge), number_of(edge.to)) for edge in edges]
+        busy = any(edge.who is Who.INTERNAL for edge in edges)
+        if closed.unit and not busy and all(label != TICK for label, _ in arrows):
+            arrows.append((TICK, numbers[state]))
+        graph.append(arrows)
+    return graph
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What was compared: states, and verdicts by property."""
+
+    states: int
+    verdicts: Mapping[str, bool]
+
+
+def compared(system: System, *, untimed: bool, silent: bool = False, most: int = 4000) -> Compared:
+    """Demand that the reading of the CSPm is bisimilar to the explorer, and judges alike."""
+    network = network_of(system, Wanted(untimed=untimed, silent=silent, most=most))
+    alphabet = Alphabet(network)
+    names = {
+        name: f"{network.automata[event.machine].name}: {event.label}"
+        for event, name in alphabet.events.items()
+    }
+    text = written(network)
+    assert list(broken_rules(text)) == []
+    meaning = Meaning(text)
+
+    def label(event: Event) -> str:
+        if event[0] in names:
+            return names[event[0]]
+        assert len(event) == (1 if event[0] == "tock" else 2)
+        return TICK if event[0] == "tock" else START
+
+    ours = explorers(network.closed, most)
+    theirs = meaning.graph(meaning.reference("SYSTEM", []), most + 1)
+    theirs_ = relabelled(theirs, label)
+    assert len(theirs_) == len(ours) == network.states + 1
+    assert bisimilar(ours, theirs_)
+    return Compared(network.states, judged(network.closed, meaning, alphabet))
+
+
+def judged(closed: Closed, meaning: Meaning, alphabet: Alphabet) -> dict[str, bool]:
+    """Demand that the assertions say what the explorer says; return what they say."""
+    found, _ = explore_in_python(closed)
+    unseen, *properties, divergence, _ = meaning.script.assertions
+    assert meaning.holds(unseen, 10**5)
+    assert meaning.holds(divergence, 10**5) is (found.livelock is None)
+    verdicts = {"livelock": found.livelock is None}
+    carried = [one for one in asserted(alphabet.network, alphabet.names) if one.is_carried]
+    for one, assertion in zip(carried, properties, strict=True):
+        wanted = is_seen(closed, found, one.of.name) is one.wanted
+        assert meaning.holds(assertion, 10**5) is wanted, one.of.name
+        verdicts[one.of.name] = wanted
+    return verdicts
+
+
+def is_seen(closed: Closed, found: Exploration, name: str) -> bool:
+    """Whether the explorer marks a state for a property."""
+    (number,) = [n for n, p in enumerate(closed.system.properties) if p.name == name]
+    property_ = closed.system.properties[number]
+    mark = 0 if property_.kind is PropertyKind.DEADLOCK_FREE else 1 + number
+    return found.mark(mark) is not None
+
+
+def read(path: Path) -> System:
+    return load_any(path, Findings())
+
+
+@pytest.fixture(autouse=True)
+def _in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small systems are explored sooner than a core is compiled for them."""
+    monkeypatch.setattr(explored, "compiler", lambda: None)
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_systems(load: Load, name: str, untimed: bool) -> None:
+    compared(load(**SYSTEMS[name]), untimed=untimed)
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+@pytest.mark.parametrize(
+    "name", ["fischer/fischer", "fischer/hasty", "philosophers/table", "philosophers/ordered_table"]
+)
+def test_examples(name: str, untimed: bool) -> None:
+    found = compared(read(MACHINES / f"{name}.yaml"), untimed=untimed)
+    assert found.verdicts["livelock"]
+    assert len(found.verdicts) > 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["supervisor", "molder", "rotator", "pairs/supervisor", "rest/giver", "rest/taker"]
+)
+def test_charts_of_the_cell(name: str) -> None:
+    compared(read(MACHINES / f"production_cell/{name}.yaml"), untimed=True)
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+@pytest.mark.parametrize("seed", range(RANDOM))
+def test_random_systems(load: Load, seed: int, untimed: bool) -> None:
+    try:
+        system = load(**random_system(seed))
+        network_of(system, Wanted(untimed=untimed, most=1500))
+    except FsmkitError:
+        return  # nothing to compare: it is no system, or too large
+    compared(system, untimed=untimed)
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+def test_monitors_see_first(load: Load, untimed: bool) -> None:
+    files = {"watched": MONITORED, "watch": WATCH, **{k: SYSTEMS["livelock"][k] for k in PARTNERS}}
+    found = compared(load(**files), untimed=untimed)
+    assert "busy" in found.verdicts
+    assert "served" in found.verdicts
+
+
+@pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
+def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool) -> None:
+    system = load(ending=ENDING, caller=CALLER, called=CALLED)
+    network = network_of(system, Wanted(untimed=untimed))
+    assert any(not local.running for local in network.automata[1].locals)
+    assert "CALLED_QUEUE_CLOSED" in written(network)
+    compared(system, untimed=untimed)
+
+
+def test_names_longer_than_a_line_are_listed() -> None:
+    names = [letter * 100 for letter in "abc"]
+    assert listed(names, "  ") == f"{{{names[0]},\n   {names[1]},\n   {names[2]}}}"
+    script = f"channel {names[0]} : {{0..1}}\nP = (({names[0]}.0 -> P)[[NAMES]])\n"
+    pairs = [f"{names[0]} <- {names[0]}"] * 2
+    assert not list(broken_rules(script.replace("[[NAMES]]", listed(pairs, "  ", "[[", "]]"))))
+
+
+SCRIPT = "channel go : {0..3}\nP(n) = (go.n -> P(n))\nassert P(0) :[deadlock free [F]]\n"
+WRONG = {
+    "not printable": SCRIPT.replace("channel", "-- \u2028\nchannel"),
+    "needed": f'include "x.csp"\n{SCRIPT}',
+    "closes nothing": SCRIPT.replace("3}", "3})"),
+    "not closed": SCRIPT.replace("3}", "3"),
+    "anew": SCRIPT.replace("P(", "head("),
+    "not defined": SCRIPT.replace("P(n))", "Q(n))"),
+}
+
+
+@pytest.mark.parametrize("told", WRONG)
+def test_the_rules_of_scripts_are_asked(told: str) -> None:
+    assert list(broken_rules(SCRIPT)) == []
+    assert any(told in rule for rule in broken_rules(WRONG[told]))
+
+
+def test_the_page_shows_what_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each command of the page prints what it shows."""
+    text = (MACHINES.parent / "docs/how-to/cspm.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "machines").symlink_to(MACHINES)
+    shown = re.findall(r"^```console\n\$ fsmkit (.*?)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert len(shown) == 2
+    for command, printed in shown:
+        with redirect_stdout(StringIO()) as out:
+            assert execute(command.split()) == 0
+        assert out.getvalue() == printed
+    assert "P_2_idle_1 =\n       ([] e : P_2_TOLD @ (e -> P_2_UNSEEN))" in text
+    meaning = Meaning((tmp_path / "hasty.csp").read_text(encoding="utf-8"))
+    assert "P_2_idle_1" in meaning.script.equations

@@ -1,0 +1,60 @@
+"""Refinement in CSPm: the assertion that is written holds where `check --refines` says so."""
+
+from __future__ import annotations
+
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli import execute
+from fsmkit.diagnostics import Findings
+from fsmkit.export.cspm.comparison import comparison
+from fsmkit.export.cspm.refinement_model import written
+from fsmkit.export.exporter import Wanted
+from fsmkit.loading import load_with_findings
+from fsmkit.verify.properties.refinement import refines
+from tests.export.cspm_meaning import Meaning
+from tests.verify.properties.test_refinement import ALLOWED, BASE, REFUSED
+
+CELL = Path(__file__).parents[2] / "machines/production_cell"
+
+
+def judged(text: str) -> bool:
+    """Return what the only assertion says."""
+    meaning = Meaning(text)
+    (assertion,) = meaning.script.assertions
+    return meaning.holds(assertion, 10**5)
+
+
+@pytest.mark.parametrize("name", [*ALLOWED, *REFUSED])
+def test_small_charts(tmp_path: Path, name: str) -> None:
+    refine, more = {**ALLOWED, **REFUSED}[name]
+    (tmp_path / "base.yaml").write_text(BASE)
+    text = f"chart: Derived\nextends: base.yaml\n{more}\nrefine:\n{refine}\n"
+    (tmp_path / "derived.yaml").write_text(text)
+    derived, base = (
+        load_with_findings(tmp_path / f"{name}.yaml", Findings()) for name in ("derived", "base")
+    )
+    for one, other in ((derived, base), (base, derived), (base, base)):
+        found = refines(one, other)
+        assert not found.doubt
+        assert judged(written(comparison(one, other, Wanted()))) is not found.violated
+
+
+@pytest.mark.parametrize("name", ["belt", "rotator"])
+def test_modules_of_the_cell(name: str) -> None:
+    base = str(CELL / "module.scxml")
+    with redirect_stdout(StringIO()) as out:
+        code = execute(["export", str(CELL / f"{name}.yaml"), "--to", "cspm", "--refines", base])
+    assert code == 0
+    assert f"assert MODULE [T= {name.upper()}\n" in out.getvalue()
+    assert not judged(out.getvalue())
+
+
+def test_other_notations_have_no_refinement() -> None:
+    arguments = ["export", str(CELL / "belt.yaml"), "--to", "promela"]
+    with redirect_stderr(StringIO()) as err:
+        assert execute([*arguments, "--refines", str(CELL / "module.scxml")]) == 2
+    assert "--refines needs --to cspm" in " ".join(err.getvalue().split())

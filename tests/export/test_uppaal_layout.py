@@ -1,0 +1,138 @@
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+from lxml import etree
+
+from fsmkit.diagnostics import Findings
+from fsmkit.export.uppaal.apart import apart, overlap
+from fsmkit.export.uppaal.joining import joined
+from fsmkit.export.uppaal.labels import block, labels
+from fsmkit.export.uppaal.layout import COMMITTED, TO_HUB, hubs_of
+from fsmkit.export.uppaal.nails import straightened
+from fsmkit.export.uppaal.network import Declared, Edge, Location, Network, Sort, Template
+from fsmkit.export.uppaal.picture import label_boxes, location_boxes, picture
+from fsmkit.export.uppaal.translate import translated
+from fsmkit.verify.replay import load_any
+from fsmkit.verify.statespace.closed_system import close
+
+CELL = Path(__file__).parents[2] / "machines/production_cell"
+needs_dot = pytest.mark.external
+
+
+def drawn(name: str) -> Template:
+    (template,) = translated(close(load_any(CELL / f"{name}.yaml", Findings()))).templates
+    return template
+
+
+@pytest.fixture(scope="module", params=["feeder", "molder"])
+def template(request: pytest.FixtureRequest) -> Template:
+    return drawn(request.param)
+
+
+@needs_dot
+def test_nothing_lies_on_a_label(template: Template) -> None:
+    boxes = [*label_boxes(template), *location_boxes(template)]
+    assert len(boxes) > 300
+    upon = [(a, b) for (one, a), (other, b) in combinations(boxes, 2) if overlap(one, other)]
+    assert upon == []
+
+
+def test_edges_to_hubs_are_one_grey_bend_for_each_source(template: Template) -> None:
+    names = {loc.id: loc.name for loc in template.locations}
+    hubs = hubs_of(template)
+    assert {"error", "latched", "paused"} <= {names[hub] for hub in hubs}
+    bends: dict[tuple[str, str], set[object]] = {}
+    for edge in template.edges:
+        if edge.target in hubs and edge.source != edge.target:
+            assert edge.color == TO_HUB
+            bends.setdefault((edge.source, edge.target), set()).add(edge.nails)
+    assert len(bends) > 20
+    assert all(len(of) == 1 and len(next(iter(of))) == 1 for of in bends.values())  # type: ignore[arg-type]
+
+
+def test_committed_locations_have_a_color(template: Template) -> None:
+    assert {loc.color for loc in template.locations if loc.committed} == {COMMITTED}
+
+
+@needs_dot
+def test_a_drawing_fits_on_a_large_screen(template: Template) -> None:
+    root = etree.fromstring(picture(template).encode())
+    assert int(root.get("width", "0")) < 5000
+    assert int(root.get("height", "0")) < 3200
+
+
+def test_the_picture_shows_all_there_is(template: Template) -> None:
+    root = etree.fromstring(picture(template).encode())
+    texts = {text for one in root.iter("{*}text") if (text := one.text)}
+    wanted = {line for edge in template.edges for text in labels(edge).values()
+              for line in text.split("\n")}  # fmt: skip
+    assert wanted <= texts
+    assert {loc.name for loc in template.locations if loc.name} <= texts
+
+
+def test_without_graphviz_a_grid_is_as_free(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    template = drawn("feeder")
+    boxes = [*label_boxes(template), *location_boxes(template)]
+    assert not any(overlap(a, b) for (a, _), (b, _) in combinations(boxes, 2))
+
+
+# --- parts ---
+
+
+def of_edges(*edges: Edge) -> list[Edge]:
+    clock = Declared("t", Sort.CLOCK)
+    locations = (Location("a"), Location("b"))
+    template = Template("T", "t_", (clock,), locations, "a", edges)
+    return list(joined(Network((), (), (template,), ())).templates[0].edges)
+
+
+def test_parallel_edges_are_joined_where_one_says_the_same() -> None:
+    yes = Edge("a", "b", guard=("n == 1", "p"), comment="e")
+    no = Edge("a", "b", guard=("n == 1", "!p"), comment="e")
+    assert of_edges(yes, no) == [Edge("a", "b", guard=("n == 1",), comment="e")]
+    heads = [Edge("a", "b", guard=(f"q[0] == {name}", "p")) for name in ("x", "y")]
+    assert [edge.guard for edge in of_edges(*heads)] == [("(q[0] == x || q[0] == y)", "p")]
+    same = [Edge("a", "b", guard=("p",), comment=name) for name in ("x", "y")]
+    assert [edge.comment for edge in of_edges(*same)] == ["x, y"]
+
+
+def test_edges_that_mean_more_than_one_could_are_left() -> None:
+    pairs = [("p", "q"), ("p && q", "!p && q"), ("!p && q", "!!p && q"), ("t < 3", "!t < 3")]
+    for one, other in [*pairs, ("f()", "!f()"), ("a[1] == 2", "!(a[1] == 2)")]:
+        edges = [Edge("a", "b", guard=(one,)), Edge("a", "b", guard=(other,))]
+        assert of_edges(*edges) == edges
+    apart_by_event = [Edge("a", "b", guard=("p",), comment="x"),
+                      Edge("a", "b", guard=("!p",), comment="y")]  # fmt: skip
+    assert of_edges(*apart_by_event) == apart_by_event
+    other_update = [Edge("a", "b", guard=("p",), update=("n = 1",)), Edge("a", "b", guard=("!p",))]
+    assert of_edges(*other_update) == other_update
+
+
+def test_what_is_selected_for_nothing_goes() -> None:
+    yes = Edge("a", "b", select=(("v", 0, 1),), guard=("(v == 1)",))
+    no = Edge("a", "b", select=(("v", 0, 1),), guard=("!(v == 1)",))
+    assert of_edges(yes, no) == [Edge("a", "b")]
+
+
+def test_a_long_label_has_several_lines() -> None:
+    edge = Edge("a", "b", update=tuple(f"variable_{n} = {n}" for n in range(6)), comment="go")
+    (text,) = [text for text in labels(edge).values() if "variable" in text]
+    assert max(map(len, text.split("\n"))) <= 52
+    assert text.replace("\n", " ") == ", ".join(edge.update)
+    assert block(edge, 40).height == 17 * (1 + len(text.split("\n")))
+
+
+def test_what_overlaps_is_moved() -> None:
+    fixed, movable = [(0, 0, 50, 20)], [(10, 0, 40, 17), (10, 0, 40, 17)]
+    corners = apart(fixed, movable)
+    moved = [(x, y, x + 30, y + 17) for x, y in corners]
+    assert not any(overlap(a, b) for a, b in combinations([*fixed, *moved], 2))
+
+
+def test_a_line_keeps_only_the_bends_it_needs() -> None:
+    assert straightened([(0, 0), (10, 1), (20, 0)]) == ()
+    assert straightened([(0, 0), (10, 0), (20, 0), (20, 30)]) == ((20, 0),)

@@ -1,0 +1,104 @@
+"""What holds of every expression, however it is written."""
+
+from __future__ import annotations
+
+import math
+
+from hypothesis import HealthCheck, assume, given, settings
+
+from fsmkit.language import (
+    LONGEST_DURATION,
+    BoolType,
+    ContentError,
+    DurationType,
+    EnumType,
+    Expr,
+    FloatType,
+    IntType,
+    Literal,
+    Type,
+    Value,
+    evaluate,
+    fold,
+    spell,
+)
+from tests.language.language import CONSTANTS, EXPRESSIONS, Machine, attempted, machines, typed
+
+SLOW = settings(
+    max_examples=150, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
+)
+
+
+def belongs(value: Value, type_: Type | None) -> bool:
+    match type_:
+        case BoolType():
+            return isinstance(value, bool)
+        case IntType(lo, hi):
+            return type(value) is int and lo <= value <= hi
+        case FloatType():
+            return isinstance(value, float)
+        case EnumType(_, members):
+            return isinstance(value, int) and 0 <= value < len(members)
+        case DurationType():
+            return isinstance(value, int) and 0 <= value <= LONGEST_DURATION
+        case _:
+            return True
+
+
+def outcome(machine: Machine, expr: Expr) -> tuple[object, ...]:
+    try:
+        value: object = evaluate(expr, machine)
+    except ContentError:
+        value = "content error"
+    if isinstance(value, float) and math.isnan(value):
+        value = "nan"
+    return value, machine.calls, machine.saturated
+
+
+@SLOW
+@given(EXPRESSIONS, machines())
+def test_a_value_lies_in_the_type_of_its_expression(source: str, machine: Machine) -> None:
+    expr = attempted(source)
+    assume(expr is not None)
+    assert expr is not None
+    try:
+        value = evaluate(expr, machine)
+    except ContentError:
+        return
+    assert belongs(value, expr.type), (source, value, str(expr.type))
+
+
+@SLOW
+@given(EXPRESSIONS)
+def test_what_is_printed_reads_back_equal(source: str) -> None:
+    expr = attempted(source)
+    assume(expr is not None)
+    assert expr is not None
+    printed = spell(expr)
+    assert typed(printed) == expr, printed
+
+
+@SLOW
+@given(EXPRESSIONS, machines())
+def test_folding_changes_nothing_that_can_be_noticed(source: str, machine: Machine) -> None:
+    expr = attempted(source)
+    assume(expr is not None)
+    assert expr is not None
+    twin = Machine(machine.values, machine.active, machine.fields, machine.result)
+    assert outcome(machine, expr) == outcome(twin, fold(expr))
+
+
+@SLOW
+@given(CONSTANTS)
+def test_what_is_constant_is_folded(source: str) -> None:
+    expr = attempted(source)
+    assume(expr is not None)
+    assert expr is not None
+    folded = fold(expr)
+    try:
+        value = evaluate(expr, Machine())
+    except ContentError:
+        assert not isinstance(folded, Literal)
+    else:
+        assert isinstance(folded, Literal)
+        assert folded.value == value or value != value

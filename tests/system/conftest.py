@@ -1,0 +1,5 @@
+"""Systems from texts: as the tests of `verify` have them."""
+
+from __future__ import annotations
+
+from tests.verify.conftest import load, own_cache, quickly_compiled  # noqa: F401

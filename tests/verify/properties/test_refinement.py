@@ -1,0 +1,203 @@
+"""Refinement: what a derived chart may do and what not; the modules of the Production Cell."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fsmkit.chart.chart import Chart
+from fsmkit.cli import execute
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load_with_findings
+from fsmkit.verify.properties.refinement import Refinement, refines
+from fsmkit.verify.report.counterexample import leaves
+
+CELL = Path(__file__).parents[3] / "machines/production_cell"
+
+BASE = """
+chart: Base
+abstract: true
+constants: {SPEED: 20}
+data: {failed: bool = false}
+inputs: {far: bool}
+outputs: {lamp: bool = false}
+operations: ["move(speed 0..100)", stop()]
+events: {in: [go, halt, fault(code 0..2)], out: [done, bad(code 0..2)]}
+initial: idle
+states:
+  idle: {entry: stop(), on: {go: working}}
+  working:
+    abstract: true
+    on: {halt: idle, fault: {target: down, do: send bad(code = event.code)}}
+  moving: {entry: move(SPEED), after: {1s: {target: idle, do: send done}}, on: {halt: idle}}
+  down: {entry: stop(); lamp = true, on: {go: {if: far, target: moving, do: lamp = false}}}
+"""
+
+
+Compare = Callable[[str, str], Refinement]
+
+
+@pytest.fixture
+def compared(tmp_path: Path) -> Compare:
+    """Return what compares a chart, given as what it refines and declares, with the base."""
+
+    def compare(refine: str, more: str) -> Refinement:
+        (tmp_path / "base.yaml").write_text(BASE)
+        text = f"chart: Derived\nextends: base.yaml\n{more}\nrefine:\n{refine}\n"
+        (tmp_path / "derived.yaml").write_text(text)
+        derived, base = (
+            load_with_findings(tmp_path / f"{name}.yaml", Findings())
+            for name in ("derived", "base")
+        )
+        return refines(derived, base)
+
+    return compare
+
+
+FILLED = """
+  working:
+    initial: near
+    states:
+      near: {entry: move(50), on: {go: away}, after: {100ms: away}}
+      away: {exit: stop(), always: {if: far, target: near, do: send done}}
+"""
+
+ALLOWED = {
+    "an abstract state filled": (FILLED, ""),
+    "an event of its own that shows nothing": (
+        FILLED + "  idle: {on: {poke: {do: n = 1}}}", "events: {in: [poke]}\ndata: {n: 0..1 = 0}",
+    ),
+    "what the base does for an event, for another one": (
+        FILLED.replace("{go: away}", "{go: away, poke: {do: raise fault(code = 1)}}"),
+        "events: {in: [poke]}",
+    ),
+    "a stronger guard": (
+        FILLED + "  down: {on: {go: {override: true, if: super and not failed}}}", "",
+    ),
+    "operations of its own": (
+        FILLED + "  idle: {entry: super; blink(), override: [entry]}", "operations: [blink()]",
+    ),
+    "leaving the abstract state by itself": (
+        FILLED.replace("after: {100ms: away}", "after: {100ms: down}"), "",
+    ),
+}  # fmt: skip
+
+REFUSED = {
+    "an operation too many": (FILLED + "  idle: {entry: super; move(1)}", ""),
+    "another argument": (FILLED, "constants: {SPEED: 30}"),
+    "an event of the base answered otherwise": (
+        FILLED.replace("on: {go: away}", "on: {go: away, halt: away}"), "",
+    ),
+    "an event of the base where it is passed over": (
+        FILLED + "  idle: {on: {halt: {do: send done}}}", "",
+    ),
+    "an event of its own that shows something": (
+        FILLED + "  idle: {on: {poke: {do: send done}}}", "events: {in: [poke]}",
+    ),
+    "another output": (FILLED + "  moving: {entry: super; lamp = true}", ""),
+    "a weaker guard": (FILLED + "  down: {on: {go: {override: true, if: super or failed or true}}}",
+                       ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ALLOWED)
+def test_what_a_derived_chart_may_do(compared: Compare, name: str) -> None:
+    refine, more = ALLOWED[name]
+    found = compared(refine, more)
+    assert (found.violated, found.doubt) == (False, "")
+    assert found.pairs > 4
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_a_derived_chart_may_not_do(compared: Compare, name: str) -> None:
+    refine, more = REFUSED[name]
+    found = compared(refine, more)
+    assert found.violated
+
+
+def test_the_way_to_a_violation_is_shortest(compared: Compare) -> None:
+    found = compared(FILLED, "constants: {SPEED: 30}")
+    done = [step.done for step in found.path]
+    ids = [leaves(found.derived, macrostep.after) for macrostep in done]
+    assert ids == [("idle",), ("near",), ("down",), ("moving",)]
+    assert [[found.base.states[s].id for s in b.configuration] for b in found.bases] == [
+        ["Base", "down"]
+    ]
+
+
+def test_a_chart_refines_itself_and_its_base_does_not_refine_a_stricter_one(
+    tmp_path: Path,
+) -> None:
+    loose = BASE.replace("    abstract: true\n", "").replace("abstract: true\n", "")
+    strict = loose.replace("if: far, target: moving", "if: far and failed, target: moving")
+    charts = []
+    for name, text in (("loose", loose), ("strict", strict)):
+        (tmp_path / f"{name}.yaml").write_text(text)
+        charts.append(load_with_findings(tmp_path / f"{name}.yaml", Findings()))
+    base, guarded = charts
+    assert not refines(base, base).violated
+    assert not refines(guarded, base).violated
+    assert refines(base, guarded).violated
+
+
+def test_without_time_enough_nothing_is_said(compared: Compare) -> None:
+    found = compared(FILLED, "")
+    again = refines(found.derived, found.base, seconds=1e-9)
+    assert not again.violated
+    assert again.doubt.startswith("the time limit of 1e-09 s was reached")
+
+
+def _module(name: str) -> tuple[Chart, Chart]:
+    paths = CELL / f"{name}.yaml", CELL / "module.scxml"
+    derived, base = (load_with_findings(path, Findings()) for path in paths)
+    return derived, base
+
+
+@pytest.mark.parametrize(("name", "steps"), [("camera", 3), ("sorter", 3), ("belt", 4)])
+def test_modules_that_home_in_another_way_are_no_refinements(name: str, steps: int) -> None:
+    found = refines(*_module(name))
+    assert found.violated
+    assert len(found.path) == steps
+
+
+def test_the_feeder_is_compared_with_the_module_as_long_as_there_is_time() -> None:
+    found = refines(*_module("feeder"), seconds=5)
+    assert not found.violated
+    assert found.doubt  # it takes most of a minute to the end
+    assert found.pairs > 50
+
+
+def test_the_command_line_tells_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
+    paths = [str(CELL / name) for name in ("belt.yaml", "module.scxml")]
+    assert execute(["check", paths[0], "--refines", paths[1]]) == 1
+    told = capsys.readouterr().out
+    assert "VIOLATED  `Belt` refines `Module`" in told
+    assert "4     limit         inventory  is_homed" in told
+    assert "`Module`, then in seeking, cannot do the last step" in told
+    assert execute(["check", paths[0], "--refines", paths[1], "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert document["verdict"] == "violated"
+    assert [step["event"] for step in document["trace"]] == [
+        "start", "power_ok", "home_permit", "limit",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["cell.yaml", "--refines", "module.scxml"], 1, "not-a-chart"),
+        (["belt.yaml", "--refines", "nowhere.yaml"], 1, "unreadable-file"),
+        (["belt.yaml", "--refines", "module.scxml", "--property", "P"], 2, "--timeout and --json"),
+        (["feeder.yaml", "--refines", "module.scxml", "--timeout", "1ms"], 1, "time limit"),
+    ],
+)
+def test_what_cannot_be_compared_is_told(
+    arguments: list[str], code: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = [str(CELL / a) if a.endswith((".yaml", ".scxml")) else a for a in arguments]
+    assert execute(["check", *paths]) == code
+    told = capsys.readouterr()
+    assert said in told.out + told.err

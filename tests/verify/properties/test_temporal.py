@@ -1,0 +1,369 @@
+"""Temporal properties: known verdicts, both engines alike, and runs that are what they claim."""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import pytest
+
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.system import (
+    Property,
+    PropertyKind,
+    System,
+    goal_place,
+    judged,
+    temporal_properties,
+)
+from fsmkit.verify.engines.c.engine import CEngine, compiler
+from fsmkit.verify.engines.python.evaluate import judge
+from fsmkit.verify.engines.python.oracle import Oracle, explore_in_python
+from fsmkit.verify.engines.python.temporal import action_of
+from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.report.verdict import Result
+from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.exploration import Answer, Trail
+from fsmkit.verify.statespace.global_steps import State
+from tests.verify.conftest import Load, messages
+from tests.verify.random_systems import random_system
+from tests.verify.systems import SYSTEMS
+
+ENGINES = ["python"] + ["c"] * (compiler() is not None)
+MANNERS = [
+    *(Manner(engine, untimed=untimed) for engine in ENGINES for untimed in (False, True)),
+    *[Manner("c", zones=True)] * ("c" in ENGINES),
+]
+
+
+def spelled(manner: Manner) -> str:
+    time = "untimed" if manner.untimed else "zones" if manner.zones else "discrete"
+    return f"{manner.engine}-{time}"
+
+
+LAMP = """
+chart: Lamp
+data: {n: 0..3 = 0}
+events: {in: [press, blow, mend]}
+initial: "off"
+states:
+  "off": {rest: true, on: {press: warming, blow: broken}}
+  warming: {after: {100ms: {target: "on", do: 'n = n < 3 ? n + 1 : 3'}}, on: {blow: broken}}
+  "on": {after: {300ms: "off"}, on: {press: "off"}}
+  broken: {rest: true, on: {mend: {if: n < 3, target: "off"}}}
+"""
+
+
+def lamp(may: str, will: str, properties: str) -> dict[str, str]:
+    return {
+        "room": f"""
+system: Room
+machines: {{lamp: lamp.yaml}}
+environment: {{may: [{may}], will: [{will}]}}
+properties:
+{properties}
+""",
+        "lamp": LAMP,
+    }
+
+
+def result(system: System, name: str, manner: Manner) -> Result:
+    report = check(system, Findings(), manner=manner)
+    (found,) = [r for r in report.results if r.name == name]
+    if found.trace is not None:
+        assert not found.trace.differs
+    return found
+
+
+@pytest.mark.parametrize("manner", MANNERS, ids=spelled)
+def test_what_can_be_reached_again_from_everywhere(load: Load, manner: Manner) -> None:
+    properties = """
+  off: {recoverable: lamp.In(off)}
+  broken: {recoverable: lamp.In(broken)}
+  fresh: {recoverable: lamp.n == 0}
+"""
+    mended = load(**lamp("lamp.press, lamp.blow, lamp.mend", "", properties))
+    broken = result(mended, "off", manner)
+    assert broken.verdict.value == "violated"
+    assert broken.trace is not None
+    assert broken.trace.steps[-1].after == ("broken",)
+    assert broken.trace.loop is None
+    assert "never" in broken.reason
+    assert result(mended, "broken", manner).verdict.value == "holds"
+    used = result(mended, "fresh", manner)
+    assert used.trace is not None
+    assert used.trace.steps[-1].after == ("on",)
+    whole = load(**lamp("lamp.press", "", properties))
+    assert result(whole, "off", manner).verdict.value == "holds"
+    lost = result(whole, "broken", manner)
+    assert lost.trace is not None
+    assert len(lost.trace.steps) == 1  # from the start on it never holds
+
+
+LEADS = """
+  lit: {leads_to: [lamp.In(warming), lamp.In(on)]}
+  dark: {leads_to: [lamp.In(on), lamp.In(off)]}
+  used: {leads_to: [lamp.In(off), lamp.In(on)]}
+  worn: {leads_to: [lamp.In(on), lamp.n == 3]}
+  at_once: {leads_to: [lamp.In(on), lamp.n > 0]}
+"""
+
+
+@pytest.mark.parametrize("manner", MANNERS, ids=spelled)
+@pytest.mark.parametrize(
+    ("may", "will", "expected"),
+    [
+        ("lamp.press", "", "holds holds violated violated holds"),
+        ("", "lamp.press", "holds holds holds holds holds"),
+        ("lamp.press, lamp.blow", "", "violated holds violated violated holds"),
+        ("lamp.blow, lamp.mend", "lamp.press", "violated holds violated violated holds"),
+    ],
+)
+def test_what_leads_to_what(load: Load, manner: Manner, may: str, will: str, expected: str) -> None:
+    report = check(load(**lamp(may, will, LEADS)), Findings(), manner=manner)
+    names = ["lit", "dark", "used", "worn", "at_once"]
+    found = {r.name: r.verdict.value for r in report.results}
+    assert " ".join(found[name] for name in names) == expected
+    assert not any(r.trace.differs for r in report.results if r.trace is not None)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_run_that_goes_round_for_ever(load: Load, engine: str) -> None:
+    system = load(**lamp("lamp.press", "", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
+    found = result(system, "worn", Manner(engine))
+    assert found.trace is not None
+    assert found.trace.loop is None  # it may stay off
+    owed = load(**lamp("", "lamp.press", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
+    found = result(owed, "worn", Manner(engine))
+    assert found.trace is not None
+    assert found.trace.loop is not None
+    assert {"press", "timeout in warming"} <= {
+        s.cause for s in found.trace.steps[found.trace.loop :]
+    }
+
+
+OCCURS = """
+  pressed: {reachable: occurs(lamp.press) and lamp.In(warming)}
+  off: {never: occurs(lamp.press) and lamp.In(off)}
+  only_press: {invariant: "not lamp.In(warming) or lamp.n == 3 or occurs(lamp.press)"}
+  mended: {reachable: occurs(lamp.mend) and lamp.In(broken)}
+  not_on: {never: occurs(lamp.blow) and not lamp.In(broken)}
+  start: {invariant: occurs(lamp.press) or lamp.n < 4}
+"""
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_events_that_occur(load: Load, engine: str) -> None:
+    system = load(**lamp("lamp.press, lamp.mend, lamp.blow", "", OCCURS))
+    report = check(system, Findings(), manner=Manner(engine))
+    found = {r.name: r for r in report.results}
+    assert {name: found[name].verdict.value for name in found if name[0] != "d"} == {
+        "livelock": "holds",
+        "pressed": "holds",
+        "off": "violated",  # from on
+        "only_press": "violated",  # time passes in warming
+        "mended": "holds",  # taken, and nothing answers
+        "not_on": "violated",  # where nothing answers
+        "start": "holds",
+    }
+    lengths = {n: len(r.trace.steps) for n, r in found.items() if r.trace is not None}
+    assert lengths["pressed"] == 2
+    assert lengths["only_press"] == 3
+
+
+@pytest.mark.cc
+def test_zones_do_not_judge_what_occurs(load: Load) -> None:
+    system = load(**lamp("lamp.press", "", "  off: {never: occurs(lamp.press) and lamp.In(off)}"))
+    assert result(system, "off", Manner("c", zones=True)).verdict.value == "undecided"
+
+
+WITHIN = """
+  lit: {within: [lamp.In(warming), 100ms, not lamp.In(warming)]}
+  soon: {within: [lamp.In(warming), 99ms, not lamp.In(warming)]}
+  again: {within: [lamp.In(warming), 400ms, lamp.In(off)]}
+  early: {within: [lamp.In(warming), 399ms, lamp.In(off)]}
+  fixed: {within: [lamp.In(on), 1s, lamp.In(broken)]}
+  never: {within: [lamp.In(broken), 1s, lamp.In(on)]}
+"""
+
+
+@pytest.mark.parametrize(("engine", "zones"), [*((e, False) for e in ENGINES), ("c", True)])
+def test_how_long_it_takes(load: Load, engine: str, zones: bool) -> None:
+    system = load(**lamp("lamp.press", "", WITHIN))
+    report = check(system, Findings(), manner=Manner(engine, zones=zones))
+    found = {r.name: r for r in report.results}
+    told = {n: (found[n].verdict.value, found[n].reason) for n in WITHIN_NAMES}
+    assert told == {
+        "lit": ("holds", "it takes at most 100ms"),
+        "soon": ("violated", "it takes at most 100ms"),
+        "again": ("holds", "it takes at most 400ms"),
+        "early": ("violated", "it takes at most 400ms"),
+        "fixed": ("violated", "there is no bound"),
+        "never": ("holds", "it takes at most 0ms" if zones else ""),
+    }
+    if zones:
+        return
+    for name in ("soon", "early", "fixed"):
+        trace = found[name].trace
+        assert trace is not None
+        assert not trace.differs
+    assert found["early"].trace is not None
+    assert found["early"].trace.steps[-1].at == 400_000
+
+
+WITHIN_NAMES = ["lit", "soon", "again", "early", "fixed", "never"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: str) -> None:
+    files = dict(SYSTEMS["livelock"])
+    files["rally"] += "properties: {back: {leads_to: [ping.In(busy), ping.In(idle)]}}\n"
+    found = result(load(**files), "back", Manner(engine))
+    assert found.trace is not None
+    assert [s.cause for s in found.trace.steps[found.trace.loop or 0 :]] in (
+        ["ping", "pong"], ["pong", "ping"],
+    )  # fmt: skip
+
+
+def test_what_was_not_explored_is_undecided(load: Load) -> None:
+    manner = Manner("python", limits=Limits(seconds=1e-9))
+    assert (
+        result(load(**lamp("lamp.press", "", LEADS)), "dark", manner).verdict.value == "undecided"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{leads_to: lamp.In(on)}", "unexpected-shape: `x` needs two conditions"),
+        ("{leads_to: [lamp.In(on), lamp.In(oof)]}", "unknown-name: `lamp` has no state `oof`"),
+        ("{recoverable: lamp.m}", "unknown-name: `lamp` has no variable `m`"),
+        (
+            "{recoverable: occurs(lamp.press)}",
+            "unexpected-value: `recoverable` is about states, `occurs` in `x` about a step",
+        ),
+        ("{never: occurs(lamp.pres)}", "unknown-name: `lamp` has no event `pres`"),
+        ("recoverable", "missing-condition: `recoverable` needs a condition"),
+    ],
+)
+def test_what_is_wrong_is_told(load: Load, text: str, message: str) -> None:
+    findings = Findings()
+    with pytest.raises(FsmkitError):
+        load(findings, **lamp("lamp.press", "", f"  x: {text}"))
+    assert message in messages(findings)
+
+
+# --- both engines -----------------------------------------------------------------------------
+
+ASKED = """
+  r1: {recoverable: one.In(s0)}
+  r2: {recoverable: a == 2 and one.In(s1)}
+  l1: {leads_to: [one.In(s0), one.In(s1)]}
+  l2: {leads_to: ["m[0].In(s1)", "m[0].In(s2) or a == 1"]}
+  l3: {leads_to: [a == 1, a != 1]}
+  l4: {leads_to: [one.In(s2), "b[0] or b[1]"]}
+  w1: {within: [one.In(s0), 30ms, one.In(s1) or one.In(s2)]}
+  w2: {within: ["m[0].In(s1)", 20ms, "not m[0].In(s1)"]}
+  w3: {within: [a == 1, 50ms, a != 1]}
+  o1: {never: occurs(one.in_1) and one.In(s1)}
+  o2: {reachable: "occurs(m[0].in_0) and not occurs(one.in_1) and a == 2"}
+  o3: {invariant: "occurs(m[0].in_0) or occurs(m[0].in_1) or m[0].own == 0"}
+  l5: {leads_to: [a == 0, one.In(s2) or a == 2]}
+"""
+
+
+def asking(seed: int) -> dict[str, str]:
+    files = random_system(seed)
+    return files | {"system": files["system"] + ASKED}
+
+
+class _Run:
+    """Follows an answer of either engine through the states of the oracle."""
+
+    def __init__(self, closed: Closed, answer: Answer, trail: Trail) -> None:
+        self.closed, self.oracle = closed, Oracle(closed)
+        self.answer, self.trail = answer, trail
+        properties = closed.system.properties
+        both = judged(properties)
+        self.asked = both[answer.property]
+        self.goal = both[goal_place(properties, answer.property)]
+        self.taken: list[object] = []
+
+    def holds(self, property_: Property, state: State) -> bool:
+        return judge(self.closed, property_, self.oracle.snapshots(state))
+
+    def states(self) -> list[State]:
+        """Return the states of the run; the steps are those of the oracle, in whatever order."""
+        found = [next(e.to for e in self.oracle.initial() if e.steps == self.trail[0])]
+        for steps in self.trail[1:]:
+            edges = list(self.oracle.successors(found[-1]))
+            number = next(n for n, e in enumerate(edges) if e.steps == steps)
+            self.taken.append(self.actions(found[-1])[number])
+            found.append(edges[number].to)
+        return found
+
+    def actions(self, state: State) -> list[object]:
+        found = []
+        for edge in self.oracle.successors(state):
+            step = edge.steps[0]
+            before = self.oracle.snapshots(state)[step.machine]
+            found.append(action_of(self.closed, step, edge.who, before))
+        return found
+
+    def is_stable(self, state: State) -> bool:
+        return not any(e.who.value == "internal" for e in self.oracle.successors(state))
+
+    def check(self) -> None:
+        """The run asks, is not answered any more, and is fair."""
+        states = self.states()
+        loop = len(self.answer.path) - 1
+        assert any(
+            self.holds(self.asked, state)
+            and not any(self.holds(self.goal, later) for later in states[place:])
+            for place, state in enumerate(states[: loop + 1])
+        )
+        if not self.answer.cycle:
+            assert self.is_stable(states[-1])
+            assert not set(self.actions(states[-1])) - {None}
+            return
+        assert states[loop] == states[-1]
+        round_ = states[loop:-1]
+        stable = [state for state in round_ if self.is_stable(state)]
+        assert stable or self.closed.is_timeless
+        taken = set(self.taken[loop:])
+        always = set.intersection(*(set(self.actions(s)) for s in stable or round_))
+        assert not always - taken - {None}
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize(("seed", "untimed"), [(1, False), (1, True), (4, True)])
+def test_engines_agree_and_their_runs_are_fair(load: Load, seed: int, untimed: bool) -> None:
+    compare(load(**asking(seed)), untimed=untimed)
+
+
+@pytest.mark.cc
+def test_engines_agree_on_livelocks(load: Load) -> None:
+    files = dict(SYSTEMS["livelock"])
+    files["rally"] += "properties: {back: {leads_to: [ping.In(busy), ping.In(idle)]}}\n"
+    compare(load(**files), untimed=False)
+
+
+def compare(system: System, *, untimed: bool) -> None:
+    closed = close(system, untimed=untimed)
+    in_python, trail_of = explore_in_python(closed)
+    numbers = temporal_properties(system.properties, untimed=untimed)
+    with closing(CEngine(closed, Findings())) as engine:
+        in_c = engine.explore(1 << 30, 60, None)
+        assert [(m.number, m.count, len(m.path)) for m in in_c.marks] == [
+            (m.number, m.count, len(m.path)) for m in in_python.marks
+        ]
+        assert [a.property for a in in_c.temporal] == list(numbers)
+        assert [(a.known, a.violated, a.greatest) for a in in_c.temporal] == [
+            (a.known, a.violated, a.greatest) for a in in_python.temporal
+        ]
+        for number, ours, theirs in zip(numbers, in_c.temporal, in_python.temporal, strict=True):
+            assert (len(ours.path) > 0) == ours.violated
+            if system.properties[number].kind is not PropertyKind.LEADS_TO:
+                assert len(ours.path) == len(theirs.path)
+            elif ours.violated:
+                _Run(closed, ours, engine.trail(ours.path + ours.cycle)).check()
+                _Run(closed, theirs, trail_of(theirs.path + theirs.cycle)).check()
