@@ -162,13 +162,13 @@ def check(
     from fsmkit.chart.chart import Chart
     from fsmkit.diagnostics import Findings
     from fsmkit.system.system import system_of
-    from fsmkit.verify.explore import Limits, Manner, check_file
+    from fsmkit.verify.explore import ExplorationOptions, Limits, check_file
     from fsmkit.verify.explore import check as explore
     from fsmkit.verify.statespace.storage import read_storage
 
     found = Findings() if findings is None else findings
     limits = Limits(memory, timeout, cores)
-    manner = Manner(
+    options = ExplorationOptions(
         engine,
         untimed=untimed,
         silent=assume_watchdogs_silent,
@@ -179,10 +179,10 @@ def check(
     )
     names = frozenset(properties)
     if isinstance(subject, str | Path):
-        return check_file(Path(subject), found, manner=manner, names=names)[1]
+        return check_file(Path(subject), found, options=options, names=names)[1]
     if isinstance(subject, Chart):
         subject = system_of(subject)
-    return explore(subject, found, manner=manner, names=names)
+    return explore(subject, found, options=options, names=names)
 
 
 def machine(path: str | Path, clock: Callable[[], Clock] | None = None) -> Callable[[Class], Class]:

@@ -22,7 +22,7 @@ from devtools.differential import Case, random_case
 from devtools.plain import plain_case
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.export.exporter import Exporter, Wanted
+from fsmkit.export.exporter import Exporter, ExportOptions
 from fsmkit.plugins import Drawing, FrontEnd, Target, plugin, plugins
 from fsmkit.system.system import System, system_of
 from fsmkit.verify.replay import load_any
@@ -89,12 +89,12 @@ def outputs_of_system(system: System) -> Iterator[tuple[str, Made]]:
     """Yield every export of a system, in both of the times in which it is explored."""
     for exporter in plugins(Exporter):
         for untimed in (False, True):
-            wanted = Wanted(untimed=untimed, most=MOST)
+            wanted = ExportOptions(untimed=untimed, most=MOST)
             name = f"export {exporter.name}{' untimed' if untimed else ''}"
             yield name, partial(_exported, exporter, system, wanted)
 
 
-def _exported(exporter: Exporter, system: System, wanted: Wanted) -> str:
+def _exported(exporter: Exporter, system: System, wanted: ExportOptions) -> str:
     return exporter.export(system, wanted).text
 
 

@@ -65,7 +65,7 @@ def endure(
         tell(f"{chart.name}: session {number} again in the interpreter")
         path = folder / f"session_{number}.txt"
         script = path.read_text(encoding="utf-8").splitlines()
-        _demand_same(chart, path, expected, replay(chart, script))
+        _require_same(chart, path, expected, replay(chart, script))
         if place < compared:
             lines += _compare(chart, path, script, targets)
     (total,) = (_figures(line) for line in told if line.startswith("total"))
@@ -111,7 +111,7 @@ def _figures(line: str) -> dict[str, int]:
     return {name: int(value) for name, value in zip(words[::2], words[1::2], strict=True)}
 
 
-def _demand_same(chart: Chart, path: Path, expected: dict[str, int], got: dict[str, int]) -> None:
+def _require_same(chart: Chart, path: Path, expected: dict[str, int], got: dict[str, int]) -> None:
     for name, value in expected.items():
         if got.get(name, 0) != value:
             raise fail(

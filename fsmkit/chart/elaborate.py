@@ -22,7 +22,7 @@ from fsmkit.chart.passes.report_unsupported import report_unsupported
 from fsmkit.chart.passes.resolve_targets import resolve_targets
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.scxml.ecmascript.bound_arrays import bound_arrays
 from fsmkit.scxml.ecmascript.hoist_increments import hoist_increments
 from fsmkit.scxml.ecmascript.lower import lower_ecmascript
@@ -34,7 +34,7 @@ def elaborate(
     findings: Findings,
     *,
     strict: bool = False,
-    given: Given | None = None,
+    given: InvocationContext | None = None,
 ) -> Chart | None:
     """Return the Chart of a document (the first) and its bases (nearest first).
 

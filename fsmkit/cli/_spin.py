@@ -7,7 +7,7 @@ from pathlib import Path
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.network import Network
 from fsmkit.export.promela.trail import counterexample_of
 from fsmkit.system.system import Property, System
@@ -19,7 +19,13 @@ from fsmkit.verify.testgen.save import saved
 
 
 def show_trail(
-    system: System, wanted: Wanted, file: Path, path: Path, folder: Path | None, *, as_json_: bool
+    system: System,
+    wanted: ExportOptions,
+    file: Path,
+    path: Path,
+    folder: Path | None,
+    *,
+    as_json_: bool,
 ) -> int:
     """Print the path, and save it into a folder; return the exit code: 1, it is a violation."""
     network, property_, trace = counterexample_of(system, wanted, path)

@@ -23,13 +23,13 @@ from fsmkit.cli.console import err, out, print_json, report, result
 from fsmkit.cli.writing import write_files
 from fsmkit.codegen.system.parts import named_charts
 from fsmkit.diagnostics import Diagnostic
-from fsmkit.export.exporter import Wanted, given_up_at
+from fsmkit.export.exporter import ExportOptions, given_up_at
 from fsmkit.system.links import without_channels
 from fsmkit.system.system import System
-from fsmkit.verify.explore import REDUCTIONS, Limits, Manner, asking_only, check_file
+from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, Limits, asking_only, check_file
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.counterexample import as_json
-from fsmkit.verify.report.pictures import demand_notation, pictures
+from fsmkit.verify.report.pictures import pictures, require_notation
 from fsmkit.verify.report.show import summary
 from fsmkit.verify.report.verdict import Report, Result, Verdict
 from fsmkit.verify.resources.deadline import Deadline
@@ -42,7 +42,7 @@ from fsmkit.verify.statespace.storage import (
 )
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import saved
-from fsmkit.verify.testgen.suites import covering, demand_language, suite, traces
+from fsmkit.verify.testgen.suites import covering, require_language, suite, traces
 
 EPILOG = """\b
 Examples:
@@ -206,7 +206,7 @@ def command(
         file = _only(files)
         if time_mode == "zones":
             raise click.UsageError("--spin-trail needs --time discrete or untimed, as exported")
-        wanted = Wanted(time_mode == "untimed", silent, deadline=deadline)
+        wanted = ExportOptions(time_mode == "untimed", silent, deadline=deadline)
         whole = load_any(file, reading.findings(), replacing, strict=reading.strict)
         loaded = asking_only(whole, frozenset(names))
         with given_up_at(deadline):
@@ -215,10 +215,10 @@ def command(
             )
     with option_value():
         for path in drawings:
-            demand_notation(path)
+            require_notation(path)
         for path in tests:
-            demand_language(path)
-    manner = Manner(
+            require_language(path)
+    options = ExplorationOptions(
         engine or "",
         untimed=time_mode == "untimed",
         silent=silent,
@@ -228,7 +228,7 @@ def command(
         without=frozenset(without),
         storage=Storage(storage),
     )
-    judge = partial(judged, manner=manner, reading=reading, is_quiet=as_json_document)
+    judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
         if any((names, replacing, save_trace, drawings, tests, cover_folder)):
             given = "--property, --replace, --save-trace, --draw, --save-test and --cover"
@@ -272,7 +272,7 @@ def _only(files: tuple[Path, ...]) -> Path:
 def judged(
     file: Path,
     *,
-    manner: Manner,
+    options: ExplorationOptions,
     reading: Reading,
     is_quiet: bool,
     names: frozenset[str] = frozenset(),
@@ -301,7 +301,7 @@ def judged(
             reading.findings(),
             replacing=replacing,
             strict=reading.strict,
-            manner=manner,
+            options=options,
             names=names,
             progress=progress,
             deadline=deadline,

@@ -27,7 +27,7 @@ from fsmkit.system.links import without_channels
 from fsmkit.system.reader import is_system_file, load_system
 from fsmkit.system.system import System
 from fsmkit.verify.bounds import Proved, noted, proved
-from fsmkit.verify.explore import Manner
+from fsmkit.verify.explore import ExplorationOptions
 from fsmkit.verify.replay import load_any
 
 EPILOG = """\b
@@ -216,9 +216,9 @@ def _program(
     return generated, united(parts)
 
 
-def manner_of(time_mode: str) -> Manner:
+def manner_of(time_mode: str) -> ExplorationOptions:
     """Return how a system is explored."""
-    return Manner(untimed=time_mode == "untimed", zones=time_mode == "zones")
+    return ExplorationOptions(untimed=time_mode == "untimed", zones=time_mode == "zones")
 
 
 def bounded(chart: Chart, proof: Proved) -> Chart:

@@ -17,7 +17,13 @@ from fsmkit.cli._refines import chart_alone
 from fsmkit.cli.check import read_replacements
 from fsmkit.cli.console import err, out, print_json, report
 from fsmkit.cli.writing import write_files
-from fsmkit.export.exporter import Exported, Exporter, RefinementExporter, Wanted, given_up_at
+from fsmkit.export.exporter import (
+    Exported,
+    Exporter,
+    ExportOptions,
+    RefinementExporter,
+    given_up_at,
+)
 from fsmkit.plugins import plugin, plugins
 from fsmkit.verify.explore import asking_only
 from fsmkit.verify.replay import load_any
@@ -103,7 +109,7 @@ def command(
     deadline = Deadline(timeout, began())
     findings = reading.findings()
     exporter = plugin(Exporter, notation)
-    write: Callable[[Wanted], Exported]
+    write: Callable[[ExportOptions], Exported]
     if base is not None and (names or replacing):
         raise click.UsageError("--refines goes with neither --property nor --replace")
     if base is not None and not isinstance(exporter, RefinementExporter):
@@ -132,7 +138,7 @@ def command(
             told = f"{states:,} states, {transitions:,} transitions"
             bar.update(task, description=f"exploring {name}: {told}")
 
-        wanted = Wanted(time_mode == "untimed", silent, most, deadline, progress)
+        wanted = ExportOptions(time_mode == "untimed", silent, most, deadline, progress)
         with given_up_at(deadline), deadline.stage(Stage.EXPLORING):
             found = write(wanted)
     report(findings)

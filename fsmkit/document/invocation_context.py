@@ -8,7 +8,7 @@ from fsmkit.language import Field, Type
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class InvocationContext:
     """What is known of an invocation when the chart in it is elaborated.
 
     ``session`` is its own, ``invoker`` that of the invoking machine. ``events`` may come from

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from fsmkit.diagnostics import fail
 from fsmkit.export.explored import Explored, local_steps_of
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.local_states import in_order, names_and_texts, word
 from fsmkit.export.network import Arrival, Automaton, Local, Move, Network, Place, Sent
 from fsmkit.export.transition_system import cause
@@ -18,11 +18,11 @@ from fsmkit.system.shared import type_of_slot
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import occurrence_text
 from fsmkit.verify.statespace.actions import FAULT, Action, Message, Outcome
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.global_steps import LocalState
 
 
-def network_of(system: System, wanted: Wanted) -> Network:
+def network_of(system: System, wanted: ExportOptions) -> Network:
     """Explore a system, and keep the local steps.
 
     Raises `FsmkitError`: ``export-too-large`` beyond the limits, ``not-exported`` where a schedule
@@ -53,7 +53,7 @@ def network_of(system: System, wanted: Wanted) -> Network:
 class _Part:
     """One machine, on its way to be an automaton. Local states here have no queue."""
 
-    def __init__(self, closed: Closed, machine: int, explored: Explored) -> None:
+    def __init__(self, closed: ClosedSystem, machine: int, explored: Explored) -> None:
         """Collect the local states: those of global states, and those between messages."""
         self._closed = closed
         self._machine = machine

@@ -10,15 +10,15 @@ from contextlib import closing
 from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.transition_system import too_large, too_many_choices
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.resources.deadline import TimeUp
 from fsmkit.verify.statespace.actions import Message, Outcome, Step, TooManyChoices
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import End
 from fsmkit.verify.statespace.global_steps import Edge, GlobalSteps, State
-from fsmkit.verify.statespace.reduced_successors import SparingSteps
+from fsmkit.verify.statespace.reduced_successors import ReducedSuccessors
 
 MEMORY = 4 << 30
 """Bytes that the core may use."""
@@ -27,9 +27,9 @@ MEMORY = 4 << 30
 class Explored(GlobalSteps):
     """All global states, and the local states that are in one."""
 
-    def __init__(self, closed: Closed) -> None:
+    def __init__(self, closed: ClosedSystem) -> None:
         """Begin with nothing explored."""
-        super().__init__(closed, SparingSteps(closed))
+        super().__init__(closed, ReducedSuccessors(closed))
         self.starts: list[State] = []
         self.how_started: tuple[tuple[Step, ...], ...] = ()
         self.states = 0
@@ -45,7 +45,7 @@ class Explored(GlobalSteps):
         self.starts, self.how_started = list(ways), tuple(ways.values())
         return edges
 
-    def run(self, wanted: Wanted) -> None:
+    def run(self, wanted: ExportOptions) -> None:
         """Reach all global states by the interpreter."""
         self.begin()
         seen = set(self.starts)
@@ -73,7 +73,7 @@ class Explored(GlobalSteps):
         _Follower(self, graph).run()
 
 
-def local_steps_of(closed: Closed, wanted: Wanted) -> Explored:
+def local_steps_of(closed: ClosedSystem, wanted: ExportOptions) -> Explored:
     """Return the local steps of all that can be reached.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits.
@@ -89,7 +89,7 @@ def local_steps_of(closed: Closed, wanted: Wanted) -> Explored:
     return explored
 
 
-def _explore_by_core(closed: Closed, wanted: Wanted, explored: Explored) -> None:
+def _explore_by_core(closed: ClosedSystem, wanted: ExportOptions, explored: Explored) -> None:
     def progress(states: int, transitions: int, depth: int) -> None:
         del depth
         if wanted.progress is not None:

@@ -14,7 +14,7 @@ from fsmkit.verify.resources.deadline import Deadline, TimeUp
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class ExportOptions:
     """How to export: time and watchdogs as `verify.explore` takes them, and where to give up.
 
     ``most``: states that are explored. Where the ``deadline`` passes, `TimeUp` is raised.
@@ -57,7 +57,7 @@ class Exporter(Protocol):
     summary: str
     """For whom it is: a few words for ``--help``."""
 
-    def export(self, system: System, wanted: Wanted) -> Exported:
+    def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
         ...
 
@@ -66,6 +66,6 @@ class Exporter(Protocol):
 class RefinementExporter(Exporter, Protocol):
     """Writes, too, whether a chart refines another (`verify.properties.refinement`)."""
 
-    def export_refinement(self, derived: Chart, base: Chart, wanted: Wanted) -> Exported:
+    def export_refinement(self, derived: Chart, base: Chart, wanted: ExportOptions) -> Exported:
         """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
         ...

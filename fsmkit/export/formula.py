@@ -15,7 +15,7 @@ from fsmkit.language import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Var
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.system.system import Atom, Property, PropertyKind
 from fsmkit.texts import plain
-from fsmkit.verify.engines.python.evaluate import judge
+from fsmkit.verify.engines.python.evaluate import evaluate_property
 
 MOST_CASES = 1 << 14
 """Combinations of what machines show that are tried for one comparison."""
@@ -130,7 +130,7 @@ class _Reader:
             for machine, locals_ in zip(machines, combination, strict=True):
                 first = min(locals_)
                 snapshots[machine] = self._network.automata[machine].locals[first].snapshot
-            if judge(self._network.closed, asked, tuple(snapshots)):
+            if evaluate_property(self._network.closed, asked, tuple(snapshots)):
                 parts = zip(machines, combination, strict=True)
                 found.append(All(tuple(In(m, frozenset(locals_)) for m, locals_ in parts)))
         return Any(tuple(found))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.statespace.actions import Action, Step, Who
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ class Place:
 class Network:
     """The automata of a closed system, and how many global states and steps the explorer found."""
 
-    closed: Closed
+    closed: ClosedSystem
     automata: tuple[Automaton, ...]
     initial: tuple[tuple[Place, ...], ...]
     starts: tuple[tuple[Step, ...], ...]

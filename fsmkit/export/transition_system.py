@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from functools import partial
 
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.runtime.interpreter.run import is_deferred
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot, Timeout
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import occurrence_text
 from fsmkit.verify.resources.deadline import Stage
 from fsmkit.verify.statespace.actions import Action, Step, TooManyChoices
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.global_steps import Edge, GlobalSteps, State
 from fsmkit.verify.statespace.sessions import timer_of
 
@@ -49,7 +49,7 @@ class TransitionSystem:
         return len(self.configurations)
 
 
-def system_of(system: System, wanted: Wanted) -> TransitionSystem:
+def system_of(system: System, wanted: ExportOptions) -> TransitionSystem:
     """Explore a system by the interpreter, breadth first.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits: a part of a transition system
@@ -58,7 +58,7 @@ def system_of(system: System, wanted: Wanted) -> TransitionSystem:
     return wanted.deadline.cut_off(Stage.EXPLORING, partial(_explored, system, wanted))
 
 
-def _explored(system: System, wanted: Wanted) -> TransitionSystem:
+def _explored(system: System, wanted: ExportOptions) -> TransitionSystem:
     closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
     steps = GlobalSteps(closed)
     numbers: dict[State, int] = {}
@@ -92,7 +92,7 @@ def _explored(system: System, wanted: Wanted) -> TransitionSystem:
     return TransitionSystem(closed.system.name, ("", *shown), tuple(arrows))
 
 
-def too_large(closed: Closed, states: int, most: int) -> FsmkitError:
+def too_large(closed: ClosedSystem, states: int, most: int) -> FsmkitError:
     """Return the error for a system beyond the limits."""
     return fail(
         "export-too-large",
@@ -101,7 +101,7 @@ def too_large(closed: Closed, states: int, most: int) -> FsmkitError:
     )
 
 
-def too_many_choices(closed: Closed) -> FsmkitError:
+def too_many_choices(closed: ClosedSystem) -> FsmkitError:
     """Return the error for a step that cannot be tried with all that is open in it."""
     return fail(
         "export-too-large",
@@ -110,7 +110,7 @@ def too_many_choices(closed: Closed) -> FsmkitError:
     )
 
 
-def _configuration(closed: Closed, snapshots: tuple[Snapshot, ...]) -> str:
+def _configuration(closed: ClosedSystem, snapshots: tuple[Snapshot, ...]) -> str:
     """Return the active leaves of each machine."""
     found = []
     for machine, chart, snapshot in zip(
@@ -122,7 +122,7 @@ def _configuration(closed: Closed, snapshots: tuple[Snapshot, ...]) -> str:
     return " ".join(found)
 
 
-def _label(closed: Closed, snapshots: tuple[Snapshot, ...], edge: Edge) -> str:
+def _label(closed: ClosedSystem, snapshots: tuple[Snapshot, ...], edge: Edge) -> str:
     (step,) = edge.steps
     if step.action is Action.ELAPSE:
         return TICK
@@ -130,7 +130,7 @@ def _label(closed: Closed, snapshots: tuple[Snapshot, ...], edge: Edge) -> str:
     return f"{machine}: {cause(closed, snapshots[step.machine], step)}"
 
 
-def cause(closed: Closed, snapshot: Snapshot, step: Step) -> str:
+def cause(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> str:
     """Return what happens to a machine in a step that it can take."""
     chart = closed.charts[step.machine]
     match step.action:

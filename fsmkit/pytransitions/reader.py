@@ -18,9 +18,9 @@ from fsmkit.yaml.nodes import (
     Node,
     Scalar,
     Sequence,
-    demand_mapping,
-    demand_sequence,
-    demand_text,
+    require_mapping,
+    require_sequence,
+    require_text,
 )
 
 POSITIONS = ("trigger", "source", "dest", "conditions", "unless", "before", "after", "prepare")
@@ -59,7 +59,7 @@ class Growing:
 
 def read_machine(root: Node, source: Source, findings: Findings) -> Machine | None:
     """Return the machine of a configuration, or None after saying why not."""
-    mapping = demand_mapping(root, "a machine", findings)
+    mapping = require_mapping(root, "a machine", findings)
     return None if mapping is None else _Reader(source, findings).machine(mapping)
 
 
@@ -84,7 +84,7 @@ class _Reader:
             )
             return None
         fields = self._fields(mapping, MACHINE_KEYS, "a machine")
-        states = demand_sequence(fields["states"], "`states`", self._findings) if (
+        states = require_sequence(fields["states"], "`states`", self._findings) if (
             "states" in fields
         ) else None  # fmt: skip
         if states is None:
@@ -120,13 +120,13 @@ class _Reader:
 
     def _separator_of(self, fields: dict[str, Node], states: Sequence) -> str:
         if "separator" in fields:
-            text = demand_text(fields["separator"], "`separator`", self._findings)
+            text = require_text(fields["separator"], "`separator`", self._findings)
             return text.value if text is not None and text.value else "_"
         return "_" if any(map(_is_nested, states.items)) else ""
 
     def _name(self, fields: dict[str, Node]) -> Text:
         if "name" in fields and not _is_null(fields["name"]):
-            text = demand_text(fields["name"], "`name`", self._findings)
+            text = require_text(fields["name"], "`name`", self._findings)
             if text is not None and text.value:
                 return text
         stem = PurePath(self._source.name).name.rpartition(":")[2].partition(".")[0]
@@ -138,7 +138,7 @@ class _Reader:
         for item in states.items:
             if isinstance(item, Scalar):
                 self._add_named(parent, item.text)
-            elif (mapping := demand_mapping(item, "a state", self._findings)) is not None:
+            elif (mapping := require_mapping(item, "a state", self._findings)) is not None:
                 self._add_described(parent, mapping)
 
     def _add_named(self, parent: Growing, name: Text) -> None:
@@ -154,7 +154,7 @@ class _Reader:
 
     def _add_described(self, parent: Growing, mapping: Mapping) -> None:
         fields = self._fields(mapping, STATE_KEYS, "a state")
-        name = demand_text(fields["name"], "`name`", self._findings) if "name" in fields else None
+        name = require_text(fields["name"], "`name`", self._findings) if "name" in fields else None
         if name is None or not name.value:
             self._findings.add(
                 "missing-key", "a state needs a name", mapping.span, help="give `name: ...`"
@@ -163,7 +163,7 @@ class _Reader:
         state = self._put(parent, name.value, name.span, fields)
         for key in CHILDREN:
             if key in fields and (
-                children := demand_sequence(fields[key], f"`{key}`", self._findings)
+                children := require_sequence(fields[key], f"`{key}`", self._findings)
             ):
                 self._add_states(state, children)
         self._add_steps(state, fields.get("transitions"))
@@ -190,7 +190,7 @@ class _Reader:
                 self._unknown(text, state)
         timeout = None
         if "timeout" in fields and not _is_null(fields["timeout"]):
-            timeout = demand_text(fields["timeout"], "`timeout`", self._findings)
+            timeout = require_text(fields["timeout"], "`timeout`", self._findings)
         return State(
             state.path,
             state.span,
@@ -235,7 +235,7 @@ class _Reader:
     def _add_steps(self, scope: Growing, node: Node | None) -> None:
         if node is None or _is_null(node):
             return
-        steps = demand_sequence(node, "`transitions`", self._findings)
+        steps = require_sequence(node, "`transitions`", self._findings)
         for item in () if steps is None else steps.items:
             fields = self._step_fields(item)
             if fields is not None:
@@ -245,7 +245,7 @@ class _Reader:
         if isinstance(item, Sequence):
             fields = dict(zip(POSITIONS, item.items, strict=False))
         else:
-            mapping = demand_mapping(item, "a transition", self._findings)
+            mapping = require_mapping(item, "a transition", self._findings)
             if mapping is None:
                 return None
             fields = self._fields(mapping, STEP_KEYS, "a transition")
@@ -258,10 +258,10 @@ class _Reader:
         return fields
 
     def _expanded(self, scope: Growing, fields: dict[str, Node], span: Span) -> Iterator[Step]:
-        trigger = demand_text(fields["trigger"], "`trigger`", self._findings)
+        trigger = require_text(fields["trigger"], "`trigger`", self._findings)
         dest = None
         if not _is_null(fields["dest"]):
-            dest = demand_text(fields["dest"], "`dest`", self._findings)
+            dest = require_text(fields["dest"], "`dest`", self._findings)
             if dest is None:
                 return
         if trigger is None:
@@ -333,14 +333,14 @@ class _Reader:
         if _is_null(node):
             return ()
         items = node.items if isinstance(node, Sequence) else (node,)
-        found = (demand_text(item, what, self._findings) for item in items)
+        found = (require_text(item, what, self._findings) for item in items)
         return tuple(text for text in found if text is not None)
 
     def _flag(self, fields: dict[str, Node], key: str, *, otherwise: bool = False) -> bool:
         node = fields.get(key)
         if node is None or _is_null(node):
             return otherwise
-        text = demand_text(node, f"`{key}`", self._findings)
+        text = require_text(node, f"`{key}`", self._findings)
         if text is None or text.value.lower() in ("true", "false", "model"):
             return text is not None and text.value.lower() != "false"
         self._findings.add(

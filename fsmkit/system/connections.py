@@ -14,9 +14,9 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, SymbolType, Type
 from fsmkit.system.indices import INDEXED, canonical, each
-from fsmkit.system.links import DIRECT, Manner, channel, read_manner
+from fsmkit.system.links import DIRECT, ChannelOptions, channel, read_manner
 from fsmkit.system.system import EventLink, InputLink, Machine, Possible, operation_port
-from fsmkit.yaml.nodes import Mapping, Node, Scalar, demand_mapping, demand_sequence
+from fsmkit.yaml.nodes import Mapping, Node, Scalar, require_mapping, require_sequence
 
 END = re.compile(rf"\s*({INDEXED})\s*\.\s*([A-Za-z_][\w.]*)\s*")
 EXAMPLE = "write `feeder.pushed -> molder.pushed`"
@@ -47,9 +47,9 @@ class _Connector:
     events: dict[tuple[int, int, int, int], tuple[EventLink, Text]] = field(default_factory=dict)
     inputs: dict[tuple[int, int], tuple[InputLink, Text]] = field(default_factory=dict)
 
-    manners: dict[tuple[int, int, int, int], Manner] = field(default_factory=dict)
+    manners: dict[tuple[int, int, int, int], ChannelOptions] = field(default_factory=dict)
 
-    def connect(self, text: Text, manner: Manner) -> None:
+    def connect(self, text: Text, manner: ChannelOptions) -> None:
         """Read one wire."""
         left, arrow, _ = text.value.partition("->")
         if not arrow:
@@ -125,7 +125,7 @@ class _Connector:
         port: int,
         sent: tuple[Field, ...],
         text: Text,
-        manner: Manner,
+        manner: ChannelOptions,
     ) -> None:
         machine = self.machines[target.machine]
         chart = machine.chart
@@ -231,7 +231,7 @@ def connect(
 ) -> Links:
     """Read all connections, and tell what is connected to nothing."""
     connector = _Connector(machines, findings)
-    sequence = None if node is None else demand_sequence(node, "`connect`", findings)
+    sequence = None if node is None else require_sequence(node, "`connect`", findings)
     for item in sequence.items if sequence is not None else ():
         found = _connection(item, machines, findings)
         for one in () if found is None else each(found[0], machines):
@@ -260,7 +260,7 @@ def _channelled(connector: _Connector) -> tuple[tuple[Machine, ...], tuple[Event
 
 def _connection(
     item: Node, machines: tuple[Machine, ...], findings: Findings
-) -> tuple[Text, Manner] | None:
+) -> tuple[Text, ChannelOptions] | None:
     if isinstance(item, Scalar):
         return item.text, DIRECT
     if not isinstance(item, Mapping) or len(item.entries) != 1:
@@ -275,7 +275,7 @@ def _connection(
             help=f"write `- {text}`; options are `{{{text}: {{kind: queued}}}}`",
         )
         return None
-    mapping = demand_mapping(options, "the options of a connection", findings)
+    mapping = require_mapping(options, "the options of a connection", findings)
     manner = None if mapping is None else read_manner(mapping, tick_of(machines), findings)
     return None if manner is None else (text, manner)
 

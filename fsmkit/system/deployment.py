@@ -24,10 +24,10 @@ from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
     Node,
     check_keys,
-    demand_mapping,
-    demand_sequence,
-    demand_text,
     read_nodes,
+    require_mapping,
+    require_sequence,
+    require_text,
 )
 
 LINK_KEYS = frozenset({"endpoints", "curve", "every", "insecure"})
@@ -86,7 +86,7 @@ def read_deployment(
 ) -> Deployment | None:
     """Read a deployment; paths in it are relative to ``folder``. Mind the findings."""
     root = read_nodes(source, findings)
-    top = None if root is None else demand_mapping(root, "a deployment", findings)
+    top = None if root is None else require_mapping(root, "a deployment", findings)
     if top is None:
         return None
     check_keys(top, frozenset(keys.DEPLOYMENT), "a deployment", findings, keys.BELONGS)
@@ -96,7 +96,7 @@ def read_deployment(
             "broken-deployment", "a deployment needs `system` and `nodes`", top.span, help=EXAMPLE
         )
         return None
-    file = demand_text(parts["system"], "the path of the system", findings)
+    file = require_text(parts["system"], "the path of the system", findings)
     if file is None:
         return None
     read_bytes(folder / file.value, file)
@@ -107,7 +107,7 @@ def read_deployment(
     nodes, placed = found
     links = None
     if "links" in parts:
-        links = demand_mapping(parts["links"], "`links`", findings)
+        links = require_mapping(parts["links"], "`links`", findings)
     options = {} if links is None else {key.value: node for key, node in links.entries}
     if links is not None:
         check_keys(links, LINK_KEYS, "`links`", findings)
@@ -133,7 +133,7 @@ def _placed(
     node: Node, system: System, findings: Findings
 ) -> tuple[tuple[str, ...], tuple[int | None, ...]] | None:
     """Return the nodes, and for each machine its node."""
-    mapping = demand_mapping(node, "`nodes`", findings)
+    mapping = require_mapping(node, "`nodes`", findings)
     if mapping is None:
         return None
     if not 1 <= len(mapping.entries) <= MOST_NODES:
@@ -148,9 +148,9 @@ def _placed(
                 name,
                 help="use letters, digits and `_`",
             )
-        sequence = demand_sequence(value, f"the machines of `{name}`", findings)
+        sequence = require_sequence(value, f"the machines of `{name}`", findings)
         for item in sequence.items if sequence is not None else ():
-            text = demand_text(item, "a machine", findings)
+            text = require_text(item, "a machine", findings)
             for machine in () if text is None else _machines(text, system, findings):
                 if machine in where and text is not None:
                     findings.add(
@@ -236,13 +236,13 @@ def _endpoints(
     node: Node | None, nodes: tuple[str, ...], findings: Findings, *, is_guarded: bool
 ) -> tuple[str, ...]:
     """Return where each node publishes; without a guard, only within this computer."""
-    mapping = None if node is None else demand_mapping(node, "`endpoints`", findings)
+    mapping = None if node is None else require_mapping(node, "`endpoints`", findings)
     if mapping is None:
         return ()
     check_keys(mapping, frozenset(nodes), "`endpoints`", findings)
     found = {}
     for key, value in mapping.entries:
-        text = demand_text(value, f"the endpoint of `{key}`", findings)
+        text = require_text(value, f"the endpoint of `{key}`", findings)
         if text is not None:
             found[key.value] = text.value
             if not is_guarded and not is_loopback(text.value):
@@ -264,7 +264,7 @@ def _endpoints(
 
 
 def _every(node: Node | None, findings: Findings) -> int:
-    text = None if node is None else demand_text(node, "`every`", findings)
+    text = None if node is None else require_text(node, "`every`", findings)
     if text is None:
         return 1
     number = integer(text, findings)
@@ -275,7 +275,7 @@ def _every(node: Node | None, findings: Findings) -> int:
 
 def _insecure(node: Node | None, curve: Node | None, findings: Findings) -> bool:
     """Return whether endpoints beyond this computer may go without keys."""
-    text = None if node is None else demand_text(node, "`insecure`", findings)
+    text = None if node is None else require_text(node, "`insecure`", findings)
     if text is None:
         return False
     if text.value not in ("true", "false"):
@@ -292,5 +292,5 @@ def _insecure(node: Node | None, curve: Node | None, findings: Findings) -> bool
 
 
 def _keys(node: Node | None, folder: Path, findings: Findings) -> Path | None:
-    text = None if node is None else demand_text(node, "`curve`, a folder of keys", findings)
+    text = None if node is None else require_text(node, "`curve`, a folder of keys", findings)
     return None if text is None else folder / text.value

@@ -17,7 +17,7 @@ from fsmkit.language import Field, Literal, Scope, Value, fold, type_expression
 from fsmkit.system.connections import find_machine
 from fsmkit.system.indices import INDEXED, each
 from fsmkit.system.system import Machine, Possible
-from fsmkit.yaml.nodes import Node, check_keys, demand_mapping, demand_sequence, demand_text
+from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_sequence, require_text
 
 ITEM = re.compile(rf"\s*({INDEXED})\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)
 ONE_OF = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s*\{(.*)\}\s*", re.DOTALL)
@@ -26,7 +26,7 @@ EXACTLY = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)(.*)", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class Environment:
     """The machines of the environment, and what can come from outside."""
 
     machines: frozenset[int]
@@ -35,21 +35,21 @@ class Surroundings:
 
 def read_environment(
     node: Node | None, machines: tuple[Machine, ...], findings: Findings
-) -> Surroundings:
+) -> Environment:
     """Read the environment."""
-    mapping = None if node is None else demand_mapping(node, "`environment`", findings)
+    mapping = None if node is None else require_mapping(node, "`environment`", findings)
     if mapping is None:
-        return Surroundings(frozenset(), ())
+        return Environment(frozenset(), ())
     check_keys(mapping, frozenset({"may", "will"}), "`environment`", findings)
     own: set[int] = set()
     possible: list[Possible] = []
     for key, value in mapping.entries:
-        sequence = demand_sequence(value, f"`{key}`", findings)
+        sequence = require_sequence(value, f"`{key}`", findings)
         for item in sequence.items if sequence is not None else ():
-            text = demand_text(item, "what can happen", findings)
+            text = require_text(item, "what can happen", findings)
             for one in () if text is None else each(text, machines):
                 _item(one, machines, key.value == "will", own, possible, findings)
-    return Surroundings(frozenset(own), tuple(possible))
+    return Environment(frozenset(own), tuple(possible))
 
 
 def _item(

@@ -18,7 +18,7 @@ from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.language import EnumType, Field, Scope, read_duration
 from fsmkit.system.indices import integer
 from fsmkit.system.system import EventLink, Machine, System
-from fsmkit.yaml.nodes import Mapping, check_keys, demand_text
+from fsmkit.yaml.nodes import Mapping, check_keys, require_text
 from fsmkit.yaml.reader import read_document
 
 KINDS = ("direct", "queued", "lossy")
@@ -29,7 +29,7 @@ CAPACITY = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
+class ChannelOptions:
     """How messages travel. ``capacity`` 0: at once; ``loss``: how many can be lost."""
 
     capacity: int = 0
@@ -37,15 +37,15 @@ class Manner:
     delay: int = 0
 
 
-DIRECT = Manner()
+DIRECT = ChannelOptions()
 
 
-def read_manner(options: Mapping, tick: int, findings: Findings) -> Manner | None:
+def read_manner(options: Mapping, tick: int, findings: Findings) -> ChannelOptions | None:
     """Read the options of a connection; delays are read in ticks of so many microseconds."""
     check_keys(options, frozenset({"kind", "capacity", "loss", "delay"}), "a connection", findings)
     texts: dict[str, Text] = {}
     for key, node in options.entries:
-        text = demand_text(node, f"`{key}`", findings)
+        text = require_text(node, f"`{key}`", findings)
         if text is None:
             return None
         texts[key.value] = text
@@ -74,7 +74,7 @@ def read_manner(options: Mapping, tick: int, findings: Findings) -> Manner | Non
     if "delay" in texts:
         delay = read_duration(texts["delay"], Scope(tick=tick), findings) or 0
         capacity = capacity or CAPACITY
-    return Manner(capacity or 0, loss or 0, delay)
+    return ChannelOptions(capacity or 0, loss or 0, delay)
 
 
 def _count(text: Text | None, otherwise: int, least: int, findings: Findings) -> int | None:
@@ -88,7 +88,7 @@ def _count(text: Text | None, otherwise: int, least: int, findings: Findings) ->
 
 
 def channel(
-    link: EventLink, manner: Manner, machines: tuple[Machine, ...], number: int, span: Span
+    link: EventLink, manner: ChannelOptions, machines: tuple[Machine, ...], number: int, span: Span
 ) -> tuple[Machine, EventLink, EventLink]:
     """Return the machine of a connection, to stand at ``number``, and the wires to and from it."""
     source, target = machines[link.source], machines[link.target]
@@ -109,7 +109,7 @@ def channel(
     return machine, enter, leave
 
 
-def channel_chart(fields: tuple[Field, ...], manner: Manner, tick: int) -> Chart:
+def channel_chart(fields: tuple[Field, ...], manner: ChannelOptions, tick: int) -> Chart:
     """Return the chart that holds, delays or loses messages of some fields."""
     findings = Findings()
     document = read_document(Source("connection", _text(fields, manner, tick)), findings)
@@ -118,7 +118,7 @@ def channel_chart(fields: tuple[Field, ...], manner: Manner, tick: int) -> Chart
     return chart
 
 
-def _text(fields: tuple[Field, ...], manner: Manner, tick: int) -> str:
+def _text(fields: tuple[Field, ...], manner: ChannelOptions, tick: int) -> str:
     types = {p.type.name: p.type.members for p in fields if isinstance(p.type, EnumType)}
     shown = ", ".join(f"{part.name} {part.type}" for part in fields)
     values = ", ".join(f"{part.name} = event.{part.name}" for part in fields)

@@ -18,7 +18,7 @@ from fsmkit.loading import read_bytes, read_documents
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
 from fsmkit.system.system import Machine
 from fsmkit.yaml.nodes import Mapping as MappingNode
-from fsmkit.yaml.nodes import Node, check_keys, demand_mapping, demand_text
+from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class _Reader:
 
     def _wanted(self, node: Node) -> _Wanted | None:
         if not isinstance(node, MappingNode):
-            chart = demand_text(node, "the chart of a machine", self.findings)
+            chart = require_text(node, "the chart of a machine", self.findings)
             return None if chart is None else _Wanted(chart)
         check_keys(node, frozenset({"chart", "with"}), "a machine", self.findings)
         parts = {key.value: value for key, value in node.entries}
@@ -76,12 +76,12 @@ class _Reader:
                 "unexpected-shape", "a machine needs `chart`, the path of its chart", node.span
             )
             return None
-        chart = demand_text(parts["chart"], "the chart of a machine", self.findings)
+        chart = require_text(parts["chart"], "the chart of a machine", self.findings)
         given = []
         if "with" in parts:
-            mapping = demand_mapping(parts["with"], "`with`", self.findings)
+            mapping = require_mapping(parts["with"], "`with`", self.findings)
             for name, value in mapping.entries if mapping is not None else ():
-                text = demand_text(value, f"the constant `{name}`", self.findings)
+                text = require_text(value, f"the constant `{name}`", self.findings)
                 if text is not None:
                     given.append((name, text))
         return None if chart is None else _Wanted(chart, tuple(given))
@@ -162,12 +162,12 @@ def read_machines(
     strict: bool = False,
 ) -> tuple[Machine, ...]:
     """Read all machines; the paths of charts are relative to ``folder``."""
-    mapping = None if node is None else demand_mapping(node, "`machines`", findings)
+    mapping = None if node is None else require_mapping(node, "`machines`", findings)
     reader = _Reader(folder, replacing, findings, strict)
     found: list[Machine] = []
     for name, value in mapping.entries if mapping is not None else ():
         for machine in reader.read(name, value):
-            _demand_new(machine, name, found, findings)
+            _require_new(machine, name, found, findings)
             found.append(machine)
     if len(found) > MOST_ELEMENTS:
         findings.add(
@@ -176,7 +176,7 @@ def read_machines(
             None if mapping is None else mapping.span,
             help=f"keep to {MOST_ELEMENTS}",
         )
-    _demand_replaced(replacing, found, findings)
+    _require_replaced(replacing, found, findings)
     return tuple(found)
 
 
@@ -189,7 +189,7 @@ def read_machine(
     return None if wanted is None else reader._machine(name, name.value, wanted, {})  # noqa: SLF001
 
 
-def _demand_new(machine: Machine, name: Text, found: list[Machine], findings: Findings) -> None:
+def _require_new(machine: Machine, name: Text, found: list[Machine], findings: Findings) -> None:
     array = machine.name if machine.place is None else machine.place[0]
     for other in found:
         if other.span != machine.span and array == (other.place or (other.name,))[0]:
@@ -202,7 +202,7 @@ def _demand_new(machine: Machine, name: Text, found: list[Machine], findings: Fi
             )
 
 
-def _demand_replaced(
+def _require_replaced(
     replacing: Mapping[str, Path], machines: list[Machine], findings: Findings
 ) -> None:
     known = dict.fromkeys(machine.name for machine in machines)

@@ -30,7 +30,7 @@ from fsmkit.system.connections import arguments_of, find_machine, misfit, tell_u
 from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
 from fsmkit.system.machines import read_machine
 from fsmkit.system.system import (
-    HEARD,
+    OBSERVED,
     Atom,
     EventLink,
     InputLink,
@@ -41,7 +41,7 @@ from fsmkit.system.system import (
     System,
     operation_port,
 )
-from fsmkit.yaml.nodes import Mapping, Node, check_keys, demand_sequence, demand_text
+from fsmkit.yaml.nodes import Mapping, Node, check_keys, require_sequence, require_text
 
 ERROR = "error"
 """The state that a monitor must not reach."""
@@ -91,7 +91,7 @@ class _Watch:
         if number is None:
             self._unknown(f"`{self.machines[machine].name}` has no event", name, chart.event_index)
             return
-        self._event(machine, HEARD + number, chart.events[number].fields, name, target, text)
+        self._event(machine, OBSERVED + number, chart.events[number].fields, name, target, text)
 
     def _leaving(self, machine: int, name: Text, target: Text, text: Text) -> None:
         chart = self.machines[machine].chart
@@ -215,11 +215,11 @@ def read_monitor(
         findings.add(
             "duplicate-name", f"there is a machine `{name}`", name, help="rename the property"
         )
-    _demand_fit(machine, name, findings)
+    _require_fit(machine, name, findings)
     watch = _Watch(machines, machine, findings)
-    sequence = demand_sequence(parts["watch"], "`watch`", findings) if "watch" in parts else None
+    sequence = require_sequence(parts["watch"], "`watch`", findings) if "watch" in parts else None
     for item in sequence.items if sequence is not None else ():
-        text = demand_text(item, "what is watched", findings)
+        text = require_text(item, "what is watched", findings)
         for one in () if text is None else each(text, machines):
             watch.read(one)
     events = tuple(link for link, _ in watch.events.values())
@@ -228,7 +228,7 @@ def read_monitor(
     return Monitor(name.value, replace(machine, environment=True, is_monitor=True), events, inputs)
 
 
-def _demand_fit(machine: Machine, name: Text, findings: Findings) -> None:
+def _require_fit(machine: Machine, name: Text, findings: Findings) -> None:
     """Report what a monitor cannot be: without an error, or choosing what it does."""
     chart = machine.chart
     if ERROR not in chart.state_index:
@@ -250,7 +250,7 @@ def _demand_fit(machine: Machine, name: Text, findings: Findings) -> None:
         )
 
 
-def demand_few(monitors: tuple[Monitor, ...], machines: int, findings: Findings) -> None:
+def require_few(monitors: tuple[Monitor, ...], machines: int, findings: Findings) -> None:
     """Report more machines, monitors among them, than can be explored."""
     if monitors and machines + len(monitors) > MOST_ELEMENTS:
         findings.add(
@@ -314,7 +314,7 @@ def look_event(chart: Chart) -> int | None:
     return last.index if last is not None and last.name == CHANGED else None
 
 
-def looking(chart: Chart) -> Chart:
+def as_observer(chart: Chart) -> Chart:
     """Return a monitor's chart with one more event, on which it looks at its inputs."""
     event = Event(len(chart.events), CHANGED, (), frozenset({Direction.IN}))
     return replace(chart, events=(*chart.events, event))

@@ -17,8 +17,8 @@ from fsmkit.system.connections import connect
 from fsmkit.system.environment import read_environment
 from fsmkit.system.indices import unquantified
 from fsmkit.system.machines import read_machines
-from fsmkit.system.monitors import demand_few, read_monitor
-from fsmkit.system.schedule import demand_room, read_schedule
+from fsmkit.system.monitors import read_monitor, require_few
+from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
 from fsmkit.system.system import (
     JUDGED_AT_STATES,
@@ -39,9 +39,9 @@ from fsmkit.yaml.nodes import (
     Scalar,
     Sequence,
     check_keys,
-    demand_mapping,
-    demand_text,
     read_nodes,
+    require_mapping,
+    require_text,
 )
 
 KINDS = {kind.value: kind for kind in PropertyKind}
@@ -92,12 +92,12 @@ def read_system(
 ) -> System | None:
     """Read a system; the paths of charts are relative to ``folder``. Mind the findings."""
     root = read_nodes(source, findings)
-    top = None if root is None else demand_mapping(root, "a system", findings)
+    top = None if root is None else require_mapping(root, "a system", findings)
     if top is None:
         return None
     check_keys(top, frozenset(keys.SYSTEM), "a system", findings, keys.BELONGS)
     parts = {key.value: node for key, node in top.entries}
-    name = demand_text(parts["system"], "the name of a system", findings)
+    name = require_text(parts["system"], "the name of a system", findings)
     machines = read_machines(parts.get("machines"), folder, replacing, findings, strict=strict)
     if findings.has_errors or name is None:
         return None
@@ -115,13 +115,13 @@ def read_system(
     )
     scope = Scope(constants=constants_of(machines), types=types_of(machines))
     machines = read_shared(parts.get("shared"), machines, scope, findings)
-    _demand_fixed_delays(machines, findings)
+    _require_fixed_delays(machines, findings)
     schedule = read_schedule(parts.get("schedule"), machines, findings)
     links = connect(parts.get("connect"), machines, surroundings.possible, findings)
     monitors: list[Monitor] = []
     asked = parts.get("properties")
     properties = tuple(_properties(asked, machines, folder, monitors, findings, strict=strict))
-    demand_few(tuple(monitors), len(machines) + len(links.machines), findings)
+    require_few(tuple(monitors), len(machines) + len(links.machines), findings)
     system = System(
         name.value,
         (*machines, *links.machines),
@@ -134,11 +134,11 @@ def read_system(
         monitors=tuple(monitors),
         schedule=schedule,
     )
-    demand_room(system, findings)
+    require_room(system, findings)
     return system
 
 
-def _demand_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:
+def _require_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:
     """Report intervals of machines that are no environment: no machine can choose so."""
     for machine in machines:
         for transition in machine.chart.transitions:
@@ -161,7 +161,7 @@ def _properties(
     strict: bool,
 ) -> Iterable[Property]:
     """Yield the properties; those that are monitors also go to ``monitors``."""
-    mapping = None if node is None else demand_mapping(node, "`properties`", findings)
+    mapping = None if node is None else require_mapping(node, "`properties`", findings)
     for name, value in mapping.entries if mapping is not None else ():
         kind = PropertyKind.MONITOR
         if isinstance(value, Mapping) and any(key.value == kind.value for key, _ in value.entries):
@@ -190,7 +190,7 @@ def _property(
             )
             return None
         return None if kind is None else Property(name.value, kind, kind.value, span=name.span)
-    mapping = demand_mapping(node, f"the property `{name}`", findings)
+    mapping = require_mapping(node, f"the property `{name}`", findings)
     if mapping is None:
         return None
     if len(mapping.entries) != 1:
@@ -233,7 +233,7 @@ def _refuse_occurs(name: Text, kind: PropertyKind, findings: Findings) -> None:
 def _condition(
     name: Text, node: Node, machines: tuple[Machine, ...], findings: Findings
 ) -> Condition | None:
-    text = demand_text(node, f"the condition of `{name}`", findings)
+    text = require_text(node, f"the condition of `{name}`", findings)
     written_out = None if text is None else unquantified(text, machines, findings)
     return None if written_out is None else read_condition(written_out, machines, findings)
 
@@ -255,7 +255,7 @@ def _of_two(
     first, last = (_condition(name, node.items[place], machines, findings) for place in (0, -1))
     ticks: int | None = 0
     if timed:
-        text = demand_text(node.items[1], f"the time of `{name}`", findings)
+        text = require_text(node.items[1], f"the time of `{name}`", findings)
         scope = Scope(constants=constants_of(machines), tick=machines[0].chart.capacities.tick)
         ticks = None if text is None else read_duration(text, scope, findings)
     if first is None or last is None or ticks is None:

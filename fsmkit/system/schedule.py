@@ -21,7 +21,7 @@ from fsmkit.language.microseconds import duration_text
 from fsmkit.system.connections import find_machine
 from fsmkit.system.indices import MOST_ELEMENTS, each
 from fsmkit.system.system import Machine, Schedule, System
-from fsmkit.yaml.nodes import Mapping, Node, Scalar, check_keys, demand_sequence, demand_text
+from fsmkit.yaml.nodes import Mapping, Node, Scalar, check_keys, require_sequence, require_text
 from fsmkit.yaml.reader import read_document
 
 EXAMPLE = "write `schedule: {cyclic: [feeder, molder], period: 10ms}`, or `interleaved`"
@@ -63,12 +63,12 @@ def read_schedule(
 
 def _order(node: Node, machines: tuple[Machine, ...], findings: Findings) -> tuple[int, ...] | None:
     """Read the order; each machine that is not of the environment has one place in it."""
-    sequence = demand_sequence(node, "`cyclic`", findings)
+    sequence = require_sequence(node, "`cyclic`", findings)
     if sequence is None:
         return None
     places: dict[int, Text] = {}
     for item in sequence.items:
-        text = demand_text(item, "a machine of the order", findings)
+        text = require_text(item, "a machine of the order", findings)
         for one in () if text is None else each(text, machines):
             machine = find_machine(one, machines, findings)
             if machine is not None:
@@ -119,7 +119,7 @@ def _ticks(parts: Dictionary[str, Node], tick: int, findings: Findings) -> tuple
     found = []
     texts = []
     for name in ("period", "jitter"):
-        text = demand_text(parts[name], f"`{name}`", findings) if name in parts else None
+        text = require_text(parts[name], f"`{name}`", findings) if name in parts else None
         ticks = 0 if text is None else read_duration(text, Scope(tick=tick), findings)
         if ticks is None or (text is None and name in parts):
             return None
@@ -140,7 +140,7 @@ def _ticks(parts: Dictionary[str, Node], tick: int, findings: Findings) -> tuple
     return period, jitter
 
 
-def demand_room(system: System, findings: Findings) -> None:
+def require_room(system: System, findings: Findings) -> None:
     """Report more machines than can be explored with one that keeps the turns."""
     machines = len(system.machines) + len(system.monitors)
     if system.schedule is not None and machines + 1 > MOST_ELEMENTS:

@@ -32,16 +32,16 @@ from fsmkit.language import (
 from fsmkit.language.constants import start_value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import InputLink, Machine, Slot
-from fsmkit.yaml.nodes import Node, demand_mapping, demand_text
+from fsmkit.yaml.nodes import Node, require_mapping, require_text
 
 
 def read_shared(
     node: Node | None, machines: tuple[Machine, ...], scope: Scope, findings: Findings
 ) -> tuple[Machine, ...]:
     """Return the machines with their shared variables; types are read in ``scope``."""
-    mapping = None if node is None else demand_mapping(node, "`shared`", findings)
+    mapping = None if node is None else require_mapping(node, "`shared`", findings)
     for name, value in mapping.entries if mapping is not None else ():
-        text = demand_text(value, f"the shared variable `{name}`", findings)
+        text = require_text(value, f"the shared variable `{name}`", findings)
         init = None if text is None else _declared(name, text, scope, findings)
         if init is not None:
             machines = _bound(name, init, machines, findings)

@@ -2,7 +2,7 @@
 
 Machines are numbered in the order of the file, properties likewise. A *port* of a machine is where
 something leaves it: an event (its index in the chart) or an operation (after all events); from
-`HEARD` on, an event that the machine is handed, for monitors.
+`OBSERVED` on, an event that the machine is handed, for monitors.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Source, Span
 from fsmkit.language import BOOL, Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Value
 from fsmkit.texts import guard, telling
 
-HEARD = 1 << 16
+OBSERVED = 1 << 16
 """The port of a machine by which monitors hear of its first event, whenever it occurs."""
 
 

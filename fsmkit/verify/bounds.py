@@ -10,14 +10,14 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.system.system import System
-from fsmkit.verify.explore import Manner, Progress, check
+from fsmkit.verify.explore import ExplorationOptions, Progress, check
 from fsmkit.verify.report.verdict import ENDS, Report
 from fsmkit.verify.statespace.actions import FAULT, FULL
-from fsmkit.verify.statespace.closed_system import PATIENCE
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 from fsmkit.verify.statespace.exploration import End, first_mark
 
-FROM_OUTSIDE = PATIENCE + 1
-"""Events from outside that wait at once: one comes while at most `PATIENCE` others wait."""
+FROM_OUTSIDE = MAX_PENDING_BEFORE_INPUT + 1
+"""Events from outside that wait at once: one comes while `MAX_PENDING_BEFORE_INPUT` others wait."""
 MARKER = "/* Bounds and figures. */"
 
 
@@ -37,14 +37,17 @@ class Proved:
 
 
 def proved(
-    system: System, findings: Findings, manner: Manner, progress: Progress | None = None
+    system: System,
+    findings: Findings,
+    options: ExplorationOptions,
+    progress: Progress | None = None,
 ) -> Proved:
     """Explore a system and return what its machines need.
 
     `FsmkitError` (``bounds-not-proved``) where not all was explored, or a queue can overflow.
     """
-    report = check(system, findings, manner=manner, progress=progress)
-    _demand_whole(report)
+    report = check(system, findings, options=options, progress=progress)
+    _require_whole(report)
     found: dict[int, tuple[Chart, Capacities]] = {}
     charts = [machine.chart for machine in system.machines]
     for number, chart in enumerate(charts):
@@ -58,7 +61,7 @@ def proved(
     )
 
 
-def _demand_whole(report: Report) -> None:
+def _require_whole(report: Report) -> None:
     found, closed = report.exploration, report.closed
     why = ""
     if found.end is not End.COMPLETE:

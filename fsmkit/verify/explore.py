@@ -18,7 +18,7 @@ from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.counterexample import Counterexample, ReplayError, write
 from fsmkit.verify.report.verdict import Report, Result, Show, Verdict, conclude, tell
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
-from fsmkit.verify.statespace.closed_system import Closed, as_it_stands, beyond_zones, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, as_it_stands, beyond_zones, close
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
 from fsmkit.verify.statespace.storage import Storage
 
@@ -37,7 +37,8 @@ Progress = Callable[[int, int, int], None]
 class Limits:
     """What an exploration may use: bytes of memory, seconds (0: no limit), cores (0: all of them).
 
-    What is found does not depend on the cores, unless states are missed (`Manner.storage`).
+    What is found does not depend on the cores, unless states are missed
+    (`ExplorationOptions.storage`).
     """
 
     memory: int = 4 << 30
@@ -55,7 +56,7 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
+class ExplorationOptions:
     """How to explore. ``engine``: ``c``, ``python``, or empty for C where there is a compiler."""
 
     engine: str = ""
@@ -82,7 +83,7 @@ class Manner:
                 help=f"use one of {', '.join(REDUCTIONS)}",
             )
 
-    def closed(self, system: System, *, zones: bool) -> Closed:
+    def closed(self, system: System, *, zones: bool) -> ClosedSystem:
         """Return a system closed to be explored in this manner; ``zones`` as the engine has it."""
         return close(
             system,
@@ -100,7 +101,7 @@ def check_file(
     *,
     replacing: Mapping[str, Path] | None = None,
     strict: bool = False,
-    manner: Manner | None = None,
+    options: ExplorationOptions | None = None,
     names: frozenset[str] = frozenset(),
     progress: Progress | None = None,
     deadline: Deadline | None = None,
@@ -110,16 +111,18 @@ def check_file(
     ``replacing``, ``strict``: as of `fsmkit.verify.replay.load_any`. Where time ends while it is
     read, the system is one of no machines.
     """
-    manner = manner or Manner()
-    deadline = deadline or Deadline(manner.limits.seconds)
+    options = options or ExplorationOptions()
+    deadline = deadline or Deadline(options.limits.seconds)
     try:
         read = deadline.cut_off(
             Stage.READING, lambda: load_any(path, findings, replacing, strict=strict)
         )
     except TimeUp:
         read = System(path.stem, ())
-        return read, _out_of_time(read, manner, frozenset(), findings, deadline)
-    report = check(read, findings, manner=manner, names=names, progress=progress, deadline=deadline)
+        return read, _out_of_time(read, options, frozenset(), findings, deadline)
+    report = check(
+        read, findings, options=options, names=names, progress=progress, deadline=deadline
+    )
     return read, report
 
 
@@ -127,7 +130,7 @@ def check(
     system: System,
     findings: Findings,
     *,
-    manner: Manner | None = None,
+    options: ExplorationOptions | None = None,
     names: frozenset[str] = frozenset(),
     progress: Progress | None = None,
     deadline: Deadline | None = None,
@@ -137,18 +140,18 @@ def check(
     All of it keeps to the ``deadline``; without one, to the seconds of the manner from now on.
     Where time ends before the exploration begins, nothing is decided.
     """
-    manner = manner or Manner()
-    deadline = deadline or Deadline(manner.limits.seconds)
-    _demand_known(system, names)
+    options = options or ExplorationOptions()
+    deadline = deadline or Deadline(options.limits.seconds)
+    _require_known(system, names)
     try:
-        return _timed(_checked(system, findings, manner, names, progress, deadline), deadline)
+        return _timed(_checked(system, findings, options, names, progress, deadline), deadline)
     except TimeUp:
-        return _out_of_time(system, manner, names, findings, deadline)
+        return _out_of_time(system, options, names, findings, deadline)
 
 
 def _out_of_time(
     system: System,
-    manner: Manner,
+    options: ExplorationOptions,
     names: frozenset[str],
     findings: Findings,
     deadline: Deadline,
@@ -160,7 +163,7 @@ def _out_of_time(
     results = results or [Result(system.name, None, "", Verdict.UNDECIDED, why)]
     for result in results:
         tell(result, findings)
-    found = unexplored(manner.engine or "c", why, len(system.machines))
+    found = unexplored(options.engine or "c", why, len(system.machines))
     return _timed(Report(as_it_stands(system), found, tuple(results), findings, ()), deadline)
 
 
@@ -171,21 +174,21 @@ def _timed(report: Report, deadline: Deadline) -> Report:
 def _checked(
     system: System,
     findings: Findings,
-    manner: Manner,
+    options: ExplorationOptions,
     names: frozenset[str],
     progress: Progress | None,
     deadline: Deadline,
 ) -> Report:
-    engine = manner.engine or ("c" if compiler() is not None else "python")
-    zones = manner.zones and engine == "c" and not manner.untimed
+    engine = options.engine or ("c" if compiler() is not None else "python")
+    zones = options.zones and engine == "c" and not options.untimed
     why = beyond_zones(system) if zones else ""
     if why:
         message = f"time is discrete in this check, not dense: {why}"
         findings.add("discrete-time", message, None, help="`--time discrete` does the same")
         zones = False
-    closed = deadline.cut_off(Stage.GENERATING, lambda: manner.closed(system, zones=zones))
-    _demand_stored(manner.storage, engine, closed)
-    if not manner.engine and engine == "python":
+    closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=zones))
+    _require_stored(options.storage, engine, closed)
+    if not options.engine and engine == "python":
         findings.add(
             "no-compiler",
             "there is no C compiler: exploring in Python, which is slow",
@@ -204,9 +207,9 @@ def _checked(
 
         return conclude(closed, found, _shower(closed, deadline, trail), names, findings)
     with closing(CEngine(closed, findings, deadline)) as built:
-        found = _searched(built, manner, progress, until)
+        found = _searched(built, options, progress, until)
         if closed.zones:
-            memory = manner.limits.memory
+            memory = options.limits.memory
             answers = temporal_answers(built, closed, found, memory, progress, names)
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
@@ -223,16 +226,16 @@ def _with_reason(found: Exploration, deadline: Deadline) -> Exploration:
 
 def _searched(
     built: CEngine,
-    manner: Manner,
+    options: ExplorationOptions,
     progress: Progress | None,
     until: frozenset[int] = frozenset(),
 ) -> Exploration:
-    limits, sleeps = manner.limits, SLEEP not in manner.without
+    limits, sleeps = options.limits, SLEEP not in options.without
     cores = limits.threads
-    return built.explore(limits.memory, 0, progress, until, cores, manner.storage, sleeps=sleeps)
+    return built.explore(limits.memory, 0, progress, until, cores, options.storage, sleeps=sleeps)
 
 
-def _demand_stored(storage: Storage, engine: str, closed: Closed) -> None:
+def _require_stored(storage: Storage, engine: str, closed: ClosedSystem) -> None:
     """Refuse what is not exact where there is no such storage."""
     if storage is Storage.EXACT or (engine != "python" and not closed.zones):
         return
@@ -247,7 +250,7 @@ def _demand_stored(storage: Storage, engine: str, closed: Closed) -> None:
 
 
 def _shower(
-    closed: Closed,
+    closed: ClosedSystem,
     deadline: Deadline,
     trail_of: Callable[[tuple[int, ...]], Trail],
     confirm: Callable[[Counterexample, tuple[int, ...]], Counterexample] | None = None,
@@ -281,7 +284,7 @@ def _shower(
     return show
 
 
-def _awaited(closed: Closed, names: frozenset[str]) -> frozenset[int]:
+def _awaited(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
     """Return the marks that decide all properties asked for by name; none if some have no mark."""
     found = set()
     for number, property_ in enumerate(closed.system.properties):
@@ -305,7 +308,7 @@ def asking_only(system: System, names: frozenset[str]) -> System:
     """
     if not names:
         return system
-    _demand_known(system, names)
+    _require_known(system, names)
     return replace(
         system,
         properties=tuple(p for p in system.properties if p.name in names),
@@ -313,7 +316,7 @@ def asking_only(system: System, names: frozenset[str]) -> System:
     )
 
 
-def _demand_known(system: System, names: frozenset[str]) -> None:
+def _require_known(system: System, names: frozenset[str]) -> None:
     known = {property_.name for property_ in system.properties}
     for name in sorted(names - known):
         near = nearest(name, known)
@@ -327,17 +330,20 @@ def _demand_known(system: System, names: frozenset[str]) -> None:
 
 
 def explored(
-    system: System, findings: Findings, manner: Manner, progress: Progress | None = None
+    system: System,
+    findings: Findings,
+    options: ExplorationOptions,
+    progress: Progress | None = None,
 ) -> Exploration:
     """Return what an exploration finds, without judging it."""
-    zones = manner.zones and manner.engine != "python"
-    closed = manner.closed(system, zones=zones)
-    deadline = Deadline(manner.limits.seconds)
-    _demand_stored(manner.storage, manner.engine, closed)
-    if manner.engine == "python":
+    zones = options.zones and options.engine != "python"
+    closed = options.closed(system, zones=zones)
+    deadline = Deadline(options.limits.seconds)
+    _require_stored(options.storage, options.engine, closed)
+    if options.engine == "python":
         found, _ = explore_in_python(
             closed, traps=closed.is_open, deadline=deadline, progress=progress
         )
         return found
     with closing(CEngine(closed, findings, deadline)) as built:
-        return _searched(built, manner, progress)
+        return _searched(built, options, progress)

@@ -13,7 +13,7 @@ from fsmkit.system.reader import is_system_file, load_system
 from fsmkit.system.system import System, system_of
 from fsmkit.verify.report.counterexample import Replay, TraceStep
 from fsmkit.verify.statespace.actions import Action, Step
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.testgen.replay_python import in_python
 
 
@@ -55,7 +55,7 @@ def perform_in_python(recorded: Mapping[str, Any], folder: Path = Path()) -> lis
     return in_python(closed, steps)
 
 
-def _performed(recorded: Mapping[str, Any], folder: Path) -> tuple[Closed, list[TraceStep]]:
+def _performed(recorded: Mapping[str, Any], folder: Path) -> tuple[ClosedSystem, list[TraceStep]]:
     replacing = {n: folder / file for n, file in recorded.get("replaced", {}).items()}
     system = load_any(folder / recorded["file"], Findings(), replacing)
     closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])

@@ -12,7 +12,7 @@ from fsmkit.system.system import Property, PropertyKind, System
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.explore import Limits
 from fsmkit.verify.report.verdict import ENDS
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.exploration import End
 
 DELAYS_WATCHED = 64
@@ -28,7 +28,7 @@ class Limit:
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class SeparationTimes:
     """How long it takes from when a condition begins to hold until another one holds next.
 
     ``least`` and ``greatest`` of all times that are possible, in ticks; None if it never comes to
@@ -48,14 +48,14 @@ class Gap:
         return not self.doubt and self.pending is not None and self.pending.ticks <= ticks
 
 
-def gap(
+def separation_times(
     system: System,
     begin: str,
     end: str,
     *,
     most: int | None = None,
     limits: Limits | None = None,
-) -> Gap:
+) -> SeparationTimes:
     """Measure the time from when ``begin`` begins to hold until ``end`` holds next (at once: 0).
 
     Both are conditions as in properties. A beginning while the time runs already is measured too.
@@ -73,14 +73,14 @@ def gap(
         found, told = engine.watch(0, 1, units, limits.memory, limits.seconds)
     if found.end is not End.COMPLETE or closed.samples:
         doubt = found.why or ENDS.get(found.end) or f"samples only of {', '.join(closed.samples)}"
-        return Gap(None, None, None, units * unit, doubt)
+        return SeparationTimes(None, None, None, units * unit, doubt)
 
     def limit(name: str) -> Limit | None:
         bound = told[name]
         return None if bound is None else Limit(*bound)
 
     stopped = bool(told["stopped"])
-    return Gap(
+    return SeparationTimes(
         limit("least") if stopped else None,
         limit("greatest") if stopped else None,
         limit("pending"),
@@ -106,6 +106,6 @@ def _reached(system: System, texts: tuple[str, ...], findings: Findings) -> list
     return found
 
 
-def _furthest(closed: Closed) -> int:
+def _furthest(closed: ClosedSystem) -> int:
     delays = [delay for chart in closed.charts for delay in delays_of(chart)]
     return DELAYS_WATCHED * max((delay for delay in delays if delay is not None), default=1)

@@ -17,9 +17,9 @@ from fsmkit.yaml.nodes import (
     Scalar,
     Sequence,
     check_keys,
-    demand_mapping,
-    demand_sequence,
-    demand_text,
+    require_mapping,
+    require_sequence,
+    require_text,
 )
 
 Choice = TypeVar("Choice")
@@ -48,7 +48,7 @@ class Fields:
     def text(self, key: str) -> Text | None:
         """Return the text under a key."""
         node = self.node(key)
-        return None if node is None else demand_text(node, f"`{key}`", self._findings)
+        return None if node is None else require_text(node, f"`{key}`", self._findings)
 
     def name(self, key: str) -> Text | None:
         """Return the name under a key."""
@@ -87,14 +87,14 @@ class Fields:
     def entries(self, key: str) -> tuple[tuple[Text, Node], ...]:
         """Return the entries of the mapping under a key."""
         node = self.node(key)
-        mapping = None if node is None else demand_mapping(node, f"`{key}`", self._findings)
+        mapping = None if node is None else require_mapping(node, f"`{key}`", self._findings)
         entries = () if mapping is None else mapping.entries
         return tuple((name.stripped(), value) for name, value in entries)
 
     def text_entries(self, key: str) -> tuple[tuple[Text, Text], ...]:
         """Return the entries of the mapping under a key, all of which are texts."""
         pairs = (
-            (name, demand_text(node, f"`{name.value}`", self._findings))
+            (name, require_text(node, f"`{name.value}`", self._findings))
             for name, node in self.entries(key)
         )
         return tuple((name, text) for name, text in pairs if text is not None)
@@ -102,9 +102,9 @@ class Fields:
     def texts(self, key: str) -> tuple[Text, ...]:
         """Return the texts of the list under a key."""
         node = self.node(key)
-        sequence = None if node is None else demand_sequence(node, f"`{key}`", self._findings)
+        sequence = None if node is None else require_sequence(node, f"`{key}`", self._findings)
         items = () if sequence is None else sequence.items
-        texts = (demand_text(item, f"an entry of `{key}`", self._findings) for item in items)
+        texts = (require_text(item, f"an entry of `{key}`", self._findings) for item in items)
         return tuple(text for text in texts if text is not None)
 
     def names(self, key: str) -> tuple[Text, ...]:
@@ -138,7 +138,7 @@ class Fields:
         return tuple(statement for block in self.blocks(key) for statement in block)
 
     def _statements(self, node: Node, key: str) -> Block:
-        text = demand_text(node, f"`{key}`", self._findings)
+        text = require_text(node, f"`{key}`", self._findings)
         return () if text is None else read_statements(text, self._findings)
 
 
@@ -148,12 +148,12 @@ def names(node: Node | None, what: str, findings: Findings) -> tuple[Text, ...]:
         case None:
             return ()
         case Sequence(items):
-            texts = (demand_text(item, what, findings) for item in items)
+            texts = (require_text(item, what, findings) for item in items)
             return tuple(text.stripped() for text in texts if text is not None)
         case Scalar(text):
             return words(text)
         case _:
-            demand_text(node, what, findings)
+            require_text(node, what, findings)
             return ()
 
 

@@ -298,7 +298,7 @@ def _is_open(text: str) -> bool:
 # --- what readers of nodes ask for ------------------------------------------------------------
 
 
-def demand_mapping(node: Node, what: str, findings: Findings) -> Mapping | None:
+def require_mapping(node: Node, what: str, findings: Findings) -> Mapping | None:
     """Return a node that must be a mapping (or nothing at all), or None after saying so."""
     if isinstance(node, Mapping):
         return node
@@ -311,7 +311,7 @@ def demand_mapping(node: Node, what: str, findings: Findings) -> Mapping | None:
     return None
 
 
-def demand_sequence(node: Node, what: str, findings: Findings) -> Sequence | None:
+def require_sequence(node: Node, what: str, findings: Findings) -> Sequence | None:
     """Return a node that must be a list (or nothing at all), or None after saying so."""
     if isinstance(node, Sequence):
         return node
@@ -324,7 +324,7 @@ def demand_sequence(node: Node, what: str, findings: Findings) -> Sequence | Non
     return None
 
 
-def demand_text(node: Node, what: str, findings: Findings) -> Text | None:
+def require_text(node: Node, what: str, findings: Findings) -> Text | None:
     """Return the text of a node that must be one, or None after saying so.
 
     White space around it is quoted or indented, and has no meaning.

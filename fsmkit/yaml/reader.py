@@ -21,7 +21,7 @@ from fsmkit.document.document import (
 )
 from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields
-from fsmkit.yaml.nodes import Mapping, Node, Sequence, demand_mapping, demand_text, read_nodes
+from fsmkit.yaml.nodes import Mapping, Node, Sequence, read_nodes, require_mapping, require_text
 from fsmkit.yaml.states import StateReader
 from fsmkit.yaml.transitions import read_initial
 
@@ -31,7 +31,7 @@ DATAMODELS = ("fsmkit", "ecmascript", "null")
 def read_document(source: Source, findings: Findings) -> Document | None:
     """Return the document of a YAML text, or None where an error was found."""
     root = read_nodes(source, findings)
-    mapping = None if root is None else demand_mapping(root, "a chart", findings)
+    mapping = None if root is None else require_mapping(root, "a chart", findings)
     if mapping is None:
         return None
     if any(key.value == "system" for key, _ in mapping.entries):
@@ -101,7 +101,7 @@ def _name(fields: Fields, source: Source, findings: Findings) -> Text:
 def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:
     for name, node in fields.entries("types"):
         if isinstance(node, Sequence) and node.items:
-            texts = (demand_text(item, "a member", findings) for item in node.items)
+            texts = (require_text(item, "a member", findings) for item in node.items)
             yield DocType(name, members=tuple(text for text in texts if text is not None))
         elif isinstance(node, Mapping) and node.entries:
             yield DocType(name, fields=tuple(_record(node, findings)))
@@ -116,7 +116,7 @@ def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:
 
 def _record(mapping: Mapping, findings: Findings) -> Iterator[DocField]:
     for key, node in mapping.entries:
-        text = demand_text(node, f"the type of `{key}`", findings)
+        text = require_text(node, f"the type of `{key}`", findings)
         if text is not None:
             yield DocField(key.stripped(), text)
 
@@ -145,6 +145,6 @@ def _capacities(fields: Fields, findings: Findings) -> tuple[DocCapacity, ...]:
 
 
 def _inner(node: Node | None, key: str, known: dict[str, str], findings: Findings) -> Fields | None:
-    if node is None or (mapping := demand_mapping(node, f"`{key}`", findings)) is None:
+    if node is None or (mapping := require_mapping(node, f"`{key}`", findings)) is None:
         return None
     return Fields(mapping, known, f"`{key}`", findings)

@@ -9,7 +9,7 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import REPLACEABLE, DocArgument, DocInvoke, DocState, Document, Kind
 from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields
-from fsmkit.yaml.nodes import Mapping, Node, Sequence, demand_mapping
+from fsmkit.yaml.nodes import Mapping, Node, Sequence, require_mapping
 from fsmkit.yaml.transitions import read_initial, read_transitions
 
 HISTORIES = {"shallow": Kind.SHALLOW_HISTORY, "deep": Kind.DEEP_HISTORY}
@@ -31,7 +31,7 @@ class StateReader:
 
     def state(self, name: Text, node: Node) -> DocState:
         """Read one state, or under ``refine`` a change of one."""
-        mapping = demand_mapping(node, f"state `{name}`", self.findings)
+        mapping = require_mapping(node, f"state `{name}`", self.findings)
         if not name.value:
             self.findings.add(
                 "unexpected-shape", "a state needs a name", name, help="write it before the colon"
@@ -103,7 +103,7 @@ class StateReader:
 
     def _done(self, fields: Fields) -> tuple[tuple[DocArgument, ...], Text | None]:
         node = fields.node("done")
-        mapping = None if node is None else demand_mapping(node, "`done`", self.findings)
+        mapping = None if node is None else require_mapping(node, "`done`", self.findings)
         if mapping is None:
             return (), None
         done = Fields(mapping, keys.DONE, "`done`", self.findings)
@@ -113,13 +113,13 @@ class StateReader:
         if node is None:
             return ()
         items = node.items if isinstance(node, Sequence) else (node,)
-        mappings = (demand_mapping(item, "`invoke`", self.findings) for item in items)
+        mappings = (require_mapping(item, "`invoke`", self.findings) for item in items)
         return tuple(self._invoke(mapping) for mapping in mappings if mapping is not None)
 
     def _invoke(self, mapping: Mapping) -> DocInvoke:
         fields = Fields(mapping, keys.INVOKE, "`invoke`", self.findings)
         node = fields.node("content")
-        chart = None if node is None else demand_mapping(node, "`content`", self.findings)
+        chart = None if node is None else require_mapping(node, "`content`", self.findings)
         return DocInvoke(
             span=mapping.span,
             id=fields.name("id"),

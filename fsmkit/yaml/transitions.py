@@ -9,7 +9,7 @@ from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields, names, words
-from fsmkit.yaml.nodes import Mapping, Node, Sequence, demand_mapping
+from fsmkit.yaml.nodes import Mapping, Node, Sequence, require_mapping
 
 BY_NAME = {"on": Trigger.EVENT, "after": Trigger.AFTER, "every": Trigger.EVERY}
 """Keys that hold `event or delay: transition`."""
@@ -59,7 +59,7 @@ def _under(key: str, fields: Fields, findings: Findings) -> Iterator[DocTransiti
         yield from _listed(node, Label(PLAIN[key]), findings)
     elif key == "transitions" and node is not None:
         for item in _items(node):
-            mapping = demand_mapping(item, "an entry of `transitions`", findings)
+            mapping = require_mapping(item, "an entry of `transitions`", findings)
             if mapping is not None:
                 yield _labelled(mapping, findings)
 

@@ -23,26 +23,26 @@ int main(int argc, char **argv)
     fsm_storage storage = strcmp(argv[1], "bitstate") == 0 ? FSM_BITSTATE : FSM_HASH_COMPACT;
     uint32_t states = (uint32_t)strtoul(argv[3], NULL, 10), probes = (uint32_t)strtoul(argv[4], NULL, 10);
     uint64_t added = 0, known = 0, matched = 0, counted = 0;
-    fsm_lossy table;
-    if (!fsm_lossy_init(&table, storage, (size_t)strtoull(argv[2], NULL, 10)))
+    fsm_hash_compaction table;
+    if (!fsm_hash_compaction_init(&table, storage, (size_t)strtoull(argv[2], NULL, 10)))
         return 2;
     for (uint32_t i = 0; i < states; i++) {
-        fsm_put put = fsm_lossy_put(&table, fsm_lossy_home(&table, state_of(i)));
+        fsm_put put = fsm_hash_compaction_put(&table, fsm_hash_compaction_home(&table, state_of(i)));
         if (put == FSM_NO_ROOM)
             break;
         added += put == FSM_ADDED;
     }
     for (uint32_t i = 0; i < states; i++)
-        known += fsm_lossy_has(&table, fsm_lossy_home(&table, state_of(i)));
+        known += fsm_hash_compaction_has(&table, fsm_hash_compaction_home(&table, state_of(i)));
     for (uint32_t i = 0; i < probes; i++)
-        matched += fsm_lossy_has(&table, fsm_lossy_home(&table, state_of(states + i)));
-    for (uint32_t part = 0; part < FSM_LOSSY_PARTS; part++)
+        matched += fsm_hash_compaction_has(&table, fsm_hash_compaction_home(&table, state_of(states + i)));
+    for (uint32_t part = 0; part < FSM_HASH_COMPACTION_PARTS; part++)
         counted += table.parts[part].count;
     printf("%llu %llu %llu %llu %d", (unsigned long long)added, (unsigned long long)known,
            (unsigned long long)table.lines, (unsigned long long)matched, counted == added);
-    for (uint32_t part = 0; part < FSM_LOSSY_PARTS; part++)
-        printf(" %llu", (unsigned long long)fsm_lossy_filled(&table, part));
+    for (uint32_t part = 0; part < FSM_HASH_COMPACTION_PARTS; part++)
+        printf(" %llu", (unsigned long long)fsm_hash_compaction_filled(&table, part));
     printf("\n");
-    fsm_lossy_free(&table);
+    fsm_hash_compaction_free(&table);
     return 0;
 }

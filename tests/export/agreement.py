@@ -20,7 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.system.system import Possible, System
 from fsmkit.verify.replay import load_any
 from tests.export.judges import Compared, JudgeError, TooLargeError, compare, find, has_storm
@@ -61,7 +61,7 @@ class Case:
         """Ask all judges; of a defect only explorer and SPIN, about what it breaks."""
         system = self.load()
         if self.breaks:
-            limits = Wanted(self.untimed, self.untimed, most)
+            limits = ExportOptions(self.untimed, self.untimed, most)
             return find(self.name, system, self.breaks, limits, seconds)
         return compare(
             self.name,

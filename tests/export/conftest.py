@@ -8,7 +8,7 @@ import pytest
 
 from fsmkit.diagnostics import Findings
 from fsmkit.export.collect import network_of
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.network import Network
 from fsmkit.verify.replay import load_any
 from tests.verify.conftest import load, own_cache, quickly_compiled  # noqa: F401
@@ -19,4 +19,4 @@ CHART = Path(__file__).parents[2] / "machines/production_cell/supervisor.yaml"
 @pytest.fixture(scope="module")
 def supervisor() -> Network:
     """Return a chart that stands open, untimed, as exports have it."""
-    return network_of(load_any(CHART, Findings()), Wanted(untimed=True))
+    return network_of(load_any(CHART, Findings()), ExportOptions(untimed=True))

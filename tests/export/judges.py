@@ -13,14 +13,14 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings
 from fsmkit.export.collect import network_of
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.jani.model import model_of
 from fsmkit.export.jani.properties import FORESEEN
 from fsmkit.export.names import identifiers
 from fsmkit.export.network import Network
 from fsmkit.export.promela.model import written
 from fsmkit.system.system import Property, PropertyKind, System
-from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.exploration import DEADLOCK, End
@@ -105,12 +105,14 @@ def compare(
 ) -> Compared:
     """Ask all judges; `FsmkitError` where a system cannot be exported."""
     system = with_deadlock(system)
-    manner = Manner("c", untimed=untimed, silent=silent, limits=Limits(seconds=seconds))
-    report = check(system, Findings(), manner=manner)
+    options = ExplorationOptions(
+        "c", untimed=untimed, silent=silent, limits=Limits(seconds=seconds)
+    )
+    report = check(system, Findings(), options=options)
     if report.exploration.states > most:
         raise TooLargeError(f"{report.exploration.states:,} states")
     ours = by_explorer(report)
-    network = network_of(system, Wanted(untimed, silent, most, Deadline(seconds)))
+    network = network_of(system, ExportOptions(untimed, silent, most, Deadline(seconds)))
     kinds = {p.name: p.kind for p in system.properties}
     theirs = by_spin(network, seconds)
     stormy = by_storm(network) if storm else None
@@ -126,13 +128,13 @@ def compare(
     )
 
 
-def find(name: str, system: System, bad: str, wanted: Wanted, seconds: float) -> Compared:
+def find(name: str, system: System, bad: str, wanted: ExportOptions, seconds: float) -> Compared:
     """Ask explorer and SPIN about one property, no further than to a violation."""
     kept = tuple(p for p in system.properties if p.name == bad)
     system = replace(system, properties=kept)
     limits = Limits(seconds=seconds)
-    manner = Manner("c", untimed=wanted.untimed, silent=wanted.silent, limits=limits)
-    report = check(system, Findings(), manner=manner, names=frozenset({bad}))
+    options = ExplorationOptions("c", untimed=wanted.untimed, silent=wanted.silent, limits=limits)
+    report = check(system, Findings(), options=options, names=frozenset({bad}))
     ours = {r.name: r.verdict is not Verdict.VIOLATED for r in report.results if r.name == bad}
     network = network_of(system, replace(wanted, deadline=Deadline(seconds)))
     theirs = by_spin(network, seconds, states=False)

@@ -20,13 +20,13 @@ from fsmkit.export.cspm.alphabet import Alphabet
 from fsmkit.export.cspm.assertions import asserted
 from fsmkit.export.cspm.identifiers import listed
 from fsmkit.export.cspm.model import written
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.transition_system import START, TICK, _label
 from fsmkit.system.system import PropertyKind, System
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.statespace.actions import Who
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Exploration
 from fsmkit.verify.statespace.global_steps import GlobalSteps, State
 from tests.export.cspm_format import broken_rules
@@ -98,7 +98,7 @@ RANDOM = int(os.environ.get("FSMKIT_CSPM_SYSTEMS", "5"))
 Graph = list[list[tuple[str, int]]]
 
 
-def explorers(closed: Closed, most: int) -> Graph:
+def explorers(closed: ClosedSystem, most: int) -> Graph:
     """Return the graph of the explorer, 0 before the start; time passes where all is quiet."""
     steps = GlobalSteps(closed)
     order: list[State] = []
@@ -134,7 +134,7 @@ class Compared:
 
 def compared(system: System, *, untimed: bool, silent: bool = False, most: int = 4000) -> Compared:
     """Demand that the reading of the CSPm is bisimilar to the explorer, and judges alike."""
-    network = network_of(system, Wanted(untimed=untimed, silent=silent, most=most))
+    network = network_of(system, ExportOptions(untimed=untimed, silent=silent, most=most))
     alphabet = Alphabet(network)
     names = {
         name: f"{network.automata[event.machine].name}: {event.label}"
@@ -158,7 +158,7 @@ def compared(system: System, *, untimed: bool, silent: bool = False, most: int =
     return Compared(network.states, judged(network.closed, meaning, alphabet))
 
 
-def judged(closed: Closed, meaning: Meaning, alphabet: Alphabet) -> dict[str, bool]:
+def judged(closed: ClosedSystem, meaning: Meaning, alphabet: Alphabet) -> dict[str, bool]:
     """Demand that the assertions say what the explorer says; return what they say."""
     found, _ = explore_in_python(closed)
     unseen, *properties, divergence, _ = meaning.script.assertions
@@ -173,7 +173,7 @@ def judged(closed: Closed, meaning: Meaning, alphabet: Alphabet) -> dict[str, bo
     return verdicts
 
 
-def is_seen(closed: Closed, found: Exploration, name: str) -> bool:
+def is_seen(closed: ClosedSystem, found: Exploration, name: str) -> bool:
     """Whether the explorer marks a state for a property."""
     (number,) = [n for n, p in enumerate(closed.system.properties) if p.name == name]
     property_ = closed.system.properties[number]
@@ -220,7 +220,7 @@ def test_charts_of_the_cell(name: str) -> None:
 def test_random_systems(load: Load, seed: int, untimed: bool) -> None:
     try:
         system = load(**random_system(seed))
-        network_of(system, Wanted(untimed=untimed, most=1500))
+        network_of(system, ExportOptions(untimed=untimed, most=1500))
     except FsmkitError:
         return  # nothing to compare: it is no system, or too large
     compared(system, untimed=untimed)
@@ -237,7 +237,7 @@ def test_monitors_see_first(load: Load, untimed: bool) -> None:
 @pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool) -> None:
     system = load(ending=ENDING, caller=CALLER, called=CALLED)
-    network = network_of(system, Wanted(untimed=untimed))
+    network = network_of(system, ExportOptions(untimed=untimed))
     assert any(not local.running for local in network.automata[1].locals)
     assert "CALLED_QUEUE_CLOSED" in written(network)
     compared(system, untimed=untimed)

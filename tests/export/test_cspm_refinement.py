@@ -12,7 +12,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.export.cspm.comparison import comparison
 from fsmkit.export.cspm.refinement_model import written
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.loading import load_with_findings
 from fsmkit.verify.properties.refinement import refines
 from tests.export.cspm_meaning import Meaning
@@ -40,7 +40,7 @@ def test_small_charts(tmp_path: Path, name: str) -> None:
     for one, other in ((derived, base), (base, derived), (base, base)):
         found = refines(one, other)
         assert not found.doubt
-        assert judged(written(comparison(one, other, Wanted()))) is not found.violated
+        assert judged(written(comparison(one, other, ExportOptions()))) is not found.violated
 
 
 @pytest.mark.parametrize("name", ["belt", "rotator"])

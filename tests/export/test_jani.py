@@ -13,7 +13,7 @@ import pytest
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.export.collect import network_of
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.jani.layout import WIDTH, laid_out
 from fsmkit.export.jani.model import model_of
 from fsmkit.export.network import Network
@@ -53,7 +53,7 @@ states:
 
 
 def exported(system: Any, *, untimed: bool = False) -> tuple[Network, dict[str, Any]]:
-    network = network_of(system, Wanted(untimed))
+    network = network_of(system, ExportOptions(untimed))
     return network, json.loads(laid_out(model_of(network)))
 
 
@@ -122,7 +122,7 @@ def test_what_is_not_carried_over_is_told(load: Load) -> None:
 
 
 def test_lines_are_short_but_for_expressions() -> None:
-    network = network_of(loaded(MACHINES / "philosophers/table.yaml"), Wanted())
+    network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())
     long = [line for line in laid_out(model_of(network)).splitlines() if len(line) > WIDTH]
     texts = ("comment", "description", "op")
     assert all(any(f'"{text}": ' in line for text in texts) for line in long)
@@ -135,7 +135,7 @@ def test_a_cyclic_schedule_is_refused_where_it_stands(load: Load, notation: str)
 
     system = load(**random_loop(1))
     with pytest.raises(FsmkitError, match="a cyclic schedule is not exported") as refused:
-        plugin(Exporter, notation).export(system, Wanted())
+        plugin(Exporter, notation).export(system, ExportOptions())
     (found,) = refused.value.diagnostics
     assert found.rule.name == "not-exported"
     assert found.primary is not None
@@ -171,7 +171,7 @@ def forgetful(network: Network) -> Network:
 
 def test_storm_tells_what_the_explorer_never_saw() -> None:
     need(has_storm(), "stormpy")
-    network = network_of(loaded(MACHINES / "philosophers/table.yaml"), Wanted())
+    network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())
     assert by_storm(network).states == network.states
     with pytest.raises(JudgeError, match="the explorer never saw"):
         by_storm(forgetful(network))
@@ -179,6 +179,6 @@ def test_storm_tells_what_the_explorer_never_saw() -> None:
 
 def test_spin_tells_what_the_explorer_never_saw(require_tool: Callable[[str], str]) -> None:
     require_tool("spin")
-    network = network_of(loaded(MACHINES / "philosophers/table.yaml"), Wanted())
+    network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())
     with pytest.raises(JudgeError, match="the explorer saw less"):
         by_spin(forgetful(network))

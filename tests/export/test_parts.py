@@ -12,8 +12,8 @@ from fsmkit.export.changes import Joint, by_themselves, changes
 from fsmkit.export.collect import network_of
 from fsmkit.export.components import Code
 from fsmkit.export.cubes import Cubes
-from fsmkit.export.edge_signature import deed
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.edge_signature import edge_signature
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.jani.edges import edges_of
 from fsmkit.export.jani.model import model_of
 from fsmkit.export.network import Automaton, Network
@@ -96,7 +96,7 @@ def check(automaton: Automaton, found: tuple[Joint, ...]) -> None:
     assert sorted(map(repr, moves)) == sorted(map(repr, automaton.moves))
     assert len(found) < len(automaton.moves) / 4
     for joint in found:
-        assert len(set(map(partial(deed, automaton), joint.moves))) == 1
+        assert len(set(map(partial(edge_signature, automaton), joint.moves))) == 1
 
 
 def test_options_of_promela(supervisor: Network) -> None:
@@ -138,7 +138,7 @@ states:
 def test_timers_of_one_state_are_told_apart(load: Load) -> None:
     """Each of its three timeouts is another component."""
     for untimed in (False, True):
-        network = network_of(load(races=RACES), Wanted(untimed=untimed))
+        network = network_of(load(races=RACES), ExportOptions(untimed=untimed))
         parts = Parts(network)
         assert len(set(parts.codes[0])) == len(network.automata[0].locals)
         timers = [c for c in parts.components[0] if c.name == "timeout of busy"]

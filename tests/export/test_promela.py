@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.export.collect import network_of
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.promela.model import written
 from tests.export.agreement import loaded
 from tests.export.judges import by_spin
@@ -22,7 +22,7 @@ HASTY = Path(__file__).parents[2] / "machines/fischer/hasty.yaml"
 
 def test_the_commands_of_the_header(require_tool: Callable[[str], str], tmp_path: Path) -> None:
     require_tool("spin")
-    network = network_of(loaded(HASTY), Wanted())
+    network = network_of(loaded(HASTY), ExportOptions())
     text = written(network)
     (tmp_path / "m.pml").write_text(text, encoding="utf-8")
     commands = re.findall(r"^ \*   ((?:spin|cc) .*?)(?:   .*)?$", text, re.MULTILINE)
@@ -39,7 +39,7 @@ def test_the_commands_of_the_header(require_tool: Callable[[str], str], tmp_path
 
 
 def test_what_is_not_carried_over_is_told(load: Load) -> None:
-    text = written(network_of(load(**WATCHED), Wanted()))
+    text = written(network_of(load(**WATCHED), ExportOptions()))
     assert re.findall(r"^never (\w+) ", text, re.MULTILINE) == ["never_both"]
     assert len(re.findall(r"^/\* not carried over: .* \*/$", text, re.MULTILINE)) == 3
 
@@ -67,7 +67,7 @@ def test_a_machine_that_stops_forgets_its_queue(
     load: Load, require_tool: Callable[[str], str]
 ) -> None:
     require_tool("spin")
-    network = network_of(load(**STOPS), Wanted())
+    network = network_of(load(**STOPS), ExportOptions())
     found = by_spin(network)
     assert found.states == network.states + 1
     assert found.holds == {"over": True}
@@ -90,7 +90,7 @@ states:
 
 def test_names_that_mean_something_there(load: Load, require_tool: Callable[[str], str]) -> None:
     require_tool("spin")
-    network = network_of(load(named=NAMED), Wanted())
+    network = network_of(load(named=NAMED), ExportOptions())
     assert by_spin(network).states == network.states + 1 == 4
 
 
@@ -100,7 +100,9 @@ def test_what_may_be_asked_for_besides(
 ) -> None:
     """A full queue, and a fault, are errors if that is wanted."""
     require_tool("spin")
-    (tmp_path / "m.pml").write_text(written(network_of(load(**BAD), Wanted())), encoding="utf-8")
+    (tmp_path / "m.pml").write_text(
+        written(network_of(load(**BAD), ExportOptions())), encoding="utf-8"
+    )
     commands = f"spin -D{option} -a m.pml && cc -w -DNOREDUCE -DNOCLAIM -o pan pan.c && ./pan -n"
     done = subprocess.run(
         commands, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True

@@ -10,13 +10,13 @@ from fsmkit.export.uppaal.translate import translated
 from fsmkit.language import ArrayType, Type, Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from tests.export.uppaal_meaning import Meaning
 
 Shown = tuple[object, ...]
 
 
-def compared(closed: Closed, most: int = 10**6, *, paced: bool = True) -> tuple[int, int]:
+def compared(closed: ClosedSystem, most: int = 10**6, *, paced: bool = True) -> tuple[int, int]:
     """Demand that both reach the same; return how many stable states and how many verdicts.
 
     ``paced``: time passes by a template of its own, as in the flat form; else by an urgent channel.
@@ -56,7 +56,7 @@ def _difference(ours: set[Shown], theirs: set[Shown]) -> str:
     )
 
 
-def _leaves(closed: Closed, machine: int, snapshot: Snapshot) -> str:
+def _leaves(closed: ClosedSystem, machine: int, snapshot: Snapshot) -> str:
     states = closed.charts[machine].states
     active = (states[s] for s in sorted(snapshot.configuration))
     return "_".join(spelled(s.id) for s in active if s.is_leaf)
@@ -68,7 +68,7 @@ def _queue(snapshot: Snapshot) -> tuple[object, ...]:
     )
 
 
-def _paths(closed: Closed, machine: int) -> list[tuple[str, Type]]:
+def _paths(closed: ClosedSystem, machine: int) -> list[tuple[str, Type]]:
     chart = closed.charts[machine]
     return [
         (path, type_)
@@ -83,7 +83,7 @@ def _flat(value: Value | None) -> tuple[object, ...]:
     return (int(value) if isinstance(value, int) else value,)
 
 
-def _of_snapshots(closed: Closed, meaning: Meaning, found: tuple[Snapshot, ...]) -> Shown:
+def _of_snapshots(closed: ClosedSystem, meaning: Meaning, found: tuple[Snapshot, ...]) -> Shown:
     shown: list[object] = []
     for machine, snapshot in enumerate(found):
         values = {}
@@ -104,7 +104,7 @@ def _of_snapshots(closed: Closed, meaning: Meaning, found: tuple[Snapshot, ...])
     return tuple(shown)
 
 
-def _partial(closed: Closed, machine: int, path: str) -> bool:
+def _partial(closed: ClosedSystem, machine: int, path: str) -> bool:
     slots = [s for s in closed.system.machines[machine].shared if s.name == path]
     data = next((d for d in closed.charts[machine].data if d.name == path), None)
     is_array = data is not None and isinstance(data.type, ArrayType)
@@ -112,7 +112,9 @@ def _partial(closed: Closed, machine: int, path: str) -> bool:
     return path in shared and is_array and data is not None and len(slots) < data.type.length  # type: ignore[union-attr]
 
 
-def _of_state(closed: Closed, meaning: Meaning, names: list[set[str]], s: tuple[int, ...]) -> Shown:
+def _of_state(
+    closed: ClosedSystem, meaning: Meaning, names: list[set[str]], s: tuple[int, ...]
+) -> Shown:
     shown: list[object] = []
     for machine, template in enumerate(meaning.network.templates[: len(closed.charts)]):
         name = template.locations[s[machine]].name
@@ -142,7 +144,7 @@ def _of_state(closed: Closed, meaning: Meaning, names: list[set[str]], s: tuple[
 
 
 def _network_queue(
-    closed: Closed, meaning: Meaning, machine: int, s: tuple[int, ...]
+    closed: ClosedSystem, meaning: Meaning, machine: int, s: tuple[int, ...]
 ) -> tuple[object, ...]:
     instance = meaning.network.templates[machine].instance
     if (-1, f"{instance}_length") not in meaning.places:

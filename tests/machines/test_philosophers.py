@@ -9,7 +9,7 @@ import pytest
 
 from fsmkit.diagnostics import Findings
 from fsmkit.system.reader import load_system
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 
 FOLDER = Path(__file__).parents[2] / "machines/philosophers"
 
@@ -37,7 +37,9 @@ def test_only_the_ordered_table_is_free_of_deadlock(
     file: str, n: int, verdict: str, states: int | None, engine: str, tmp_path: Path
 ) -> None:
     report = check(
-        load_system(sized(file, n, tmp_path), Findings()), Findings(), manner=Manner(engine)
+        load_system(sized(file, n, tmp_path), Findings()),
+        Findings(),
+        options=ExplorationOptions(engine),
     )
     verdicts = {result.name: result.verdict.value for result in report.results}
     assert verdicts == {"apart": "holds", "counted": "holds", "livelock": "holds", "D": verdict}

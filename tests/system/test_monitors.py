@@ -11,7 +11,7 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import Limits, Manner, check, explored
+from fsmkit.verify.explore import ExplorationOptions, Limits, check, explored
 from fsmkit.verify.report.verdict import Result
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.closed_system import close
@@ -68,8 +68,8 @@ properties:
 ALL = "occurs(lamp.press) -> press, lamp.lit -> lit, occurs(lamp.blow) -> blow, lamp.level -> level"
 
 
-def result(system: System, name: str, manner: Manner) -> Result:
-    report = check(system, Findings(), manner=manner)
+def result(system: System, name: str, options: ExplorationOptions) -> Result:
+    report = check(system, Findings(), options=options)
     (found,) = [r for r in report.results if r.name == name]
     if found.trace is not None:
         assert not found.trace.differs
@@ -82,7 +82,7 @@ def test_a_monitor_counts_time(load: Load, engine: str, zones: bool) -> None:
     for time, verdict in (("150ms", "holds"), ("50ms", "violated")):
         given = f"{{chart: watch.yaml, with: {{TIME: {time}}}}}"
         system = load(room=room(ALL, given), lamp=LAMP, watch=ANSWERED)
-        found = result(system, "seen", Manner(engine, zones=zones))
+        found = result(system, "seen", ExplorationOptions(engine, zones=zones))
         assert found.verdict.value == verdict
     assert found.trace is not None
     done = [(step.machine, step.after, step.at) for step in found.trace.steps if step.machine]
@@ -98,15 +98,15 @@ def test_a_monitor_counts_time(load: Load, engine: str, zones: bool) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_untimed_a_monitor_that_counts_time_violates_nothing(load: Load, engine: str) -> None:
-    manner = Manner(engine, untimed=True)
+    options = ExplorationOptions(engine, untimed=True)
     system = load(room=room(ALL), lamp=LAMP, watch=ANSWERED)
-    found = result(system, "seen", manner)
+    found = result(system, "seen", options)
     assert (found.verdict.value, found.reason) == (
         "undecided", "its timeouts come at any time when untimed",
     )  # fmt: skip
     soft = LAMP.replace("events: {in: [press(hard bool)", "events: {in: [other, press(hard bool)")
     unheard = room("occurs(lamp.other) -> lit")
-    assert result(load(room=unheard, lamp=soft, watch=ANSWERED), "seen", manner).verdict.value == (
+    assert result(load(room=unheard, lamp=soft, watch=ANSWERED), "seen", options).verdict.value == (
         "holds"
     )
 
@@ -135,7 +135,10 @@ def test_a_monitor_sees_each_event_once_and_the_data_after_it(
     watch = "occurs(lamp.press) -> press, lamp.n -> n"
     for condition, verdict in (("c != n", "holds"), ("n == 3", "violated")):
         system = load(room=room(watch), lamp=LAMP, watch=COUNTS.replace("CONDITION", condition))
-        assert result(system, "seen", Manner(engine, untimed=untimed)).verdict.value == verdict
+        assert (
+            result(system, "seen", ExplorationOptions(engine, untimed=untimed)).verdict.value
+            == verdict
+        )
 
 
 FOLLOWS = """
@@ -152,11 +155,11 @@ states:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("time", ["discrete", "untimed", "zones"])
 def test_a_monitor_follows_its_inputs_at_once(load: Load, engine: str, time: str) -> None:
-    manner = Manner(engine, untimed=time == "untimed", zones=time == "zones")
+    options = ExplorationOptions(engine, untimed=time == "untimed", zones=time == "zones")
     for wrong, verdict in (("bright", "holds"), ("error", "violated")):
         monitor = FOLLOWS.replace("WRONG", wrong).replace("level == 3", "level > 5 - 3")
         system = load(room=room("lamp.level -> level"), lamp=LAMP, watch=monitor)
-        found = result(system, "seen", manner)
+        found = result(system, "seen", options)
         assert found.verdict.value == verdict
     assert found.trace is not None
     assert [s.cause for s in found.trace.steps if s.machine][2:] == [
@@ -177,16 +180,20 @@ states: {a: {after: {100ms: b}}, b: {after: {100ms: a}}, error: {}}
     text = room("occurs(lamp.blow) -> blow", more=more).replace(", lamp.mend", "")
     mends = text.replace("lamp.blow]", "lamp.blow], will: [lamp.mend]")
     system = load(room=text, lamp=LAMP, watch=ticks)
-    manner = Manner(engine, zones=zones)
-    assert result(system, "dead", manner).verdict.value == "violated"
-    assert result(load(room=mends, lamp=LAMP, watch=ticks), "dead", manner).verdict.value == "holds"
+    options = ExplorationOptions(engine, zones=zones)
+    assert result(system, "dead", options).verdict.value == "violated"
+    assert (
+        result(load(room=mends, lamp=LAMP, watch=ticks), "dead", options).verdict.value == "holds"
+    )
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_monitor_that_misses_something_proves_nothing(load: Load, engine: str) -> None:
     small = ANSWERED.replace("events:", "capacity: {queue: 1}\nevents:")
     twice = "occurs(lamp.press) -> press, occurs(lamp.press) -> lit"
-    found = result(load(room=room(twice), lamp=LAMP, watch=small), "seen", Manner(engine))
+    found = result(
+        load(room=room(twice), lamp=LAMP, watch=small), "seen", ExplorationOptions(engine)
+    )
     assert (found.verdict.value, found.reason) == (
         "undecided", "its queue can overflow: it does not see everything",
     )  # fmt: skip
@@ -232,11 +239,13 @@ def test_the_others_do_what_they_do_without_monitors(load: Load, seed: int) -> N
     count = len(alone.machines)
     assert _shown(alone, count) == _shown(watched, count)
     if compiler() is not None:
-        sleepless = Manner("c", limits=Limits(1 << 30, 60), without=frozenset({"sleep"}))
+        sleepless = ExplorationOptions(
+            "c", limits=Limits(1 << 30, 60), without=frozenset({"sleep"})
+        )
         for untimed in (False, True):
-            manner = replace(sleepless, untimed=untimed)
-            in_c = explored(watched, Findings(), manner)
-            in_python = explored(watched, Findings(), replace(manner, engine="python"))
+            options = replace(sleepless, untimed=untimed)
+            in_c = explored(watched, Findings(), options)
+            in_python = explored(watched, Findings(), replace(options, engine="python"))
             assert (in_c.states, in_c.transitions) == (in_python.states, in_python.transitions)
             ours, theirs = ({m.number: m.count for m in e.marks} for e in (in_c, in_python))
             assert ours == theirs
@@ -248,8 +257,8 @@ def test_a_monitor_adds_one_state_for_each_event_it_is_told_of(load: Load) -> No
     deaf = "chart: Deaf\nevents: {in: [lit]}\ninitial: a\nstates: {a: {}, error: {}}\n"
     system = load(room=room("lamp.lit -> lit"), lamp=LAMP, watch=deaf)
     alone = replace(system, monitors=(), properties=())
-    manner = Manner("c", zones=True)
-    without, with_it = (explored(s, Findings(), manner) for s in (alone, system))
+    options = ExplorationOptions("c", zones=True)
+    without, with_it = (explored(s, Findings(), options) for s in (alone, system))
     told = 3  # numbers of presses with which `lit` can come
     assert with_it.states - without.states == told
     assert with_it.transitions - without.transitions == told

@@ -14,7 +14,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.system import system_of
 from fsmkit.verify.bounds import FROM_OUTSIDE, proved
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.replay import load_any
 from tests.verify.systems import SYSTEMS
 from tests.verify.testgen.test_saved_tests import CHART, written
@@ -29,26 +29,26 @@ def compiled(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, dict[
 
 
 @pytest.mark.parametrize(
-    ("name", "manner"),
+    ("name", "options"),
     [
-        ("drive", Manner(engine="python")),
-        ("drive", Manner(engine="c", zones=True)),
-        ("livelock", Manner(engine="python")),
-        ("kitchen", Manner(engine="python")),
+        ("drive", ExplorationOptions(engine="python")),
+        ("drive", ExplorationOptions(engine="c", zones=True)),
+        ("livelock", ExplorationOptions(engine="python")),
+        ("kitchen", ExplorationOptions(engine="python")),
     ],
 )
 def test_what_is_proved_is_enough(
-    tmp_path: Path, require_tool: Callable[[str], str], name: str, manner: Manner
+    tmp_path: Path, require_tool: Callable[[str], str], name: str, options: ExplorationOptions
 ) -> None:
     require_tool("cc")
     system = load_any(written(tmp_path, SYSTEMS[name]), Findings())
-    proof = proved(system, Findings(), manner)
+    proof = proved(system, Findings(), options)
     machines = tuple(
         replace(machine, chart=proof.of(machine.chart) or machine.chart)
         for machine in system.machines
     )
     small = replace(system, machines=machines)
-    before, after = (check(s, Findings(), manner=manner) for s in (system, small))
+    before, after = (check(s, Findings(), options=options) for s in (system, small))
     assert [(r.name, r.verdict) for r in after.results] == [
         (r.name, r.verdict) for r in before.results
     ]
@@ -101,7 +101,7 @@ def test_samples_prove_nothing(tmp_path: Path) -> None:
     chart += "  two: {rest: true}\n"
     system = load_any(written(tmp_path, {"a": chart}), Findings())
     with pytest.raises(FsmkitError, match="only samples"):
-        proved(system, Findings(), Manner(engine="python"))
+        proved(system, Findings(), ExplorationOptions(engine="python"))
 
 
 def test_a_chart_that_does_not_run_there_is_refused(
@@ -120,7 +120,7 @@ def test_a_chart_that_sends_to_itself_keeps_its_microsteps(tmp_path: Path) -> No
     chart += "  one: {rest: true, on: {go: {do: send on}, on: two}}\n  two: {rest: true}\n"
     system = load_any(written(tmp_path, {"a": chart}), Findings())
     own = system.machines[0].chart
-    small = proved(system_of(own), Findings(), Manner(engine="python")).of(own)
+    small = proved(system_of(own), Findings(), ExplorationOptions(engine="python")).of(own)
     assert small is not None
     assert small.capacities.microsteps == own.capacities.microsteps
     assert small.capacities.queue < own.capacities.queue

@@ -7,7 +7,7 @@ import pytest
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.joinable import report_limits
 from fsmkit.verify.engines.c.engine import compiler
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.statespace.closed_system import close
 from tests.verify.conftest import Load
@@ -58,7 +58,7 @@ def verdicts(
     load: Load, engine: str, files: dict[str, str], *, untimed: bool = False
 ) -> dict[str, bool]:
     """Return what holds; each path shown was taken again by all that can."""
-    report = check(load(**files), Findings(), manner=Manner(engine, untimed=untimed))
+    report = check(load(**files), Findings(), options=ExplorationOptions(engine, untimed=untimed))
     for result in report.results:
         assert result.verdict is not Verdict.UNDECIDED, result.reason
         if result.trace is not None:
@@ -208,7 +208,7 @@ properties:
 
 
 def test_what_is_owed_in_a_turn_leaves_leads_to_undecided(load: Load) -> None:
-    report = check(load(owed=OWED, button=BUTTON), Findings(), manner=Manner("python"))
+    report = check(load(owed=OWED, button=BUTTON), Findings(), options=ExplorationOptions("python"))
     (result,) = [result for result in report.results if result.name == "L"]
     assert result.verdict is Verdict.UNDECIDED
     assert "turn" in result.reason

@@ -9,7 +9,7 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import compiler
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.verdict import Verdict
 from tests.verify.conftest import Load
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def verdicts(system: System, engine: str, *, untimed: bool) -> dict[str, Verdict]:
-    report = check(system, Findings(), manner=Manner(engine, untimed=untimed))
+    report = check(system, Findings(), options=ExplorationOptions(engine, untimed=untimed))
     return {result.name: result.verdict for result in report.results}
 
 

@@ -15,7 +15,7 @@ import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.engines.c import engine
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from tests.needs import where
 from tests.verify.conftest import Load
 from tests.verify.systems import SYSTEMS
@@ -50,7 +50,7 @@ def test_progress_never_falls_into_a_result(load: Load, monkeypatch: pytest.Monk
     report = check(
         load(**SYSTEMS["livelock"]),
         Findings(),
-        manner=Manner("c"),
+        options=ExplorationOptions("c"),
         progress=lambda *figures: told.append(figures),
     )
     assert report.exploration.livelock is not None
@@ -102,14 +102,14 @@ def test_an_explorer_without_memory_leaves_it_undecided(
     load: Load, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     system = load(**SYSTEMS["drive"])
-    check(system, Findings(), manner=Manner("c"))
+    check(system, Findings(), options=ExplorationOptions("c"))
     wanted = engine.CEngine.result
 
     def starved(self: engine.CEngine, command: list[str], progress: None) -> object:
         return wanted(self, ["sh", "-c", 'ulimit -v 20000; exec "$@"', "sh", *command], progress)
 
     monkeypatch.setattr(engine.CEngine, "result", starved)
-    report = check(system, Findings(), manner=Manner("c"))
+    report = check(system, Findings(), options=ExplorationOptions("c"))
     assert {r.verdict.value for r in report.results} == {"undecided"}
     assert "memory limit" in report.results[0].reason
 

@@ -9,7 +9,7 @@ import pytest
 
 from fsmkit.diagnostics import Diagnostic, Findings
 from fsmkit.verify.engines.c.engine import compiler
-from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.verdict import Verdict
 
@@ -68,7 +68,9 @@ def large_space(path: Path, engine: str, megabytes: int = 40) -> Diagnostic | No
     """Return the note on a space too large for the memory, or for half a second of Python."""
     findings = Findings()
     limits = Limits(memory=megabytes << 20, seconds=0.5 if engine == "python" else 0)
-    report = check(load_any(path, Findings()), findings, manner=Manner(engine, limits=limits))
+    report = check(
+        load_any(path, Findings()), findings, options=ExplorationOptions(engine, limits=limits)
+    )
     assert report.verdict is Verdict.UNDECIDED
     notes = [d for d in findings if d.rule.name == "large-space"]
     assert len(notes) <= 1

@@ -15,7 +15,7 @@ from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.chart.passes.walk_content import places, statements
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import Direction, DocEvent, DocRaise, DocSend, Document, Kind, Trigger
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import parts
 from fsmkit.language import SYMBOL, Field, Scope, Type, location_of_session, read_type
 from fsmkit.language.ecmascript import PROCESSOR, SEND_ID
@@ -145,7 +145,11 @@ def names_below(prefix: str, known: list[str]) -> list[str]:
 
 
 def collect_events(
-    document: Document, tree: Tree, scope: Scope, findings: Findings, given: Given | None = None
+    document: Document,
+    tree: Tree,
+    scope: Scope,
+    findings: Findings,
+    given: InvocationContext | None = None,
 ) -> Events:
     """Return the events of a document: declared, then implied, then the platform's."""
     found = [_event(group, scope, findings) for group in _groups(document).values()]
@@ -245,7 +249,7 @@ def _senders(document: Document, tree: Tree) -> tuple[set[str], dict[str, bool]]
 
 
 def _facts(
-    document: Document, tree: Tree, events: tuple[Event, ...], given: Given | None
+    document: Document, tree: Tree, events: tuple[Event, ...], given: InvocationContext | None
 ) -> dict[str, dict[str, str | None]]:
     """Return what is known of each event: where it comes from is seen where it is sent.
 

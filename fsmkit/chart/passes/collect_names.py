@@ -10,7 +10,7 @@ from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import DocData, DocField, DocOperation, Document
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
     SYMBOL,
@@ -79,7 +79,11 @@ def _brought(init: Literal, type_: Type) -> Literal:
 
 
 def collect_names(
-    document: Document, tree: Tree, tick: int, findings: Findings, given: Given | None = None
+    document: Document,
+    tree: Tree,
+    tick: int,
+    findings: Findings,
+    given: InvocationContext | None = None,
 ) -> Names:
     """Return the names of a document; what is declared twice or cannot be read is a finding."""
     check_unique(document, tree, findings)
@@ -118,7 +122,9 @@ def collect_names(
     return replace(reader.names, data=data, operations=operations, constants=constants)
 
 
-def _with_system_variables(document: Document, scope: Scope, given: Given | None) -> Scope:
+def _with_system_variables(
+    document: Document, scope: Scope, given: InvocationContext | None
+) -> Scope:
     """Add ``_name`` and ``_sessionid`` (SCXML 5.10): a session is called as its chart is.
 
     That of an invoked chart is called after its place in the invoking one.

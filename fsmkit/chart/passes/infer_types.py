@@ -27,7 +27,7 @@ from fsmkit.document.document import (
     Document,
     Trigger,
 )
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
     INT32,
@@ -51,7 +51,7 @@ def infer_types(
     names: Names,
     events: Events,
     findings: Findings,
-    given: Given | None = None,
+    given: InvocationContext | None = None,
     slots: tuple[Slot, ...] = (),
 ) -> tuple[Names, Events]:
     """Return names and events with every type known; what no use tells is a finding.
@@ -144,7 +144,7 @@ class _Uses:
                 if invoke.id_location is not None:
                     self._assign(invoke.id_location.value.strip(), SYMBOL)
 
-    def look_at_given(self, given: Given) -> None:
+    def look_at_given(self, given: InvocationContext) -> None:
         """Take note of what comes from the machine that invokes this one."""
         for name, type_ in given.data:
             self._assign(name, type_)

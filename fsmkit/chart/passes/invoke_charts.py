@@ -21,7 +21,7 @@ from fsmkit.chart.passes.walk_content import places, statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction, DocInvoke, DocSend, Document
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 
 MOST_ROUNDS = 8
 
@@ -30,7 +30,12 @@ class Elaborate(Protocol):
     """Elaborates one chart (`fsmkit.chart.elaborate`)."""
 
     def __call__(
-        self, documents: tuple[Document, ...], findings: Findings, *, strict: bool, given: Given
+        self,
+        documents: tuple[Document, ...],
+        findings: Findings,
+        *,
+        strict: bool,
+        given: InvocationContext,
     ) -> Chart | None:
         """Return the chart, None where there are errors."""
         ...
@@ -45,7 +50,7 @@ class Draft:
     names: Names
     events: Events
     slots: tuple[Slot, ...]
-    given: Given | None
+    given: InvocationContext | None
 
     def typed(self, returned: tuple[Returned, ...], findings: Findings) -> tuple[Names, Events]:
         """Return names and events of known types, events of invoked machines among them."""
@@ -62,7 +67,7 @@ def invoke_charts(
     if not draft.slots:
         return ()
     charts: tuple[Chart, ...] = ()
-    wanted: tuple[Given, ...] = ()
+    wanted: tuple[InvocationContext, ...] = ()
     for _ in range(MOST_ROUNDS):
         names, events = draft.typed(returned(draft.slots, charts), Findings())
         before, wanted = wanted, tuple(_given(slot, draft, names, events) for slot in draft.slots)
@@ -104,7 +109,7 @@ def _returned(slot: Slot, name: str, event: Event, *, has_id: bool = False) -> R
     return Returned(slot.index, slot.id, slot.session, name, event.fields, event.index, has_id)
 
 
-def _given(slot: Slot, draft: Draft, names: Names, events: Events) -> Given:
+def _given(slot: Slot, draft: Draft, names: Names, events: Events) -> InvocationContext:
     depth = draft.given.depth + 1 if draft.given is not None else 1
     passed = [events.all[i] for i in passed_events(slot, draft, events)]
     fields = {event.name: event.fields for event in passed}
@@ -115,7 +120,7 @@ def _given(slot: Slot, draft: Draft, names: Names, events: Events) -> Given:
         if name in known
     ]
     session = draft.given.session if draft.given is not None else draft.document.name.value
-    return Given(slot.session, session, tuple(fields.items()), tuple(data), depth)
+    return InvocationContext(slot.session, session, tuple(fields.items()), tuple(data), depth)
 
 
 def passed_events(slot: Slot, draft: Draft, events: Events) -> Iterator[int]:

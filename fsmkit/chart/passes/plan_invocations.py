@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.diagnostics import Findings, Source, Text
 from fsmkit.document.document import DocInvoke, Document
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import location_of_session
 
 SERVICES = ("", "scxml", "http://www.w3.org/TR/scxml/", "http://www.w3.org/TR/scxml")
@@ -30,7 +30,7 @@ class Slot:
 
 
 def plan_invocations(
-    document: Document, tree: Tree, given: Given | None, findings: Findings
+    document: Document, tree: Tree, given: InvocationContext | None, findings: Findings
 ) -> tuple[Slot, ...]:
     """Return the slots of a document, in document order; what cannot be invoked is a finding."""
     session = document.name.value if given is None else given.session

@@ -22,12 +22,12 @@ from fsmkit.chart.statements import Block, Branch, Fail, If, Invoke, Statement
 from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.document.document import Block as DocBlock
 from fsmkit.document.document import DocAssign, DocInvoke
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.language import EnumType, Expr, RecordType, location_of_session, type_expression
 
 
-def invoker_targets(given: Given | None) -> frozenset[str]:
+def invoker_targets(given: InvocationContext | None) -> frozenset[str]:
     """Return the targets under which an invoked machine reaches its invoker."""
     if given is None:
         return frozenset()

@@ -193,7 +193,7 @@ def _host(out: Lines, chart: Chart, names: ModelNames) -> None:
         result = "None" if operation.result is None else annotation(operation.result)
         name = names.names.operations[operation.name]
         with out.method(name, "Operation `" + operation.name + "` of the host.", passed, result):
-            _demand_own(out, name, names)
+            _require_own(out, name, names)
     sent = {
         statement.event
         for statement in all_statements(chart)
@@ -207,10 +207,10 @@ def _host(out: Lines, chart: Chart, names: ModelNames) -> None:
         doc = "Event `" + declared.name + "` leaves the machine."
         name = f"send_{names.names.events[event]}"
         with out.method(name, doc, passed):
-            _demand_own(out, name, names)
+            _require_own(out, name, names)
 
 
-def _demand_own(out: Lines, method: str, names: ModelNames) -> None:
+def _require_own(out: Lines, method: str, names: ModelNames) -> None:
     """Write the body of a method that is the host's: who meets the error learns where it goes."""
     model = f"{names.names.machine}Model"
     out.line(f'raise NotImplementedError("define `{method}` in a subclass of `{model}`")')

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.transition_system import too_large, too_many_choices
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
@@ -103,7 +103,7 @@ class _Recording(Search):
             yield kept(self.base_steps, self.base, after)
 
 
-def comparison(derived: Chart, base: Chart, wanted: Wanted) -> Comparison:
+def comparison(derived: Chart, base: Chart, wanted: ExportOptions) -> Comparison:
     """Take all steps of a derived chart, and of its base all that can be seen of those.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits.
@@ -131,7 +131,7 @@ def comparison(derived: Chart, base: Chart, wanted: Wanted) -> Comparison:
     return Comparison(derived, base, taken, followed, search.samples)
 
 
-def _derived_steps(search: _Recording, wanted: Wanted) -> Steps:
+def _derived_steps(search: _Recording, wanted: ExportOptions) -> Steps:
     """Return the steps of the derived chart, with all inputs that the base asks for on the way.
 
     What lies behind a step that the base cannot follow is left out.
@@ -155,6 +155,6 @@ def _derived_steps(search: _Recording, wanted: Wanted) -> Steps:
     return taken
 
 
-def _demand(search: Search, wanted: Wanted, states: int) -> None:
+def _demand(search: Search, wanted: ExportOptions, states: int) -> None:
     if states > wanted.most:
         raise too_large(search.closed, states, wanted.most)

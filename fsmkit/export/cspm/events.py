@@ -13,9 +13,9 @@ from enum import Enum
 
 from fsmkit.export.network import Automaton, Move, Network, Sent
 from fsmkit.verify.statespace.actions import Action, Who
-from fsmkit.verify.statespace.closed_system import PATIENCE
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 
-assert PATIENCE == 1  # noqa: S101  (`Event.waiting` names the only queue in which one event waits)
+assert MAX_PENDING_BEFORE_INPUT == 1  # noqa: S101  (`Event.waiting` names the only queue in which one event waits)
 
 NOBODY = -1
 """`Event.waiting`: no queue holds anything."""
@@ -116,7 +116,7 @@ def _waiting(network: Network, move: Move, machine: int) -> Iterator[int | None]
         yield None
         return
     mine = network.automata[machine].locals[move.source].waiting
-    if mine <= PATIENCE:
+    if mine <= MAX_PENDING_BEFORE_INPUT:
         for holder in (NOBODY, *holders(network)):
             if (holder == machine) == (mine > 0) or network.automata[machine].queue:
                 yield holder

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.chart.chart import Chart
-from fsmkit.export.exporter import Exported, Wanted
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.system.system import System
 
 
@@ -13,7 +13,7 @@ class Cspm:
     name = "cspm"
     summary = "FDR: a process for each machine and each queue"
 
-    def export(self, system: System, wanted: Wanted) -> Exported:
+    def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Explore by the interpreter, then write the local steps."""
         from fsmkit.export.collect import network_of
         from fsmkit.export.cspm.model import written
@@ -22,7 +22,7 @@ class Cspm:
         figures = {"states": network.states, "transitions": network.transitions}
         return Exported(written(network), figures)
 
-    def export_refinement(self, derived: Chart, base: Chart, wanted: Wanted) -> Exported:
+    def export_refinement(self, derived: Chart, base: Chart, wanted: ExportOptions) -> Exported:
         """Take the steps of both charts by the interpreter, then write them."""
         from fsmkit.export.cspm.comparison import comparison
         from fsmkit.export.cspm.refinement_model import written

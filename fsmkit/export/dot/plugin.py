@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.export.exporter import Exported, Wanted
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.system.system import System
 
 
@@ -12,7 +12,7 @@ class Graphviz:
     name = "dot"
     summary = "Graphviz: the same, to be looked at"
 
-    def export(self, system: System, wanted: Wanted) -> Exported:
+    def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Explore by the interpreter, then write."""
         from fsmkit.export.dot.text import written
         from fsmkit.export.transition_system import system_of

@@ -32,7 +32,7 @@ from fsmkit.export.jani.terms import (
 from fsmkit.export.network import Automaton, Move, Network, Sent
 from fsmkit.texts import notating, telling
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import PATIENCE
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 
 MONITORS_WAIT, PLANT_WAITS, CALM, FEW_WAIT = "monitors_wait", "plant_waits", "calm", "few_wait"
 """Functions that say who may move: monitors see everything first, then the environment answers."""
@@ -176,12 +176,14 @@ class _Writer:
             yield _function(name, "bool", disjunction(map(self._spelling.waits, machines)))
         waits = call(MONITORS_WAIT), call(PLANT_WAITS)
         yield _function(CALM, "bool", conjunction(map(negated, waits)))
-        yield _function(FEW_WAIT, "bool", binary("≤", total(self._waiting()), PATIENCE))
+        yield _function(
+            FEW_WAIT, "bool", binary("≤", total(self._waiting()), MAX_PENDING_BEFORE_INPUT)
+        )
 
     def _waiting(self) -> Iterator[Json]:
-        """Yield numbers of events that wait; beyond `PATIENCE` they need not be exact."""
+        """Yield numbers of waiting events; beyond `MAX_PENDING_BEFORE_INPUT` not always exact."""
         for machine, automaton in enumerate(self._automata):
-            for slot in self._spelling.slots(machine)[: PATIENCE + 1]:
+            for slot in self._spelling.slots(machine)[: MAX_PENDING_BEFORE_INPUT + 1]:
                 yield choice(differ(slot, 0), 1, 0)
             for waiting in sorted({local.waiting for local in automaton.locals} - {0}):
                 of = {n for n, local in enumerate(automaton.locals) if local.waiting == waiting}

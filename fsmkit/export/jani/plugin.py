@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.export.exporter import Exported, Wanted
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.system.system import System
 
 
@@ -12,7 +12,7 @@ class Jani:
     name = "jani"
     summary = "Storm and other readers of JANI: an automaton for each machine"
 
-    def export(self, system: System, wanted: Wanted) -> Exported:
+    def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Explore, then write the local steps."""
         from fsmkit.export.collect import network_of
         from fsmkit.export.jani.layout import laid_out

@@ -20,7 +20,7 @@ from fsmkit.system.system import JUDGED_AT_STATES, Property, PropertyKind
 from fsmkit.texts import notating
 from fsmkit.texts.c import comment
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import PATIENCE
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 
 HEADER = """\
 /* {name}, for SPIN; written by fsmkit. It belongs to whoever had it written.
@@ -139,7 +139,7 @@ class _Writer:
             for waiting in sorted({local.waiting for local in automaton.locals} - {0}):
                 of = {n for n, local in enumerate(automaton.locals) if local.waiting == waiting}
                 counts.append(f"{waiting} * {self._spelling.is_in(machine, of)}")
-        out.line(f"#define FEW_WAIT ({' + '.join(counts) or '0'} <= {PATIENCE})")
+        out.line(f"#define FEW_WAIT ({' + '.join(counts) or '0'} <= {MAX_PENDING_BEFORE_INPUT})")
         out.lines(["", "#ifdef QUEUES", "#define NO_ROOM assert(false)", "#else"])
         out.lines(["#define NO_ROOM skip", "#endif", "#ifdef FAULTS"])
         out.lines(["#define FAULT assert(false)", "#else", "#define FAULT skip", "#endif", ""])

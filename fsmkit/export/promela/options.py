@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 
 from fsmkit.export.changes import Joint, joined
-from fsmkit.export.edge_signature import deed
+from fsmkit.export.edge_signature import edge_signature
 from fsmkit.export.network import Move, Network, Sent
 from fsmkit.export.promela.identifiers import Spelling
 
@@ -14,7 +14,9 @@ from fsmkit.export.promela.identifiers import Spelling
 def options(spelling: Spelling, machine: int) -> tuple[Joint, ...]:
     """Return the moves of a machine by what an option of its process does."""
     automaton = spelling.network.automata[machine]
-    return joined(automaton.moves, partial(deed, automaton), spelling.parts.codes[machine])
+    return joined(
+        automaton.moves, partial(edge_signature, automaton), spelling.parts.codes[machine]
+    )
 
 
 class Walk:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.export.exporter import Exported, Wanted
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.system.system import System
 
 
@@ -12,7 +12,7 @@ class Promela:
     name = "promela"
     summary = "SPIN: a process for each machine, a channel for each queue"
 
-    def export(self, system: System, wanted: Wanted) -> Exported:
+    def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Explore by the interpreter, then write the local steps."""
         from fsmkit.export.collect import network_of
         from fsmkit.export.promela.model import written

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.export.collect import network_of
-from fsmkit.export.exporter import Wanted
+from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.network import Network
 from fsmkit.export.promela.identifiers import Spelling, claims
 from fsmkit.export.promela.model import written
@@ -32,7 +32,7 @@ OPTION = ":: d_step {"
 
 
 def counterexample_of(
-    system: System, wanted: Wanted, path: Path
+    system: System, wanted: ExportOptions, path: Path
 ) -> tuple[Network, Property | None, Counterexample]:
     """Return the path beside a model (``x.pml``), or one that SPIN printed (any other file).
 

@@ -13,7 +13,7 @@ from fsmkit.language import Literal, Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout
 from fsmkit.system.readiness import tries_eventless
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 MOST_LOCATIONS = 20_000
 
@@ -72,7 +72,7 @@ class Automaton:
 
 
 def followed(
-    closed: Closed, machine: int, queueable: frozenset[int], constants: Mapping[str, Literal]
+    closed: ClosedSystem, machine: int, queueable: frozenset[int], constants: Mapping[str, Literal]
 ) -> Automaton:
     """Return the automaton of a machine; ``queueable``: the events that its queue may hold."""
     found = Automaton(Paths(closed, machine, constants))
@@ -95,11 +95,11 @@ def followed(
             of_key.setdefault(trigger, {})[history] = ways
             for path in ways:
                 _note(found, path, history, waiting)
-        _demand_few(found)
+        _require_few(found)
     return found
 
 
-def _demand_few(found: Automaton) -> None:
+def _require_few(found: Automaton) -> None:
     if len(found.keys) > MOST_LOCATIONS:
         chart = found.paths.chart
         raise refuse(
@@ -109,7 +109,7 @@ def _demand_few(found: Automaton) -> None:
         )
 
 
-def _possible(closed: Closed, machine: int) -> list[Trigger]:
+def _possible(closed: ClosedSystem, machine: int) -> list[Trigger]:
     spontaneous: list[Trigger] = []
     outside: dict[tuple[int, bool], list[tuple[Value, ...]]] = {}
     for possible in closed.possible:
@@ -129,7 +129,7 @@ def _possible(closed: Closed, machine: int) -> list[Trigger]:
     ]
 
 
-def _firing(closed: Closed, machine: int, key: Key) -> list[int]:
+def _firing(closed: ClosedSystem, machine: int, key: Key) -> list[int]:
     """Return the timers that can ever be the first to fire.
 
     Of two with equal delays that are due at once the one armed first fires first; and when one of
@@ -146,7 +146,7 @@ def _firing(closed: Closed, machine: int, key: Key) -> list[int]:
     return found
 
 
-def is_silent(closed: Closed, machine: int, timer: Armed) -> bool:
+def is_silent(closed: ClosedSystem, machine: int, timer: Armed) -> bool:
     """Whether a timer is a watchdog that is assumed never to fire."""
     return isinstance(timer.what, Timeout) and closed.is_silent(machine, timer.what.transition)
 

@@ -251,7 +251,7 @@ class Steps:
 
     def _closing(self, path: Path, start: Key) -> list[str]:
         """Return the last updates of a step: what it leaves to others, and what is forgotten."""
-        self._demand_order(path)
+        self._require_order(path)
         data, found = self.data, []
         stored = {_path(e.location) for e in path.entries if isinstance(e, Assigned)}
         found += self._copied({name.split(".")[0] for name in stored})
@@ -270,7 +270,7 @@ class Steps:
             found += self._stopped()
         return found
 
-    def _demand_order(self, path: Path) -> None:
+    def _require_order(self, path: Path) -> None:
         """Refuse what would come to the own queue in another order."""
         wired = False
         for entry in path.entries:

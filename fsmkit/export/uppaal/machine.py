@@ -70,12 +70,12 @@ class Builder(Steps):
     def _invariant(self, key: Key) -> tuple[str, ...]:
         found = {}
         for timer in key.timers:
-            self._demand_short(timer)
+            self._require_short(timer)
             if timer.greatest is not None:
                 found[self.data.clock(timer)] = f"{self.data.clock(timer)} <= {timer.greatest}"
         return tuple(found.values())
 
-    def _demand_short(self, timer: Armed) -> None:
+    def _require_short(self, timer: Armed) -> None:
         if max(timer.least, timer.greatest or 0) > MOST_CLOCK:
             raise refuse(
                 f"a delay of {timer.greatest} ticks is longer than clocks of UPPAAL count",
@@ -248,7 +248,7 @@ class Builder(Steps):
         if self.space.closed.untimed:
             return []
         fired = key.timers[place]
-        self._demand_short(fired)
+        self._require_short(fired)
         found = [f"{self.data.clock(fired)} >= {fired.least}"]
         if not fired.is_interval:
             found += [

@@ -36,8 +36,8 @@ from fsmkit.runtime.interpreter.snapshot import (
     Timeout,
     Timer,
 )
-from fsmkit.system.system import HEARD
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.system.system import OBSERVED
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 MOST_PATHS = 4096
 """Ways through one macrostep; with more, the chart is refused."""
@@ -48,7 +48,9 @@ STANDING = 1 << 60
 class Paths:
     """The macrosteps of one machine of a closed system."""
 
-    def __init__(self, closed: Closed, machine: int, constants: Mapping[str, Literal]) -> None:
+    def __init__(
+        self, closed: ClosedSystem, machine: int, constants: Mapping[str, Literal]
+    ) -> None:
         """Record a machine; ``constants``: inputs that never change."""
         self._untimed = closed.untimed
         self.chart = closed.charts[machine]
@@ -70,7 +72,7 @@ class Paths:
 
     def hears(self, event: int) -> bool:
         """Whether a monitor is told when the machine takes an event."""
-        return HEARD + event in self._wired
+        return OBSERVED + event in self._wired
 
     # --- the steps -------------------------------------------------------------------------------
 
@@ -201,7 +203,7 @@ class Paths:
         if not isinstance(done.event, Occurrence) or not self.hears(done.event.event):
             return []
         (number,) = done.event.payload
-        return [Told(HEARD + done.event.event, self._carried(number, done.event.event))]
+        return [Told(OBSERVED + done.event.event, self._carried(number, done.event.event))]
 
     def _carried(self, number: object, event: int) -> tuple[Expr, ...]:
         assert isinstance(number, int)  # noqa: S101  (given when recorded)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from fsmkit.export.exporter import Exported, Wanted
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.system.system import System
 from fsmkit.verify.resources.deadline import Stage
 
@@ -16,12 +16,12 @@ class Uppaal:
     summary = "UPPAAL: a template for each machine, timers as clocks, queries"
     flat = False
 
-    def export(self, system: System, wanted: Wanted) -> Exported:
+    def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Follow all macrosteps with open data, then write, in the time that is given."""
         work = partial(self._write, system, wanted)
         return wanted.deadline.cut_off(Stage.EXPLORING, work)
 
-    def _write(self, system: System, wanted: Wanted) -> Exported:
+    def _write(self, system: System, wanted: ExportOptions) -> Exported:
         from fsmkit.export.uppaal.translate import translated
         from fsmkit.export.uppaal.writing import write
         from fsmkit.verify.statespace.closed_system import close

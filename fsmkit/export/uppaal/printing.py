@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar
 
-from fsmkit.export.uppaal.terms import demand_small, denied, range_of, refuse
+from fsmkit.export.uppaal.terms import denied, range_of, refuse, require_small
 from fsmkit.language import (
     Apply,
     Binary,
@@ -157,7 +157,7 @@ class Printer(ExprPrinter):
 
     def _wrapped(self, printed: Fragment, least: int, lo: int, hi: int) -> Fragment:
         size = hi - lo + 1
-        demand_small(lo, size, None)
+        require_small(lo, size, None)
         shifted = f"{printed.at_least(SUM)} - {lo}" if lo > 0 else printed.text
         if lo < 0:
             shifted = f"{printed.at_least(SUM)} + {-lo}"

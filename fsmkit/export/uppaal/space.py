@@ -24,7 +24,7 @@ from fsmkit.language import (
     Value,
 )
 from fsmkit.system.monitors import look_event
-from fsmkit.verify.statespace.closed_system import PATIENCE, Closed
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 
 MOST_SYMBOLS = 2**15
 
@@ -45,7 +45,7 @@ def leaves(
 class Space:
     """What is declared beside the templates."""
 
-    closed: Closed
+    closed: ClosedSystem
     flat: bool
     paced: bool = False
     """Whether a template of its own lets time pass (`pace`), in place of an urgent channel."""
@@ -287,7 +287,7 @@ class Space:
             return []
         if len(lengths) > 1 and not self.flat:
             return [f"{self.patience}()"]
-        return [f"{' + '.join(lengths)} <= {PATIENCE}"]
+        return [f"{' + '.join(lengths)} <= {MAX_PENDING_BEFORE_INPUT}"]
 
     def functions(self) -> Iterator[Function]:
         """Yield the functions of the readable form."""
@@ -300,7 +300,7 @@ class Space:
                 yield Function(name, f"bool {name}() {{\n  return {text};\n}}")
         lengths = [queue.length for queue in self.queues.values()]
         if len(lengths) > 1:
-            text = f"{' + '.join(lengths)} <= {PATIENCE}"
+            text = f"{' + '.join(lengths)} <= {MAX_PENDING_BEFORE_INPUT}"
             yield Function(self.patience, f"bool {self.patience}() {{\n  return {text};\n}}")
 
     def declarations(self, starting: int, *, boots: int) -> Declarations:

@@ -47,7 +47,7 @@ def refuse(message: str, place: Span | None, way_out: str) -> Exception:
     return fail("not-in-uppaal", message, place, help=way_out)
 
 
-def demand_small(lo: int, hi: int, place: Span | None) -> None:
+def require_small(lo: int, hi: int, place: Span | None) -> None:
     """Refuse numbers beyond 32 bits."""
     if lo < LEAST or hi > GREATEST:
         raise refuse(
@@ -94,7 +94,7 @@ def range_of(expr: Expr) -> tuple[int, int]:
     Refuses what has no bounds within 32 bits.
     """
     found = _range(expr)
-    demand_small(*found, expr.span)
+    require_small(*found, expr.span)
     return found
 
 
@@ -158,7 +158,7 @@ def range_of_type(type_: object, place: Span | None) -> tuple[int, int]:
                 place,
                 "use whole numbers, truth values or enumerations, in small units",
             )
-    demand_small(*found, place)
+    require_small(*found, place)
     return found
 
 

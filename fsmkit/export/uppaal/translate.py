@@ -21,21 +21,21 @@ from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queries import MANY, Queries
 from fsmkit.export.uppaal.space import Space
 from fsmkit.export.uppaal.terms import refuse
-from fsmkit.export.uppaal.wellformed import demand_wellformed
+from fsmkit.export.uppaal.wellformed import require_wellformed
 from fsmkit.language import InState
-from fsmkit.system.system import HEARD
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.system.system import OBSERVED
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 def translated(
-    closed: Closed, *, flat: bool = False, paced: bool = False, draw: bool = True
+    closed: ClosedSystem, *, flat: bool = False, paced: bool = False, draw: bool = True
 ) -> Network:
     """Return the network of a system; ``flat``: expressions only, no functions.
 
     ``paced``: without an urgent channel (`pace`). Raises `FsmkitError` (``not-in-uppaal``) where
     something cannot be said. ``draw``: give positions.
     """
-    _demand_sayable(closed)
+    _require_sayable(closed)
     space = Space(closed, flat, paced)
     automata = [
         followed(closed, machine, space.queueable(machine), space.known_inputs(machine))
@@ -45,7 +45,7 @@ def translated(
     machines = closed.system.machines
     order = sorted(range(len(machines)), key=lambda m: not machines[m].environment)
     starting = [m for m in order if not automata[m].starts_at_once]
-    _demand_start_order(closed, [automata[m].start for m in order], order)
+    _require_start_order(closed, [automata[m].start for m in order], order)
     flags = _flags(closed, automata)
     builders = []
     for machine, automaton in enumerate(automata):
@@ -69,7 +69,7 @@ def translated(
     )
     declarations = space.declarations(len(starting), boots=len(starting))
     found = numbered(joined(replace(found, declarations=declarations)))
-    demand_wellformed(found)
+    require_wellformed(found)
     return laid_out(found) if draw else found
 
 
@@ -93,7 +93,7 @@ def numbered(network: Network) -> Network:
     return replace(network, templates=tuple(templates))
 
 
-def _remark(closed: Closed, pace: Pace | None) -> list[str]:
+def _remark(closed: ClosedSystem, pace: Pace | None) -> list[str]:
     time = "any armed timer may fire at any time" if closed.untimed else "dense, in ticks"
     tick = closed.charts[0].capacities.tick
     found = [
@@ -112,7 +112,7 @@ def _remark(closed: Closed, pace: Pace | None) -> list[str]:
     return found
 
 
-def _demand_sayable(closed: Closed) -> None:
+def _require_sayable(closed: ClosedSystem) -> None:
     """Refuse what is not translated, with a place."""
     schedule = closed.system.schedule
     if schedule is not None:
@@ -134,7 +134,9 @@ def _demand_sayable(closed: Closed) -> None:
                 )
 
 
-def _demand_start_order(closed: Closed, starts: list[tuple[Path, ...]], order: list[int]) -> None:
+def _require_start_order(
+    closed: ClosedSystem, starts: list[tuple[Path, ...]], order: list[int]
+) -> None:
     """Refuse a start whose messages would come in another order than in the explorer."""
     told: set[int] = set()
     for machine, paths in zip(order, starts, strict=True):
@@ -148,13 +150,13 @@ def _demand_start_order(closed: Closed, starts: list[tuple[Path, ...]], order: l
                     "send it later",
                 )
             for entry in path.entries:
-                if isinstance(entry, Told) and entry.port < HEARD:
+                if isinstance(entry, Told) and entry.port < OBSERVED:
                     told |= {
                         link.target for link in closed.system.event_links if link.source == machine
                     }
 
 
-def _flags(closed: Closed, automata: list[Automaton]) -> list[dict[int, str]]:
+def _flags(closed: ClosedSystem, automata: list[Automaton]) -> list[dict[int, str]]:
     """Return, for each machine, the states that properties ask for in many locations."""
     found: list[dict[int, str]] = [{} for _ in automata]
     asked: set[tuple[int, int]] = set()

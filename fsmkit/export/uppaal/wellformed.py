@@ -31,7 +31,7 @@ COMPARED = re.compile(r"\w+ (<|<=|>=|>|==) \d+")
 RESET = re.compile(r"\w+ = \d+")
 
 
-def demand_wellformed(network: Network) -> None:
+def require_wellformed(network: Network) -> None:
     """Refuse a network that breaks a rule: what wrote it is wrong, and no model is written."""
     for broken in problems(network):
         raise fail("bad-uppaal", f"this is no sound network: {broken}")

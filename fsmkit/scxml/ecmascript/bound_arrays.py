@@ -22,7 +22,7 @@ from fsmkit.document.document import (
     DocIf,
     Document,
 )
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import mapped, parts
 from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.syntax import (
@@ -43,7 +43,9 @@ LENGTH = re.compile(r"\[\s*(\d+)\s*\]\s*\Z")
 GROWTH = re.compile(r"\.(?:concat|push)\s*\(|\.length\s*\]")
 
 
-def bound_arrays(document: Document, given: Given | None, findings: Findings) -> Document:
+def bound_arrays(
+    document: Document, given: InvocationContext | None, findings: Findings
+) -> Document:
     """Return a document of a loose dialect in which no array grows.
 
     Data that an invoker gives keep the lengths that they have there.

@@ -24,7 +24,7 @@ from fsmkit.document.document import (
     Kind,
     Trigger,
 )
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.document.walk import parts
 from fsmkit.language.syntax import (
@@ -214,7 +214,10 @@ class JoinedNames:
 
 
 def find_joined_names(
-    document: Document, whole: tuple[object, ...], given: Given | None, known: KnownStrings
+    document: Document,
+    whole: tuple[object, ...],
+    given: InvocationContext | None,
+    known: KnownStrings,
 ) -> JoinedNames:
     """Return what a document joins; ``whole`` are its parts, ``given`` what its invoker sends."""
     sends = (part for part in whole if isinstance(part, DocSend))

@@ -22,7 +22,7 @@ from fsmkit.document.document import (
     Document,
     Trigger,
 )
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.language import location_of_session
 from fsmkit.language.ecmascript import PROCESSORS, SESSION
@@ -182,7 +182,7 @@ class KnownStrings:
 def find_strings(
     document: Document,
     parts: tuple[object, ...],
-    given: Given | None,
+    given: InvocationContext | None,
     placeholders: Mapping[str, str],
 ) -> KnownStrings:
     """Return what the variables of a document can hold; ``given`` is what its invoker sets.

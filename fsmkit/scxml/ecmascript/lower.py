@@ -34,7 +34,7 @@ from fsmkit.document.document import (
     Document,
     DocUnreadable,
 )
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import content_value, members, string
 from fsmkit.document.walk import parts
 from fsmkit.language import flag_of
@@ -52,7 +52,7 @@ ASKED = re.compile(
 NUMBER = re.compile(r"\s*\d+\s*")
 
 
-def lower_ecmascript(document: Document, given: Given | None = None) -> Document:
+def lower_ecmascript(document: Document, given: InvocationContext | None = None) -> Document:
     """Return a document of a loose dialect without what is only shorthand there.
 
     ``given`` says what an invoker sets when the machine starts.
@@ -71,7 +71,7 @@ def string_value(text: Text) -> str | None:
 @dataclass
 class _Lowering:
     document: Document
-    given: Given | None = None
+    given: InvocationContext | None = None
     strings: KnownStrings = field(default_factory=lambda: KnownStrings("", {}))
     joined: JoinedNames = field(default_factory=lambda: JoinedNames(KnownStrings("", {})))
     flagged: tuple[str, ...] = ()

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocAssign, DocData, Document
-from fsmkit.document.invocation_context import Given
+from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import mapped, parts
 from fsmkit.language.constants import split_list
 from fsmkit.language.syntax import ElementNode, MemberNode, NameNode, Node, StringNode
@@ -23,7 +23,7 @@ DEEPEST = 8
 """Objects within objects."""
 
 
-def spread_objects(document: Document, given: Given | None) -> Document:
+def spread_objects(document: Document, given: InvocationContext | None) -> Document:
     """Return a document of a loose dialect without objects whose members are known."""
     if document.datamodel == "fsmkit":
         return document

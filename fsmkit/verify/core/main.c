@@ -260,15 +260,15 @@ static bool choose_storage(fsm_search *search, const options *o)
 }
 
 /* Of a lossy table: how full each part is, and how many bits it has, or lines (hash_compaction.h). */
-static void print_table(const fsm_lossy *lossy)
+static void print_table(const fsm_hash_compaction *lossy)
 {
     if (lossy == NULL)
         return;
     printf("\"table\": {\"storage\": \"%s\", \"filled\": [", storages[lossy->storage]);
-    for (uint32_t part = 0; part < FSM_LOSSY_PARTS; part++)
-        printf("%s%" PRIu64, part == 0 ? "" : ", ", fsm_lossy_filled(lossy, part));
+    for (uint32_t part = 0; part < FSM_HASH_COMPACTION_PARTS; part++)
+        printf("%s%" PRIu64, part == 0 ? "" : ", ", fsm_hash_compaction_filled(lossy, part));
     printf("], \"room\": %" PRIu64 ", \"bytes\": %zu}, ",
-           lossy->lines * (lossy->storage == FSM_BITSTATE ? FSM_LINE_BITS : 1), fsm_lossy_bytes(lossy));
+           lossy->lines * (lossy->storage == FSM_BITSTATE ? FSM_LINE_BITS : 1), fsm_hash_compaction_bytes(lossy));
 }
 
 static int explore(fsm_composition *composition, options *o)

@@ -13,7 +13,7 @@ from fsmkit.system.system import TEMPORAL, Property, PropertyKind, goal_place
 from fsmkit.verify.engines.c.engine import CEngine, Progress
 from fsmkit.verify.report.verdict import ENDS
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Answer, End, Exploration, Trail
 
 WATCHED = 16
@@ -22,7 +22,7 @@ WATCHED = 16
 
 def temporal_answers(
     built: CEngine,
-    closed: Closed,
+    closed: ClosedSystem,
     found: Exploration,
     memory: int,
     progress: Progress | None,
@@ -46,7 +46,7 @@ def _is_asked(property_: Property, names: frozenset[str]) -> bool:
     return asked and property_.kind in TEMPORAL and not property_.unexplored
 
 
-def _delay(built: CEngine, closed: Closed, number: int, memory: int) -> Answer:
+def _delay(built: CEngine, closed: ClosedSystem, number: int, memory: int) -> Answer:
     """Measure a `within` by a clock that runs from one condition to the other."""
     properties = closed.system.properties
     ticks = properties[number].ticks

@@ -32,7 +32,7 @@ from fsmkit.system.system import system_of
 from fsmkit.verify.properties.refinement_view import Shown, Word, Words, shown_in, without
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import MOST_RUNS, Action, Chooser, Step, TooManyChoices
-from fsmkit.verify.statespace.closed_system import PATIENCE, Closed, close
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem, close
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
 PAUSE = 64
@@ -191,7 +191,7 @@ class Search:
             yield Step(Action.TAKE)
         for place in range(len(pair.derived.timers)) if not view.waiting else ():
             yield Step(Action.FIRE, 0, place)
-        if view.waiting <= PATIENCE:
+        if view.waiting <= MAX_PENDING_BEFORE_INPUT:
             yield from (Step(Action.OCCUR, 0, n) for n in range(len(self.closed.possible)))
 
     def _take(self, pair: Pair | None, what: Step, chooser: Chooser) -> tuple[Move, Pair] | None:
@@ -311,7 +311,7 @@ class _Following(_Follower, Chooser):
         _Follower.__init__(self, expected)
 
 
-def _ready(chart: Chart) -> tuple[Closed, LocalSteps]:
+def _ready(chart: Chart) -> tuple[ClosedSystem, LocalSteps]:
     """Return a chart alone, untimed, whose inputs are chosen when they are read."""
     closed = close(system_of(chart), untimed=True, keeps_dead=True)
     alone = replace(closed.system, is_open=False, properties=())

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.system.schedule import spelled_schedule
-from fsmkit.verify.statespace.closed_system import PATIENCE, Closed
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 
 
-def assumptions(closed: Closed) -> Iterator[str]:
+def assumptions(closed: ClosedSystem) -> Iterator[str]:
     """Yield what is assumed, a sentence each."""
-    yield f"what may come from outside comes while at most {PATIENCE} event waits in the queues"
+    most = MAX_PENDING_BEFORE_INPUT
+    yield f"what may come from outside comes while at most {most} event waits in the queues"
     if closed.silent:
         yield "transitions marked `watchdog` never fire"
     if closed.untimed:

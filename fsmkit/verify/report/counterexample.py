@@ -29,7 +29,7 @@ from fsmkit.runtime.interpreter.trace import dump_lines, trace_lines, value_text
 from fsmkit.system.shared import type_of_slot, written_value
 from fsmkit.texts import telling
 from fsmkit.verify.statespace.actions import Action, Chooser, Message, Step, Who
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Trail
 from fsmkit.verify.statespace.local_steps import LocalSteps
 from fsmkit.verify.statespace.sessions import effects_within, leaves_family
@@ -94,7 +94,7 @@ class Replay:
     Its data are those that real machines have: none is reset because it is dead.
     """
 
-    def __init__(self, closed: Closed) -> None:
+    def __init__(self, closed: ClosedSystem) -> None:
         """Stand before the start."""
         self._closed = closed
         self._local = LocalSteps(replace(closed, mortal=()))
@@ -247,7 +247,7 @@ def checked_state(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
                 yield f"{invocation.id}: {line}"
 
 
-def as_explored(closed: Closed, steps: Iterable[TraceStep]) -> Iterator[tuple[str, ...]]:
+def as_explored(closed: ClosedSystem, steps: Iterable[TraceStep]) -> Iterator[tuple[str, ...]]:
     """Yield what the explorer prints for each step: of data only what counts as state."""
     local = LocalSteps(closed)
     for told in steps:
@@ -266,7 +266,7 @@ def plain(value: Value) -> str:
     return value_text(value)
 
 
-def cause(chart: Chart, step: Step, done: Macrostep, closed: Closed) -> str:
+def cause(chart: Chart, step: Step, done: Macrostep, closed: ClosedSystem) -> str:
     """Return what caused a step, in words."""
     match done.event:
         case Timeout(transition):
@@ -305,7 +305,7 @@ def leaves(chart: Chart, snapshot: Snapshot) -> tuple[str, ...]:
     return tuple(chart.states[state].id for state in active)
 
 
-def write(closed: Closed, trail: Trail, cycle: Trail = ()) -> Counterexample:
+def write(closed: ClosedSystem, trail: Trail, cycle: Trail = ()) -> Counterexample:
     """Return a path, performed in the interpreter; ``cycle`` are the steps that then repeat."""
     replay = Replay(closed)
     whole = (*trail, *cycle)

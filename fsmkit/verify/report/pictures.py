@@ -19,7 +19,7 @@ NOTATIONS: Mapping[str, Callable[[Sequence], str]] = {
 }
 
 
-def demand_notation(path: Path) -> None:
+def require_notation(path: Path) -> None:
     """Raise a diagnostic where the suffix of a file tells no notation."""
     if path.suffix.lower() not in NOTATIONS:
         raise fail(

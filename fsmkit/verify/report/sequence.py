@@ -22,7 +22,7 @@ from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Counterexample, Delivery, TraceStep
 from fsmkit.verify.report.verdict import Result, Verdict
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 CAUSES = {
     Action.START: Cause.START,
@@ -33,7 +33,7 @@ CAUSES = {
 }
 
 
-def sequence(closed: Closed, result: Result, trace: Counterexample) -> Sequence:
+def sequence(closed: ClosedSystem, result: Result, trace: Counterexample) -> Sequence:
     """Return the diagram of a trace; machines that only start and get no message are left out."""
     return _Writer(closed).write(result, trace)
 
@@ -49,7 +49,7 @@ class _Channel:
 
 
 class _Writer:
-    def __init__(self, closed: Closed) -> None:
+    def __init__(self, closed: ClosedSystem) -> None:
         self._system = closed.system
         self._names = {m.name: n for n, m in enumerate(closed.system.machines)}
         self._channels = _channels(closed.system)

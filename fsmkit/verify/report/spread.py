@@ -10,7 +10,7 @@ from fsmkit.chart.format import spell_signature
 from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.language import Storage, Variable
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.spread import Kind, Part, Spread, parts_of
 
 LEAST = 1.5
@@ -55,7 +55,7 @@ class _Share:
         return f"the queue of {self.chart.capacities.queue}"
 
 
-def tell_spread(closed: Closed, spreads: Sequence[Spread], findings: Findings) -> None:
+def tell_spread(closed: ClosedSystem, spreads: Sequence[Spread], findings: Findings) -> None:
     """Name the part that multiplies the space most often, with a way out."""
     shares = sorted(_shares(closed, spreads), key=lambda share: -share.factor)
     if not shares or shares[0].factor < LEAST:
@@ -75,14 +75,14 @@ def tell_spread(closed: Closed, spreads: Sequence[Spread], findings: Findings) -
     findings.add("large-space", message, span, help=_way_out(closed, first))
 
 
-def _shares(closed: Closed, spreads: Sequence[Spread]) -> Iterator[_Share]:
+def _shares(closed: ClosedSystem, spreads: Sequence[Spread]) -> Iterator[_Share]:
     for machine, spread in enumerate(spreads):
         chart = closed.charts[machine]
         for part, counts in zip(parts_of(chart), spread.parts, strict=False):
             yield _Share(machine, chart, part, spread.states, *counts)
 
 
-def _does(closed: Closed, share: _Share) -> str:
+def _does(closed: ClosedSystem, share: _Share) -> str:
     if share.part.kind is not Kind.QUEUE:
         return f"has {share.values:,} values"
     waiting = _waiting(closed, share)
@@ -97,7 +97,7 @@ def _events(share: _Share) -> set[int]:
     return {event for state in share.chart.states for event in state.defer}
 
 
-def _waiting(closed: Closed, share: _Share) -> tuple[str, ...]:
+def _waiting(closed: ClosedSystem, share: _Share) -> tuple[str, ...]:
     """Return the declarations of the events that fill a queue, where it is known which do."""
     found = _events(share) or {
         link.event for link in closed.system.event_links if link.target == share.machine
@@ -106,14 +106,14 @@ def _waiting(closed: Closed, share: _Share) -> tuple[str, ...]:
     return tuple(spell_signature(e.name, e.fields, None) if e.fields else e.name for e in events)
 
 
-def _ways(closed: Closed, share: _Share, waiting: int) -> int:
+def _ways(closed: ClosedSystem, share: _Share, waiting: int) -> int:
     """Return of how many kinds one waiting event is: with each payload; 0 where that is open."""
     deferred = _events(share)
     kinds = sum(p.machine == share.machine and p.event in deferred for p in closed.possible)
     return kinds if kinds >= waiting > 0 and closed.is_open else 0
 
 
-def _way_out(closed: Closed, share: _Share) -> str:
+def _way_out(closed: ClosedSystem, share: _Share) -> str:
     match share.part.kind:
         case Kind.QUEUE:
             less = max(1, min(3, share.chart.capacities.queue - 1))
@@ -138,7 +138,7 @@ def _way_out(closed: Closed, share: _Share) -> str:
             )
 
 
-def _readers(closed: Closed, share: _Share) -> list[str]:
+def _readers(closed: ClosedSystem, share: _Share) -> list[str]:
     """Return the properties that read an input; if none does, those that read any."""
     read = {p.name: frozenset(_inputs(p.condition)) for p in closed.system.properties}
     name = "" if share.variable is None else share.variable.name

@@ -10,11 +10,11 @@ from fsmkit.runtime.cycles import cycle_text, taken_in
 from fsmkit.system.monitors import errors_of
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import TraceStep
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Exploration
 
 
-def never_entered(closed: Closed, found: Exploration, machine: int) -> Iterator[State]:
+def never_entered(closed: ClosedSystem, found: Exploration, machine: int) -> Iterator[State]:
     """Yield the outermost states that are never entered."""
     chart, entered = closed.system.machines[machine].chart, found.machines[machine].states
     hoped = errors_of(closed.system.machines[machine])
@@ -25,7 +25,7 @@ def never_entered(closed: Closed, found: Exploration, machine: int) -> Iterator[
             yield state
 
 
-def never_taken(closed: Closed, found: Exploration, machine: int) -> Iterator[Transition]:
+def never_taken(closed: ClosedSystem, found: Exploration, machine: int) -> Iterator[Transition]:
     """Yield the transitions that are never taken though their source is entered."""
     chart, figures = closed.system.machines[machine].chart, found.machines[machine]
     hoped = errors_of(closed.system.machines[machine])

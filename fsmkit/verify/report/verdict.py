@@ -15,7 +15,7 @@ from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.spread import tell_spread
 from fsmkit.verify.report.unreached import fault_text, lines_of, never_entered, never_taken
 from fsmkit.verify.statespace.actions import FAULT, FULL, UNHANDLED
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import (
     DEADLOCK,
     UNFINISHED,
@@ -59,7 +59,7 @@ class Result:
 class Report:
     """What a check tells."""
 
-    closed: Closed
+    closed: ClosedSystem
     exploration: Exploration
     results: tuple[Result, ...]
     findings: Findings
@@ -102,7 +102,7 @@ LATER = {
 
 
 def conclude(
-    closed: Closed, found: Exploration, show: Show, names: frozenset[str], findings: Findings
+    closed: ClosedSystem, found: Exploration, show: Show, names: frozenset[str], findings: Findings
 ) -> Report:
     """Return the verdicts; of the properties, those named (none named: all)."""
     judge = _Judge(closed, found, show, findings)
@@ -139,7 +139,7 @@ def _told(result: Result) -> Result:
 
 @dataclass(frozen=True)
 class _Judge:
-    closed: Closed
+    closed: ClosedSystem
     found: Exploration
     show: Show
     findings: Findings

@@ -23,7 +23,8 @@ machines: the plant answers at once. Else, each machine that runs can, by the or
   stop time before the greatest;
 * an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*):
   that covers every place in the queue it could have waited at. This is possible while at most
-  `PATIENCE` events wait in all queues: nobody presses a button faster than machines talk.
+  `MAX_PENDING_BEFORE_INPUT` events wait in all queues: nobody presses a button faster than machines
+  talk.
 
 Time passes by the greatest common divisor of all delays (*elapse*) when no machine has anything
 left to do and some timer is armed. Steps of one machine that lead to the same state and messages,
@@ -63,14 +64,14 @@ from fsmkit.document.document import Direction, Trigger
 from fsmkit.language import Storage, Value, Variable
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
-from fsmkit.system.monitors import looking, with_monitors
+from fsmkit.system.monitors import as_observer, with_monitors
 from fsmkit.system.schedule import turns_of, with_scheduler
 from fsmkit.system.system import Machine, Possible, System
 from fsmkit.system.ticks import unit_of
-from fsmkit.verify.statespace.dead_variables import Mortal, mortal_variables
-from fsmkit.verify.statespace.sessions import demand_alone, demand_explorable
+from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
+from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
-PATIENCE = 1
+MAX_PENDING_BEFORE_INPUT = 1
 """Events that may wait in all queues together when another comes from outside."""
 
 
@@ -83,7 +84,7 @@ class FreeInput:
 
 
 @dataclass(frozen=True)
-class Closed:
+class ClosedSystem:
     """A system ready to be explored.
 
     ``charts`` are those of the machines with spontaneous transitions turned into events.
@@ -107,7 +108,7 @@ class Closed:
     """Time is dense, see ``core/zones/timed.h``; ``unit`` then only divides all delays."""
     covers: bool = False
     """Each transition taken and each state entered is marked, so that a way there is known."""
-    mortal: tuple[tuple[Mortal, ...], ...] = ()
+    mortal: tuple[tuple[ResettableVariable, ...], ...] = ()
     """For each machine the data that are reset where they are dead; empty: none of any."""
 
     def __post_init__(self) -> None:
@@ -160,13 +161,13 @@ def close(
     zones: bool = False,
     covers: bool = False,
     keeps_dead: bool = False,
-) -> Closed:
+) -> ClosedSystem:
     """Prepare a system for exploration; `FsmkitError` where it cannot be.
 
     Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset.
     """
     for machine in system.machines:
-        demand_explorable(machine.chart)
+        require_explorable(machine.chart)
     system = with_scheduler(with_monitors(system), untimed=untimed)
     charts = tuple(_explored(machine) for machine in system.machines)
     uses = tuple(uses_of(chart) for chart in charts)
@@ -188,8 +189,8 @@ def close(
     unit = 0 if untimed else unit_of(system)
     for machine in system.machines if zones and unit else ():
         way_out = "use `--time discrete`, or `--time untimed`"
-        demand_alone(machine.chart, "not explored in dense time", way_out)
-    return Closed(
+        require_alone(machine.chart, "not explored in dense time", way_out)
+    return ClosedSystem(
         system,
         charts,
         tuple(possible),
@@ -206,9 +207,9 @@ def close(
     )
 
 
-def as_it_stands(system: System) -> Closed:
+def as_it_stands(system: System) -> ClosedSystem:
     """Return a system that is not explored, where something closed is wanted to tell of it."""
-    return Closed(system, (), (), (), (), False, False, False, 0, ())
+    return ClosedSystem(system, (), (), (), (), False, False, False, 0, ())
 
 
 def beyond_zones(system: System) -> str:
@@ -225,7 +226,7 @@ def _explored(machine: Machine) -> Chart:
     """Return the chart of a machine as it is explored."""
     chart = without_spontaneous(machine.chart)
     looks = machine.is_monitor and index_of(chart).samples_inputs
-    return _with_passages(looking(chart) if looks else chart)
+    return _with_passages(as_observer(chart) if looks else chart)
 
 
 def _with_passages(chart: Chart) -> Chart:

@@ -18,7 +18,7 @@ from fsmkit.system.system import Possible, System, judged
 
 
 @dataclass(frozen=True, slots=True)
-class Mortal:
+class ResettableVariable:
     """A variable of a chart that is dead somewhere.
 
     ``data``: its place in the data. ``live``: the atomic states in which it may be live. In all
@@ -32,7 +32,7 @@ class Mortal:
 
 def mortal_variables(
     system: System, charts: Sequence[Chart], possible: Collection[Possible]
-) -> tuple[tuple[Mortal, ...], ...]:
+) -> tuple[tuple[ResettableVariable, ...], ...]:
     """Return for each machine of a system the variables that are dead somewhere.
 
     ``charts`` are those of the machines as they are explored, ``possible`` what can come to them.
@@ -44,14 +44,14 @@ def mortal_variables(
 
 def _of_machine(
     system: System, machine: int, chart: Chart, possible: Collection[Possible]
-) -> tuple[Mortal, ...]:
+) -> tuple[ResettableVariable, ...]:
     names = frozenset(data.name for data in chart.data) - _looked_at(system, machine, chart)
     if not names:
         return ()
     leaves = frozenset(state.index for state in chart.states if state.is_leaf)
     live = live_variables(chart, names, _observed(system, machine, chart, possible))
     return tuple(
-        Mortal(place, live[data.name], data.init.value)
+        ResettableVariable(place, live[data.name], data.init.value)
         for place, data in enumerate(chart.data)
         if data.name in names and live[data.name] != leaves
     )
@@ -89,7 +89,7 @@ def _observed(
     )
 
 
-def with_dead_reset(snapshot: Snapshot, mortal: tuple[Mortal, ...]) -> Snapshot:
+def with_dead_reset(snapshot: Snapshot, mortal: tuple[ResettableVariable, ...]) -> Snapshot:
     """Return a machine in which what is dead is at its start."""
     active = snapshot.configuration if snapshot.running else frozenset[int]()
     dead = {m.data: m.init for m in mortal if m.live.isdisjoint(active)}

@@ -11,7 +11,7 @@ from enum import Enum
 
 from fsmkit.system.system import judged
 from fsmkit.verify.statespace.actions import UNHANDLED, Step
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.spread import UNKNOWN, Spread
 from fsmkit.verify.statespace.storage import LossyTable
 
@@ -148,7 +148,7 @@ def unexplored(engine: str, why: str, machines: int) -> Exploration:
     )
 
 
-def first_mark(closed: Closed, machine: int) -> int:
+def first_mark(closed: ClosedSystem, machine: int) -> int:
     """Return the first mark of a machine: queue full, fault, each event unanswered, each taken.
 
     Where a suite of tests is made, then each transition that is taken and each state entered.

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.shared import written_value
 from fsmkit.verify.statespace.actions import FULL, Action, Message, Outcome, Step, View, Who
-from fsmkit.verify.statespace.closed_system import PATIENCE, Closed
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 from fsmkit.verify.statespace.exploration import first_mark
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
@@ -47,7 +47,7 @@ class Edge:
 class GlobalSteps:
     """The steps of global states."""
 
-    def __init__(self, closed: Closed, local_steps: LocalSteps | None = None) -> None:
+    def __init__(self, closed: ClosedSystem, local_steps: LocalSteps | None = None) -> None:
         """Begin with no state known."""
         self.closed = closed
         self.local_steps = local_steps or LocalSteps(closed)
@@ -182,7 +182,9 @@ class GlobalSteps:
         answering = [e and w for e, w in zip(self._environment, waiting, strict=True)]
         answers = any(answering)
         answering = watching if any(watching) else answering
-        is_open = not answers and sum(local.view.waiting for local in found) <= PATIENCE
+        is_open = (
+            not answers and sum(local.view.waiting for local in found) <= MAX_PENDING_BEFORE_INPUT
+        )
         moving = answering if answers else self._moving(state)
         for machine, number in enumerate(state):
             if not moving[machine]:

@@ -39,7 +39,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 from fsmkit.system.monitors import look_event
 from fsmkit.system.readiness import resting, tries_eventless
 from fsmkit.system.shared import driven, kept_at_start, written_value
-from fsmkit.system.system import HEARD, Machine, asked_events
+from fsmkit.system.system import OBSERVED, Machine, asked_events
 from fsmkit.verify.statespace.actions import (
     FAULT,
     FULL,
@@ -57,7 +57,7 @@ from fsmkit.verify.statespace.actions import (
     took,
     transition_note,
 )
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.coverage import Coverage
 from fsmkit.verify.statespace.dead_variables import with_dead_reset
 from fsmkit.verify.statespace.sessions import (
@@ -75,7 +75,7 @@ from fsmkit.verify.statespace.sessions import (
 class LocalSteps:
     """The local steps of the machines of a closed system."""
 
-    def __init__(self, closed: Closed) -> None:
+    def __init__(self, closed: ClosedSystem) -> None:
         """Read off what does not change."""
         self.closed = closed
         self.charts = closed.charts
@@ -291,7 +291,7 @@ class LocalSteps:
     def _sent(self, machine: int, done: Macrostep) -> list[Message]:
         found: list[Message] = []
         if isinstance(done.event, Occurrence):
-            found += self._messages(machine, HEARD + done.event.event, done.event.payload)
+            found += self._messages(machine, OBSERVED + done.event.event, done.event.payload)
         for effect in done.effects:
             match effect:
                 case Emitted(Occurrence(event, payload)) if leaves_family(effect):

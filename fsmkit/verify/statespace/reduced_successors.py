@@ -22,16 +22,16 @@ from typing import Self
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.system.system import HEARD
+from fsmkit.system.system import OBSERVED
 from fsmkit.verify.statespace.actions import Action, Chooser, Outcome, Step, Who
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
 
-class SparingSteps(LocalSteps):
+class ReducedSuccessors(LocalSteps):
     """The local steps of the machines of a closed system."""
 
-    def __init__(self, closed: Closed) -> None:
+    def __init__(self, closed: ClosedSystem) -> None:
         """Read off which events somebody hears, whatever the machine does with them."""
         super().__init__(closed)
         self._places = {free.input: place for place, free in enumerate(closed.free_inputs)}
@@ -47,7 +47,7 @@ class SparingSteps(LocalSteps):
         if chart.invocations or (closed.keeps_inputs and closed.free_inputs):
             return every
         links = closed.system.event_links
-        monitored = {link.port - HEARD for link in links if link.source == machine}
+        monitored = {link.port - OBSERVED for link in links if link.source == machine}
         platform = {event.index for event in chart.events if event.name.startswith("error.")}
         return every & (monitored | platform | self._asked[machine])
 
@@ -79,17 +79,17 @@ class SparingSteps(LocalSteps):
         results = self.closed.results[machine]
         if not self.closed.is_open or self.closed.keeps_inputs:
             return Chooser(results)
-        return SparingChooser(results, self._places)
+        return ReducedChooser(results, self._places)
 
     def with_inputs(self, snapshot: Snapshot, chooser: Chooser) -> Snapshot:
         """Return an open chart with inputs of which the chooser learns which are read."""
         found = super().with_inputs(snapshot, chooser)
-        if not isinstance(chooser, SparingChooser):
+        if not isinstance(chooser, ReducedChooser):
             return found
         return replace(found, inputs=Watched(found.inputs, chooser))
 
 
-class SparingChooser(Chooser):
+class ReducedChooser(Chooser):
     """Makes choices, but of an input that no run has read only the first.
 
     ``places``: that of each free input among the choices, which begin with them.
@@ -124,9 +124,9 @@ class SparingChooser(Chooser):
 class Watched(tuple[Value, ...]):  # noqa: SLOT001  (a tuple has no slots beside)
     """Values of inputs that tell a chooser which of them are read."""
 
-    _chooser: SparingChooser
+    _chooser: ReducedChooser
 
-    def __new__(cls, values: Sequence[Value], chooser: SparingChooser) -> Self:
+    def __new__(cls, values: Sequence[Value], chooser: ReducedChooser) -> Self:
         """Watch some values."""
         found = super().__new__(cls, values)
         found._chooser = chooser

@@ -57,7 +57,7 @@ def leaves_family(effect: Emitted) -> bool:
     return effect.peer is None or not effect.peer.startswith("#_")
 
 
-def demand_explorable(chart: Chart) -> None:
+def require_explorable(chart: Chart) -> None:
     """Refuse what is not explored of a chart that invokes others."""
     if not chart.invocations:
         return
@@ -84,7 +84,7 @@ def demand_explorable(chart: Chart) -> None:
                 )
 
 
-def demand_alone(chart: Chart, what: str, way_out: str) -> None:
+def require_alone(chart: Chart, what: str, way_out: str) -> None:
     """Refuse a chart that invokes others."""
     for invocation in chart.invocations:
         raise fail(

@@ -13,17 +13,19 @@ from fsmkit.plan import lower
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.shared import type_of_slot
 from fsmkit.texts.c import printed
-from fsmkit.verify.engines.c.binding import MachineAdapter
+from fsmkit.verify.engines.c.binding import MachineBinding
 from fsmkit.verify.engines.c.binding_values import Built
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.script import Command
 
 
-class MachineTest(MachineAdapter):
+class MachineTest(MachineBinding):
     """Writes what a test needs of a machine: its host, what is seen of it, and single steps."""
 
-    def __init__(self, closed: Closed, number: int, chart: Chart, members: frozenset[str]) -> None:
+    def __init__(
+        self, closed: ClosedSystem, number: int, chart: Chart, members: frozenset[str]
+    ) -> None:
         names = name_everything(lower(chart), None)
         super().__init__(closed, Built(number, chart, names, members))
 

@@ -21,7 +21,7 @@ from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep, write
 from fsmkit.verify.report.verdict import Report
 from fsmkit.verify.statespace.actions import state_note, transition_note
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import End, Exploration, Figures, Trail, first_mark
 
 
@@ -47,7 +47,7 @@ class Uncovered:
 class Cover:
     """Paths, and what they cover. ``wanted``: all that there is to cover."""
 
-    closed: Closed
+    closed: ClosedSystem
     paths: tuple[Counterexample, ...]
     covered: frozenset[Item]
     wanted: frozenset[Item]
@@ -74,7 +74,7 @@ def cover(report: Report) -> Cover:
 
 
 def _trails(
-    closed: Closed, found: Exploration, stack: ExitStack
+    closed: ClosedSystem, found: Exploration, stack: ExitStack
 ) -> Callable[[tuple[int, ...]], Trail]:
     if found.engine == "python":
         return explore_in_python(closed)[1]
@@ -83,7 +83,7 @@ def _trails(
     return engine.trail
 
 
-def _wanted(closed: Closed) -> Iterator[Item]:
+def _wanted(closed: ClosedSystem) -> Iterator[Item]:
     """Yield all that is to be covered of the machines that are tested."""
     for machine in tested(closed):
         chart = closed.charts[machine]
@@ -95,7 +95,7 @@ def _wanted(closed: Closed) -> Iterator[Item]:
                 yield Item(machine, is_state=True, number=state.index)
 
 
-def tested(closed: Closed) -> tuple[int, ...]:
+def tested(closed: ClosedSystem) -> tuple[int, ...]:
     """Return the machines that are tested: not what surrounds or connects them."""
     return tuple(
         n
@@ -108,7 +108,7 @@ def tested(closed: Closed) -> tuple[int, ...]:
 
 
 def _paths(
-    closed: Closed,
+    closed: ClosedSystem,
     found: Exploration,
     wanted: frozenset[Item],
     trail_of: Callable[[tuple[int, ...]], Trail],
@@ -126,12 +126,12 @@ def _paths(
     return _needed(chosen)
 
 
-def _mark(closed: Closed, item: Item) -> int:
+def _mark(closed: ClosedSystem, item: Item) -> int:
     note = state_note if item.is_state else transition_note
     return first_mark(closed, item.machine) + note(closed.charts[item.machine], item.number)
 
 
-def _marks(closed: Closed, steps: Sequence[TraceStep]) -> Iterator[Item]:
+def _marks(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Item]:
     numbers = {machine.name: n for n, machine in enumerate(closed.system.machines)}
     for step in steps:
         for effect in step.done.effects if step.done is not None else ():
@@ -159,7 +159,7 @@ def _needed(
 # --- what is told --------------------------------------------------------------------------------
 
 
-def _uncovered(closed: Closed, found: Exploration, item: Item) -> Uncovered:
+def _uncovered(closed: ClosedSystem, found: Exploration, item: Item) -> Uncovered:
     chart, figures = closed.charts[item.machine], found.machines[item.machine]
     seen = figures.states if item.is_state else figures.transitions
     if item.number in seen:
@@ -183,7 +183,9 @@ def _why_never_entered(chart: Chart, figures: Figures, state: int) -> str:
     return "no transition to it is ever taken" if coming else "no transition leads to it"
 
 
-def _why_never_taken(closed: Closed, machine: int, transition: Transition, figures: Figures) -> str:
+def _why_never_taken(
+    closed: ClosedSystem, machine: int, transition: Transition, figures: Figures
+) -> str:
     chart = closed.charts[machine]
     if transition.source and transition.source not in figures.states:
         return f"`{chart.states[transition.source].id}` is never entered"
@@ -205,7 +207,7 @@ def _raised(chart: Chart, transition: Transition) -> bool:
     )
 
 
-def text_of(closed: Closed, item: Item) -> str:
+def text_of(closed: ClosedSystem, item: Item) -> str:
     """Return a transition or a state in words, with its machine if there are several."""
     chart = closed.charts[item.machine]
     before = "" if closed.is_open else f"{closed.system.machines[item.machine].name}: "

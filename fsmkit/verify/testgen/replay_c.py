@@ -14,7 +14,7 @@ from fsmkit.plugins import Target, plugin
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment, quoted
 from fsmkit.verify.report.counterexample import TraceStep
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.c_machine import MachineTest
 from fsmkit.verify.testgen.script import commands
 
@@ -80,7 +80,7 @@ class Scenario:
 
 @printing
 def in_c(
-    closed: Closed,
+    closed: ClosedSystem,
     scenarios: Sequence[Scenario],
     charts: Sequence[Chart],
     about: Sequence[str],
@@ -135,7 +135,7 @@ LEAST_ROOM = 4096
 """Bytes for what a machine does in a step, be it other than what is expected."""
 
 
-def _room(closed: Closed, scenarios: Sequence[Scenario]) -> int:
+def _room(closed: ClosedSystem, scenarios: Sequence[Scenario]) -> int:
     """Return how many bytes hold what any step is expected to do, twice."""
     texts = (
         "\n".join(_expected(closed.charts[command.machine], command.told))
@@ -169,7 +169,7 @@ SEEN = ("op", "out", "d", "=")
 
 
 def _scenario(
-    out: Emitter, closed: Closed, scenario: Scenario, writers: Mapping[int, MachineTest]
+    out: Emitter, closed: ClosedSystem, scenario: Scenario, writers: Mapping[int, MachineTest]
 ) -> None:
     out.line(f"/* {comment(scenario.text)} */")
     with out.block(f"static int {scenario.name}(void)\n{{"):
@@ -199,7 +199,7 @@ def _scenario(
     out.line()
 
 
-def _name(closed: Closed, number: int) -> str:
+def _name(closed: ClosedSystem, number: int) -> str:
     return closed.system.machines[number].name
 
 

@@ -13,11 +13,11 @@ from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Timeout
 from fsmkit.verify.report.counterexample import TraceStep
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import Closed, with_greatest_delays
+from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays
 from fsmkit.verify.testgen.script import Command, Waiting, commands
 
 
-def in_python(closed: Closed, steps: Sequence[TraceStep]) -> list[list[str]]:
+def in_python(closed: ClosedSystem, steps: Sequence[TraceStep]) -> list[list[str]]:
     """Return the lines of the trace of each step; of those in which time passes there are none."""
     machines = [_Machine(closed, number) for number in range(len(closed.charts))]
     found: list[list[str]] = [[] for _ in steps]
@@ -29,7 +29,7 @@ def in_python(closed: Closed, steps: Sequence[TraceStep]) -> list[list[str]]:
 class _Host:
     """Answers operations with what was chosen; what is sent is only traced."""
 
-    def __init__(self, closed: Closed, machine: int) -> None:
+    def __init__(self, closed: ClosedSystem, machine: int) -> None:
         self.choices: list[int] = []
         names = family_of(closed.charts[machine]).names
         for operation in closed.charts[machine].operations:
@@ -46,7 +46,7 @@ class _Host:
 
 
 class _Machine:
-    def __init__(self, closed: Closed, number: int) -> None:
+    def __init__(self, closed: ClosedSystem, number: int) -> None:
         self._chart: Chart = with_greatest_delays(closed.charts[number])
         self._instance = closed.system.machines[number]
         self._names = family_of(self._chart).names

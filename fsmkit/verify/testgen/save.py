@@ -13,7 +13,7 @@ from fsmkit.texts.python import docstring
 from fsmkit.verify.report.counterexample import Counterexample, as_json
 from fsmkit.verify.report.sequence import sequence
 from fsmkit.verify.report.verdict import Report, Result
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 LONGEST = 100
 """Characters in the name of a file; file systems take 255 bytes with its end."""
@@ -56,7 +56,7 @@ def saved(report: Report, source: Path, folder: Path) -> dict[Path, str]:
 
 
 def document(
-    closed: Closed, result: Result, trace: Counterexample, source: Path
+    closed: ClosedSystem, result: Result, trace: Counterexample, source: Path
 ) -> Mapping[str, object]:
     """Return a trace as one JSON document, from which it can be performed again."""
     return {
@@ -68,7 +68,7 @@ def document(
     }
 
 
-def recorded(closed: Closed, trace: Counterexample, source: Path) -> Mapping[str, object]:
+def recorded(closed: ClosedSystem, trace: Counterexample, source: Path) -> Mapping[str, object]:
     """Return what is needed to perform a path again."""
     return {
         "file": str(source.resolve()),

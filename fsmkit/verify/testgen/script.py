@@ -19,7 +19,7 @@ from fsmkit.runtime.interpreter.run import has_room, is_deferred
 from fsmkit.runtime.interpreter.snapshot import Delayed, Occurrence, Snapshot, Timeout
 from fsmkit.verify.report.counterexample import TraceStep
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 Waiting = Timeout | Occurrence
 """A timer: of a transition, or of an event that a machine sends with a delay."""
@@ -51,7 +51,7 @@ class Command:
     told: TraceStep
 
 
-def commands(closed: Closed, steps: Sequence[TraceStep]) -> Iterator[Command]:
+def commands(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Command]:
     """Yield the commands of a path that was performed."""
     machines = closed.system.machines
     numbers = {machine.name: n for n, machine in enumerate(machines)}
@@ -111,6 +111,6 @@ def _may_defer(chart: Chart, before: Snapshot) -> bool:
     return has_room(chart, before) and not recalls
 
 
-def _is_exact(closed: Closed, machine: int, timer: Waiting | None) -> bool:
+def _is_exact(closed: ClosedSystem, machine: int, timer: Waiting | None) -> bool:
     transitions = closed.charts[machine].transitions
     return not isinstance(timer, Timeout) or transitions[timer.transition].least is None

@@ -15,8 +15,8 @@ from fsmkit.loading import load
 from fsmkit.texts.python import docstring
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict
-from fsmkit.verify.statespace.closed_system import Closed
-from fsmkit.verify.statespace.sessions import demand_alone
+from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.sessions import require_alone
 from fsmkit.verify.testgen.cover import Cover, named, table
 from fsmkit.verify.testgen.replay_c import Scenario, in_c
 from fsmkit.verify.testgen.save import LONGEST, recorded
@@ -51,7 +51,7 @@ def test_generated_python(name: str) -> None:
 '''
 
 
-def demand_language(path: Path) -> None:
+def require_language(path: Path) -> None:
     """Raise a diagnostic where the suffix of a file tells no language for tests."""
     if path.suffix.lower() not in SUFFIXES:
         raise fail(
@@ -86,7 +86,7 @@ def traces(report: Report) -> dict[str, tuple[str, Counterexample]]:
 
 def suite(
     path: Path,
-    closed: Closed,
+    closed: ClosedSystem,
     paths: Mapping[str, tuple[str, Counterexample]],
     source: Path,
     charts: Sequence[Chart],
@@ -94,7 +94,7 @@ def suite(
     """Return the text of a file of tests, by its suffix; ``charts`` named as they are compiled."""
     for machine in closed.system.machines:
         way_out = "save the traces with `--save-trace`: the interpreter performs them"
-        demand_alone(machine.chart, "no tests of generated code are written", way_out)
+        require_alone(machine.chart, "no tests of generated code are written", way_out)
     if path.suffix.lower() == ".py":
         return _pytest(path, closed, paths, source)
     about = [
@@ -108,7 +108,7 @@ def suite(
 
 
 def _pytest(
-    path: Path, closed: Closed, paths: Mapping[str, tuple[str, Counterexample]], source: Path
+    path: Path, closed: ClosedSystem, paths: Mapping[str, tuple[str, Counterexample]], source: Path
 ) -> str:
     folder = path.resolve().parent
     documents = {}
@@ -125,7 +125,7 @@ def _pytest(
     return PYTEST.format(about=docstring(about), paths=shown)
 
 
-def _compiled(closed: Closed, source: Path) -> list[str]:
+def _compiled(closed: ClosedSystem, source: Path) -> list[str]:
     """Return the files to compile: charts, or the system if that gives them constants or names."""
     if closed.is_open:
         return [source.as_posix()]

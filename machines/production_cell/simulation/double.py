@@ -17,7 +17,7 @@ from typing import Any
 
 import fsmkit
 from fsmkit.chart.chart import Chart
-from fsmkit.system.system import HEARD, Machine
+from fsmkit.system.system import OBSERVED, Machine
 
 from .protocol import Json, Values, serve
 from .signals import AXES, BUTTONS, COMMANDS, MEASUREMENTS, MODULES, PWM_FULL, Ports
@@ -183,7 +183,7 @@ class Boards:
             if (
                 source.name in MODULES
                 and target.name in MODULES
-                and link.port < min(HEARD, len(events))
+                and link.port < min(OBSERVED, len(events))
             ):
                 key = (source.name, events[link.port].name)
                 routes.setdefault(key, []).append(

@@ -16,7 +16,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.engines.c import cache as caches
 from fsmkit.verify.engines.c.cache import Cache, UnusableError, cache_folder, is_whole
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from tests.verify.conftest import Load
 from tests.verify.systems import SYSTEMS
 
@@ -184,7 +184,7 @@ def test_a_full_disk_leaves_nothing(
 
 def rules_of(load: Load) -> list[str]:
     findings = Findings()
-    check(load(**SYSTEMS["drive"]), findings, manner=Manner("c"))
+    check(load(**SYSTEMS["drive"]), findings, options=ExplorationOptions("c"))
     return [d.rule.name for d in findings]
 
 
@@ -218,7 +218,7 @@ def test_a_check_goes_on_where_nothing_can_be_kept(
 
     monkeypatch.setattr(Cache, "add", full)
     findings = Findings()
-    report = check(load(**SYSTEMS["drive"]), findings, manner=Manner("c"))
+    report = check(load(**SYSTEMS["drive"]), findings, options=ExplorationOptions("c"))
     assert report.exploration.states == 229
     (told,) = [d.message for d in findings if d.rule.name == "cache-not-used"]
     assert told.endswith("no space left on device")
@@ -230,7 +230,7 @@ def test_two_at_once_make_one(load: Load, folder: Path) -> None:
     found: list[int] = []
 
     def one() -> None:
-        report = check(system, Findings(), manner=Manner("c"))
+        report = check(system, Findings(), options=ExplorationOptions("c"))
         found.append(report.exploration.states)
 
     both = [threading.Thread(target=one) for _ in range(2)]

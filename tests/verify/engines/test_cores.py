@@ -15,8 +15,8 @@ from fsmkit.diagnostics import Findings
 from fsmkit.system.reader import load_system
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine
-from fsmkit.verify.explore import Limits, Manner, check
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.explore import ExplorationOptions, Limits, check
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
 
@@ -36,7 +36,7 @@ def told(program: Path, cores: int, *more: str) -> dict[str, Any]:
     return {name: value for name, value in result.items() if name not in OWN}
 
 
-def same(closed: Closed) -> None:
+def same(closed: ClosedSystem) -> None:
     with closing(CEngine(closed, Findings())) as built:
         more = [*built.temporal_options(), *(["--until", "0"] if not closed.is_open else [])]
         alone = told(built.program, 1, *more)
@@ -69,5 +69,5 @@ def test_philosophers_are_the_same_on_any_number_of_cores(name: str, untimed: bo
 
 def test_what_is_asked_of_the_command_line_reaches_the_explorer() -> None:
     system = load_system(TABLES / "table.yaml", Findings())
-    found = check(system, Findings(), manner=Manner("c", limits=Limits(cores=2)))
+    found = check(system, Findings(), options=ExplorationOptions("c", limits=Limits(cores=2)))
     assert found.exploration.cores == 1  # it is too small

@@ -15,7 +15,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.system import System, system_of
-from fsmkit.verify.explore import Limits, Manner, check, explored
+from fsmkit.verify.explore import ExplorationOptions, Limits, check, explored
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict, conclude
@@ -51,12 +51,12 @@ def facts(found: Exploration) -> dict[str, object]:
 
 
 def both(system: System, *, untimed: bool = False, silent: bool = False) -> None:
-    manner = Manner("c", untimed=untimed, silent=silent, limits=Limits(1 << 30, 60))
-    in_c = explored(system, Findings(), replace(manner, without=frozenset({"sleep"})))
-    in_python = explored(system, Findings(), replace(manner, engine="python"))
+    options = ExplorationOptions("c", untimed=untimed, silent=silent, limits=Limits(1 << 30, 60))
+    in_c = explored(system, Findings(), replace(options, without=frozenset({"sleep"})))
+    in_python = explored(system, Findings(), replace(options, engine="python"))
     assert facts(in_c) == facts(in_python)
     assert in_c.end is End.COMPLETE
-    sleeping = explored(system, Findings(), manner)
+    sleeping = explored(system, Findings(), options)
     assert facts(replace(sleeping, marks=in_c.marks)) == facts(in_c)  # some marked steps sleep
     ways = ({mark.number: len(mark.path) for mark in found.marks} for found in (in_c, sleeping))
     assert next(ways) == next(ways)
@@ -173,12 +173,14 @@ def test_engines_agree_on_random_charts(seed: int) -> None:
     for untimed in (False, True):
         limits = Limits(64 << 20)  # memory, not time: that a busy machine does not shorten it
         try:
-            in_c = explored(system, Findings(), Manner("c", untimed=untimed, limits=limits))
+            in_c = explored(
+                system, Findings(), ExplorationOptions("c", untimed=untimed, limits=limits)
+            )
         except FsmkitError:
             return  # the target says what it cannot express; other tests see to that
         if in_c.end is not End.COMPLETE or in_c.transitions > 600:
             continue
-        in_python = explored(system, Findings(), Manner("python", untimed=untimed))
+        in_python = explored(system, Findings(), ExplorationOptions("python", untimed=untimed))
         assert facts(in_c) == facts(in_python)
 
 
@@ -211,21 +213,21 @@ def verdict(report: Report, name: str) -> str:
 
 
 def test_the_cell_is_safe_and_free_of_deadlock(tmp_path: Path) -> None:
-    report = check(cell(tmp_path), Findings(), manner=Manner("c"))
+    report = check(cell(tmp_path), Findings(), options=ExplorationOptions("c"))
     assert {verdict(report, name) for name in ("P2", "D", "livelock")} == {"holds"}
     assert report.exploration.states > 10_000
 
 
 def test_defect_m5_is_found_at_the_plant(tmp_path: Path) -> None:
     names = frozenset({"P2"})
-    report = check(cell(tmp_path, "m5"), Findings(), manner=Manner("c"), names=names)
+    report = check(cell(tmp_path, "m5"), Findings(), options=ExplorationOptions("c"), names=names)
     assert verdict(report, "P2") == "violated"
 
 
 def test_defect_m2_is_a_deadlock(tmp_path: Path) -> None:
-    manner = Manner("c", untimed=True, silent=True)
+    options = ExplorationOptions("c", untimed=True, silent=True)
     names = frozenset({"D"})
-    report = check(cell(tmp_path, "m2"), Findings(), manner=manner, names=names)
+    report = check(cell(tmp_path, "m2"), Findings(), options=options, names=names)
     assert verdict(report, "D") == "violated"
     assert report.exploration.end is End.DECIDED
 
@@ -233,9 +235,9 @@ def test_defect_m2_is_a_deadlock(tmp_path: Path) -> None:
 def test_nearest_counterexamples_are_as_near_in_both_engines(tmp_path: Path) -> None:
     lengths = []
     for engine in ("c", "python"):
-        manner = Manner(engine, untimed=True, silent=True)
+        options = ExplorationOptions(engine, untimed=True, silent=True)
         names = frozenset({"D"})
-        report = check(cell(tmp_path, "m2"), Findings(), manner=manner, names=names)
+        report = check(cell(tmp_path, "m2"), Findings(), options=options, names=names)
         (result,) = [r for r in report.results if r.name == "D"]
         assert result.trace is not None
         lengths.append(len(result.trace.steps))
@@ -245,7 +247,7 @@ def test_nearest_counterexamples_are_as_near_in_both_engines(tmp_path: Path) -> 
 def test_what_was_seen_is_told_though_memory_for_the_way_there_ran_out(load: Load) -> None:
     system = load(**SYSTEMS["livelock"])
     closed = close(system)
-    found = explored(system, Findings(), Manner("c", limits=Limits(1 << 30, 60)))
+    found = explored(system, Findings(), ExplorationOptions("c", limits=Limits(1 << 30, 60)))
     assert found.livelock is not None
     lost = replace(
         found,

@@ -10,7 +10,7 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.binding_values import MOST_STRAIGHT, options_for
-from fsmkit.verify.explore import Limits, Manner, check, explored
+from fsmkit.verify.explore import ExplorationOptions, Limits, check, explored
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.statespace.exploration import End
@@ -22,7 +22,7 @@ pytestmark = [
     pytest.mark.usefixtures("own_cache"),
 ]
 
-MANNER = Manner("c", limits=Limits(1 << 30, 60))
+MANNER = ExplorationOptions("c", limits=Limits(1 << 30, 60))
 
 
 def system_of_text(text: str, folder: Path) -> System:
@@ -63,7 +63,7 @@ def test_small_charts_are_explored_as_they_are_shipped(tmp_path: Path) -> None:
 
 
 def test_three_thousand_states_are_counted_and_a_trap_is_found(tmp_path: Path) -> None:
-    report = check(system_of_text(ring(3_000, trap=2_500), tmp_path), Findings(), manner=MANNER)
+    report = check(system_of_text(ring(3_000, trap=2_500), tmp_path), Findings(), options=MANNER)
     found = report.exploration
     assert (found.end, found.states, found.transitions) == (End.COMPLETE, 3_001, 3_001)
     assert len(found.traps) == 1

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.replay import load_any
 
 CHART = """
@@ -32,7 +32,9 @@ def test_the_explorer_takes_no_string_for_another(guard: str, tmp_path: Path) ->
     reports = []
     for engine in ("c", "python"):
         findings = Findings()
-        reports.append(check(load_any(path, findings), findings, manner=Manner(engine)))
+        reports.append(
+            check(load_any(path, findings), findings, options=ExplorationOptions(engine))
+        )
         assert "replay-differs" not in {d.rule.name for d in (*findings, *reports[-1].findings)}
     by_c, by_python = reports
     assert by_c.exploration.states == by_python.exploration.states

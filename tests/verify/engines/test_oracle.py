@@ -6,14 +6,14 @@ import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.ticks import unit_of
-from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.actions import Action
 from tests.verify.conftest import Load
 from tests.verify.systems import AXIS, DRIVE, DRIVER, SYSTEMS
 
-PYTHON = Manner("python")
-UNTIMED = Manner("python", untimed=True)
+PYTHON = ExplorationOptions("python")
+UNTIMED = ExplorationOptions("python", untimed=True)
 
 
 def verdicts(report: Report) -> dict[str, str]:
@@ -25,7 +25,7 @@ def names(report: Report) -> set[str]:
 
 
 def test_livelock(load: Load) -> None:
-    report = check(load(**SYSTEMS["livelock"]), Findings(), manner=PYTHON)
+    report = check(load(**SYSTEMS["livelock"]), Findings(), options=PYTHON)
     assert verdicts(report) == {"deadlock": "holds", "livelock": "violated"}
     (livelock,) = (r for r in report.results if r.name == "livelock")
     assert livelock.trace is not None
@@ -34,19 +34,19 @@ def test_livelock(load: Load) -> None:
 
 
 def test_deadlock_and_what_cannot_be_reached(load: Load) -> None:
-    report = check(load(**SYSTEMS["deadlock"]), Findings(), manner=PYTHON)
+    report = check(load(**SYSTEMS["deadlock"]), Findings(), options=PYTHON)
     assert verdicts(report) == {"livelock": "holds", "D": "violated", "over": "violated"}
 
 
 def test_rest_is_no_deadlock(load: Load) -> None:
     files = {n: t.replace("waiting: {on", "waiting: {rest: true, on") for n, t in
              SYSTEMS["deadlock"].items()}  # fmt: skip
-    report = check(load(**files), Findings(), manner=PYTHON)
+    report = check(load(**files), Findings(), options=PYTHON)
     assert verdicts(report)["D"] == "holds"
 
 
 def test_times_choices_and_properties(load: Load) -> None:
-    report = check(load(**SYSTEMS["drive"]), Findings(), manner=PYTHON)
+    report = check(load(**SYSTEMS["drive"]), Findings(), options=PYTHON)
     assert verdicts(report) == {
         "livelock": "holds", "tries": "holds", "never_twice": "violated", "done": "holds",
         "D": "holds",
@@ -67,26 +67,26 @@ def test_a_quick_axis_is_never_late(load: Load) -> None:
         .replace("careful() -> bool, ", ""),
         "axis": AXIS.replace("    sometimes: {target: jammed}\n", ""),
     }  # fmt: skip
-    assert verdicts(check(load(**files), Findings(), manner=PYTHON))["late"] == "holds"
-    assert verdicts(check(load(**files), Findings(), manner=UNTIMED))["late"] == "violated"
-    silent = Manner("python", untimed=True, silent=True)
-    report = check(load(**files), Findings(), manner=silent)
+    assert verdicts(check(load(**files), Findings(), options=PYTHON))["late"] == "holds"
+    assert verdicts(check(load(**files), Findings(), options=UNTIMED))["late"] == "violated"
+    silent = ExplorationOptions("python", untimed=True, silent=True)
+    report = check(load(**files), Findings(), options=silent)
     assert verdicts(report)["late"] == "holds"
     assert any("watchdog" in assumption for assumption in report.assumptions)
 
 
 def test_names_limit_what_is_judged(load: Load) -> None:
     system = load(**SYSTEMS["drive"])
-    report = check(system, Findings(), manner=PYTHON, names=frozenset({"tries"}))
+    report = check(system, Findings(), options=PYTHON, names=frozenset({"tries"}))
     assert "never_twice" not in verdicts(report)
     assert report.verdict is Verdict.HOLDS
     with pytest.raises(FsmkitError, match="no-such-property"):
-        check(system, Findings(), manner=PYTHON, names=frozenset({"tires"}))
+        check(system, Findings(), options=PYTHON, names=frozenset({"tires"}))
 
 
 def test_time_limit_is_undecided(load: Load) -> None:
-    manner = Manner("python", limits=Limits(seconds=1e-9))
-    report = check(load(**SYSTEMS["drive"]), Findings(), manner=manner)
+    options = ExplorationOptions("python", limits=Limits(seconds=1e-9))
+    report = check(load(**SYSTEMS["drive"]), Findings(), options=options)
     assert report.verdict is Verdict.UNDECIDED
     assert {r.verdict for r in report.results} == {Verdict.UNDECIDED}
 
@@ -107,7 +107,7 @@ states:
   locked: {}
   broken: {rest: true}
 """
-    report = check(load(door=chart), Findings(), manner=PYTHON)
+    report = check(load(door=chart), Findings(), options=PYTHON)
     assert verdicts(report) == {"trap": "violated", "livelock": "holds"}
     assert {"trap", "never-entered", "never-taken"} <= names(report)
     (trap,) = (r for r in report.results if r.name == "trap")
@@ -131,7 +131,7 @@ states:
   far: {always: [{if: not ready, target: idle}]}
   high_up: {invariant: seen == low, on: {measure: {target: idle, do: seen = level}}}
 """
-    report = check(load(meter=chart), Findings(), manner=PYTHON)
+    report = check(load(meter=chart), Findings(), options=PYTHON)
     assert verdicts(report) == {
         "trap": "holds", "livelock": "holds", "high_up.invariant": "violated",
     }  # fmt: skip
@@ -147,7 +147,7 @@ events: {in: [take]}
 initial: here
 states: {here: {invariant: copied != 1234, on: {take: {do: copied = position}}}}
 """
-    report = check(load(copy=chart), Findings(), manner=PYTHON)
+    report = check(load(copy=chart), Findings(), options=PYTHON)
     assert verdicts(report)["here.invariant"] == "undecided"
     assert "sampled-values" in names(report)
     assert report.verdict is Verdict.UNDECIDED
@@ -170,14 +170,14 @@ events: {{in: [go], internal: [again]}}
 initial: here
 states: {{here: {{on: {{go: {{do: {content}}}, again: {{do: {content}}}}}}}}}
 """
-    report = check(load(wrong=chart), Findings(), manner=PYTHON)
+    report = check(load(wrong=chart), Findings(), options=PYTHON)
     assert rule in names(report)
     assert report.verdict is Verdict.VIOLATED
 
 
 def test_unanswered_events_of_a_system_are_told(load: Load) -> None:
     files = dict(SYSTEMS["drive"])
-    report = check(load(**files), Findings(), manner=PYTHON)
+    report = check(load(**files), Findings(), options=PYTHON)
     told = [f.message for f in report.findings if f.rule.name == "unanswered-event"]
     assert told == [
         "`arrived` can reach `driver` where nothing answers",
@@ -186,15 +186,15 @@ def test_unanswered_events_of_a_system_are_told(load: Load) -> None:
 
 
 def test_messages_are_lost_delayed_and_wait(load: Load) -> None:
-    found = verdicts(check(load(**SYSTEMS["post"]), Findings(), manner=PYTHON))
+    found = verdicts(check(load(**SYSTEMS["post"]), Findings(), options=PYTHON))
     assert found == {
         "deadlock": "holds", "livelock": "holds", "all": "holds", "one_lost": "holds",
         "last_lost": "holds", "two_lost": "holds", "in_order": "holds",
     }  # fmt: skip
-    found = verdicts(check(load(**SYSTEMS["losing"]), Findings(), manner=PYTHON))
+    found = verdicts(check(load(**SYSTEMS["losing"]), Findings(), options=PYTHON))
     assert found["two_lost"] == "violated"
     files = {n: t.replace("capacity: 2", "capacity: 1") for n, t in SYSTEMS["post"].items()}
-    report = check(load(**files), Findings(), manner=PYTHON)
+    report = check(load(**files), Findings(), options=PYTHON)
     assert verdicts(report)["source.job>sink.job.overflow"] == "violated"
     assert "queue-overflow" in names(report)
 
@@ -233,7 +233,7 @@ environment: {will: [late]}
 properties: {late: {reachable: watch.In(late)}, over: {reachable: watch.In(over)}}
 """
     system = load(system=text, late=INTERVAL, watch=WATCH.replace("TIME", time))
-    found = verdicts(check(system, Findings(), manner=PYTHON))
+    found = verdicts(check(system, Findings(), options=PYTHON))
     assert (found["late"], found["over"]) == (late, over)
     assert unit_of(system) == 10
 
@@ -263,4 +263,4 @@ properties:
 
 def test_operations_of_a_machine_that_moves_spontaneously_reach_others(load: Load) -> None:
     system = load(pushes=PUSHES, pusher=PUSHER, pushed=PUSHED)
-    assert verdicts(check(system, Findings(), manner=PYTHON))["moves"] == "holds"
+    assert verdicts(check(system, Findings(), options=PYTHON))["moves"] == "holds"

@@ -17,7 +17,7 @@ import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.engines.c.engine import CEngine, Progress
 from fsmkit.verify.replay import load_any
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from tests.verify.conftest import Load
 from tests.verify.random_systems import load_files, random_loop, random_system
 
@@ -43,7 +43,7 @@ def told(program: Path, *more: str) -> dict[str, Any]:
     return result
 
 
-def slept(closed: Closed) -> tuple[int, int]:
+def slept(closed: ClosedSystem) -> tuple[int, int]:
     """Compare, and return how many steps slept, of how many."""
     with closing(CEngine(closed, Findings())) as built:
         more = built.temporal_options()

@@ -22,9 +22,9 @@ from fsmkit.system.system import System
 from fsmkit.verify.bounds import proved
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine, compiler
-from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.report.verdict import Report, Verdict
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.statespace.storage import (
     NEEDS_EXACT,
@@ -84,9 +84,9 @@ def five(folder: Path, name: str = "ordered_table") -> System:
     return load_system(sized(f"{name}.yaml", 5, folder), Findings())
 
 
-def checked(system: System, storage: Storage, **manner: Any) -> Report:
-    manner.setdefault("limits", AMPLE)
-    return check(system, Findings(), manner=Manner("c", storage=storage, **manner))
+def checked(system: System, storage: Storage, **options: Any) -> Report:
+    options.setdefault("limits", AMPLE)
+    return check(system, Findings(), options=ExplorationOptions("c", storage=storage, **options))
 
 
 # --- the table -----------------------------------------------------------------------------------
@@ -173,7 +173,7 @@ def facts(found: Exploration) -> dict[str, object]:
     }
 
 
-def agree(closed: Closed) -> None:
+def agree(closed: ClosedSystem) -> None:
     with closing(CEngine(closed, Findings())) as built:
         exact = built.explore(AMPLE.memory, 60, None, sleeps=False)
         assert exact.table is None
@@ -334,9 +334,9 @@ def test_what_needs_the_whole_graph_needs_exact_storage(load: Load, storage: Sto
 
 
 def test_only_what_was_found_can_hold(load: Load) -> None:
-    manner = Manner("c", limits=AMPLE, storage=Storage.BITSTATE)
+    options = ExplorationOptions("c", limits=AMPLE, storage=Storage.BITSTATE)
     system = load(system=LASTING, lamp=LAMP)
-    report = check(system, Findings(), manner=manner, names=frozenset({"seen"}))
+    report = check(system, Findings(), options=options, names=frozenset({"seen"}))
     assert report.verdict is Verdict.HOLDS
 
 
@@ -348,9 +348,9 @@ def test_a_suite_that_may_lack_something_says_so(load: Load) -> None:
 
 
 def test_bounds_are_not_proved_by_it(load: Load) -> None:
-    manner = Manner("c", limits=AMPLE, storage=Storage.HASH_COMPACT)
+    options = ExplorationOptions("c", limits=AMPLE, storage=Storage.HASH_COMPACT)
     with pytest.raises(FsmkitError) as raised:
-        proved(load(system=LASTING, lamp=LAMP), Findings(), manner)
+        proved(load(system=LASTING, lamp=LAMP), Findings(), options)
     assert "hash-compact storage may miss states" in str(raised.value)
 
 

@@ -15,13 +15,13 @@ from fsmkit.diagnostics import Findings
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.report.counterexample import checked_state
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline
-from fsmkit.verify.separation_times import Limit, gap
+from fsmkit.verify.separation_times import Limit, separation_times
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.testgen.save import document
 from tests.verify.conftest import Load
@@ -53,7 +53,7 @@ def by_zones(system: System) -> tuple[Exploration, frozenset[tuple[str, ...]]]:
         return engine.explore(1 << 30, 60, None), engine.shown()
 
 
-def by_units(closed: Closed) -> tuple[Exploration, frozenset[tuple[str, ...]]]:
+def by_units(closed: ClosedSystem) -> tuple[Exploration, frozenset[tuple[str, ...]]]:
     oracle = Oracle(closed)
     found = oracle.run(deadline=Deadline(20))
     shown = {
@@ -109,7 +109,9 @@ def test_paths_are_performed_alike(files: dict[str, str]) -> None:
     """Each witness runs in the interpreter at the instants computed, and in generated C."""
     system = load_files(files)
     assume(close(system).unit > 0)
-    report = check(system, Findings(), manner=Manner("c", limits=Limits(1 << 30, 60), zones=True))
+    report = check(
+        system, Findings(), options=ExplorationOptions("c", limits=Limits(1 << 30, 60), zones=True)
+    )
     assert report.exploration.end is End.COMPLETE
     for result in report.results:
         if result.trace is not None:
@@ -120,8 +122,8 @@ def test_paths_are_performed_alike(files: dict[str, str]) -> None:
 
 
 def verdicts(system: System, *, zones: bool) -> dict[str, str]:
-    manner = Manner("c", limits=Limits(1 << 30, 60), zones=zones)
-    report = check(system, Findings(), manner=manner)
+    options = ExplorationOptions("c", limits=Limits(1 << 30, 60), zones=zones)
+    report = check(system, Findings(), options=options)
     assert report.exploration.end is End.COMPLETE
     return {result.name: result.verdict.value for result in report.results}
 
@@ -139,7 +141,7 @@ def test_one_chart_alone_is_judged_as_in_discrete_time(load: Load, text: str) ->
 
 
 def test_a_cycle_of_timers_that_take_no_time_is_a_livelock(load: Load) -> None:
-    report = check(load(spins=SPINS), Findings(), manner=Manner("c", zones=True))
+    report = check(load(spins=SPINS), Findings(), options=ExplorationOptions("c", zones=True))
     (found,) = [r for r in report.results if r.name == "livelock"]
     assert found.verdict is Verdict.VIOLATED
     assert found.trace is not None
@@ -162,7 +164,7 @@ def test_intervals_are_reached_as_in_discrete_time(load: Load) -> None:
 def test_what_happens_only_between_ticks_is_found_and_performed(load: Load) -> None:
     system = load(overtaking=OVERTAKING, between=BETWEEN)
     assert verdicts(system, zones=False)["both"] == "violated"
-    report = check(system, Findings(), manner=Manner("c", zones=True))
+    report = check(system, Findings(), options=ExplorationOptions("c", zones=True))
     (found,) = [r for r in report.results if r.name == "both"]
     assert found.verdict is Verdict.HOLDS
     assert found.trace is not None
@@ -178,20 +180,20 @@ def test_what_happens_only_between_ticks_is_found_and_performed(load: Load) -> N
 
 def test_the_time_between_two_configurations(load: Load) -> None:
     system = load(heating=HEATING, heater=HEATER)
-    heated = gap(system, "heater.In(warming)", "heater.In(on)")
+    heated = separation_times(system, "heater.In(warming)", "heater.In(on)")
     assert heated.least == Limit(150, reached=True)
     assert (heated.greatest, heated.pending) == (None, None)  # it may be cut off for long
-    left = gap(system, "heater.In(warming)", "heater.In(on) or heater.In(off)")
+    left = separation_times(system, "heater.In(warming)", "heater.In(on) or heater.In(off)")
     assert (left.least, left.greatest) == (Limit(0, reached=True), Limit(180, reached=True))
-    nearly = gap(system, "heater.In(nearly)", "heater.In(on)")
+    nearly = separation_times(system, "heater.In(nearly)", "heater.In(on)")
     assert (nearly.least, nearly.greatest, nearly.pending) == (
         Limit(50, reached=True), Limit(80, reached=True), Limit(80, reached=True),
     )  # fmt: skip
     assert nearly.is_within(80)
     assert not nearly.is_within(79)
-    at_once = gap(system, "heater.In(on)", "not heater.In(off)")
+    at_once = separation_times(system, "heater.In(on)", "not heater.In(off)")
     assert (at_once.least, at_once.greatest) == (Limit(0, reached=True), Limit(0, reached=True))
-    never = gap(system, "heater.In(on) and heater.In(off)", "heater.In(on)")
+    never = separation_times(system, "heater.In(on) and heater.In(off)", "heater.In(on)")
     assert (never.least, never.greatest, never.pending) == (None, None, Limit(0, reached=True))
-    short = gap(system, "heater.In(warming)", "heater.In(on)", most=100)
+    short = separation_times(system, "heater.In(warming)", "heater.In(on)", most=100)
     assert (short.least, short.greatest, short.most) == (None, None, 100)

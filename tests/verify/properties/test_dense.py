@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from fsmkit.diagnostics import Findings
 from fsmkit.system.system import System, temporal_properties
 from fsmkit.verify.engines.c.engine import CEngine, Progress
-from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.properties.dense import temporal_answers
 from fsmkit.verify.report.verdict import Result
 from fsmkit.verify.resources.deadline import Deadline
@@ -83,8 +83,8 @@ def by_units(system: System) -> dict[str, str]:
 
 def by_zones(system: System) -> dict[str, Result]:
     """Return what is found in dense time."""
-    manner = Manner("c", limits=Limits(1 << 30, 60), zones=True)
-    report = check(system, Findings(), manner=manner)
+    options = ExplorationOptions("c", limits=Limits(1 << 30, 60), zones=True)
+    report = check(system, Findings(), options=options)
     assert report.exploration.end is End.COMPLETE
     return {result.name: result for result in report.results}
 
@@ -223,7 +223,7 @@ def test_what_only_time_makes_sure() -> None:
     performed(dense["again"])
     once = load_files(RACE | {"system": RACE["system"].replace("may: [fast.go]", "may: []")})
     assert by_zones(once)["served"].verdict.value == "holds"
-    report = check(once, Findings(), manner=Manner("c", untimed=True))
+    report = check(once, Findings(), options=ExplorationOptions("c", untimed=True))
     assert {r.name: r.verdict.value for r in report.results}["served"] == "violated"
 
 

@@ -16,12 +16,12 @@ from fsmkit.system.system import (
     temporal_properties,
 )
 from fsmkit.verify.engines.c.engine import CEngine, compiler
-from fsmkit.verify.engines.python.evaluate import judge
+from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.oracle import Oracle, explore_in_python
 from fsmkit.verify.engines.python.temporal import action_of
-from fsmkit.verify.explore import Limits, Manner, check
+from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.report.verdict import Result
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.exploration import Answer, Trail
 from fsmkit.verify.statespace.global_steps import State
 from tests.verify.conftest import Load, messages
@@ -30,14 +30,18 @@ from tests.verify.systems import SYSTEMS
 
 ENGINES = ["python"] + ["c"] * (compiler() is not None)
 MANNERS = [
-    *(Manner(engine, untimed=untimed) for engine in ENGINES for untimed in (False, True)),
-    *[Manner("c", zones=True)] * ("c" in ENGINES),
+    *(
+        ExplorationOptions(engine, untimed=untimed)
+        for engine in ENGINES
+        for untimed in (False, True)
+    ),
+    *[ExplorationOptions("c", zones=True)] * ("c" in ENGINES),
 ]
 
 
-def spelled(manner: Manner) -> str:
-    time = "untimed" if manner.untimed else "zones" if manner.zones else "discrete"
-    return f"{manner.engine}-{time}"
+def spelled(options: ExplorationOptions) -> str:
+    time = "untimed" if options.untimed else "zones" if options.zones else "discrete"
+    return f"{options.engine}-{time}"
 
 
 LAMP = """
@@ -66,35 +70,35 @@ properties:
     }
 
 
-def result(system: System, name: str, manner: Manner) -> Result:
-    report = check(system, Findings(), manner=manner)
+def result(system: System, name: str, options: ExplorationOptions) -> Result:
+    report = check(system, Findings(), options=options)
     (found,) = [r for r in report.results if r.name == name]
     if found.trace is not None:
         assert not found.trace.differs
     return found
 
 
-@pytest.mark.parametrize("manner", MANNERS, ids=spelled)
-def test_what_can_be_reached_again_from_everywhere(load: Load, manner: Manner) -> None:
+@pytest.mark.parametrize("options", MANNERS, ids=spelled)
+def test_what_can_be_reached_again_from_everywhere(load: Load, options: ExplorationOptions) -> None:
     properties = """
   off: {recoverable: lamp.In(off)}
   broken: {recoverable: lamp.In(broken)}
   fresh: {recoverable: lamp.n == 0}
 """
     mended = load(**lamp("lamp.press, lamp.blow, lamp.mend", "", properties))
-    broken = result(mended, "off", manner)
+    broken = result(mended, "off", options)
     assert broken.verdict.value == "violated"
     assert broken.trace is not None
     assert broken.trace.steps[-1].after == ("broken",)
     assert broken.trace.loop is None
     assert "never" in broken.reason
-    assert result(mended, "broken", manner).verdict.value == "holds"
-    used = result(mended, "fresh", manner)
+    assert result(mended, "broken", options).verdict.value == "holds"
+    used = result(mended, "fresh", options)
     assert used.trace is not None
     assert used.trace.steps[-1].after == ("on",)
     whole = load(**lamp("lamp.press", "", properties))
-    assert result(whole, "off", manner).verdict.value == "holds"
-    lost = result(whole, "broken", manner)
+    assert result(whole, "off", options).verdict.value == "holds"
+    lost = result(whole, "broken", options)
     assert lost.trace is not None
     assert len(lost.trace.steps) == 1  # from the start on it never holds
 
@@ -108,7 +112,7 @@ LEADS = """
 """
 
 
-@pytest.mark.parametrize("manner", MANNERS, ids=spelled)
+@pytest.mark.parametrize("options", MANNERS, ids=spelled)
 @pytest.mark.parametrize(
     ("may", "will", "expected"),
     [
@@ -118,8 +122,10 @@ LEADS = """
         ("lamp.blow, lamp.mend", "lamp.press", "violated holds violated violated holds"),
     ],
 )
-def test_what_leads_to_what(load: Load, manner: Manner, may: str, will: str, expected: str) -> None:
-    report = check(load(**lamp(may, will, LEADS)), Findings(), manner=manner)
+def test_what_leads_to_what(
+    load: Load, options: ExplorationOptions, may: str, will: str, expected: str
+) -> None:
+    report = check(load(**lamp(may, will, LEADS)), Findings(), options=options)
     names = ["lit", "dark", "used", "worn", "at_once"]
     found = {r.name: r.verdict.value for r in report.results}
     assert " ".join(found[name] for name in names) == expected
@@ -129,11 +135,11 @@ def test_what_leads_to_what(load: Load, manner: Manner, may: str, will: str, exp
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_run_that_goes_round_for_ever(load: Load, engine: str) -> None:
     system = load(**lamp("lamp.press", "", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
-    found = result(system, "worn", Manner(engine))
+    found = result(system, "worn", ExplorationOptions(engine))
     assert found.trace is not None
     assert found.trace.loop is None  # it may stay off
     owed = load(**lamp("", "lamp.press", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
-    found = result(owed, "worn", Manner(engine))
+    found = result(owed, "worn", ExplorationOptions(engine))
     assert found.trace is not None
     assert found.trace.loop is not None
     assert {"press", "timeout in warming"} <= {
@@ -154,7 +160,7 @@ OCCURS = """
 @pytest.mark.parametrize("engine", ENGINES)
 def test_events_that_occur(load: Load, engine: str) -> None:
     system = load(**lamp("lamp.press, lamp.mend, lamp.blow", "", OCCURS))
-    report = check(system, Findings(), manner=Manner(engine))
+    report = check(system, Findings(), options=ExplorationOptions(engine))
     found = {r.name: r for r in report.results}
     assert {name: found[name].verdict.value for name in found if name[0] != "d"} == {
         "livelock": "holds",
@@ -173,7 +179,7 @@ def test_events_that_occur(load: Load, engine: str) -> None:
 @pytest.mark.cc
 def test_zones_do_not_judge_what_occurs(load: Load) -> None:
     system = load(**lamp("lamp.press", "", "  off: {never: occurs(lamp.press) and lamp.In(off)}"))
-    assert result(system, "off", Manner("c", zones=True)).verdict.value == "undecided"
+    assert result(system, "off", ExplorationOptions("c", zones=True)).verdict.value == "undecided"
 
 
 WITHIN = """
@@ -189,7 +195,7 @@ WITHIN = """
 @pytest.mark.parametrize(("engine", "zones"), [*((e, False) for e in ENGINES), ("c", True)])
 def test_how_long_it_takes(load: Load, engine: str, zones: bool) -> None:
     system = load(**lamp("lamp.press", "", WITHIN))
-    report = check(system, Findings(), manner=Manner(engine, zones=zones))
+    report = check(system, Findings(), options=ExplorationOptions(engine, zones=zones))
     found = {r.name: r for r in report.results}
     told = {n: (found[n].verdict.value, found[n].reason) for n in WITHIN_NAMES}
     assert told == {
@@ -217,7 +223,7 @@ WITHIN_NAMES = ["lit", "soon", "again", "early", "fixed", "never"]
 def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: str) -> None:
     files = dict(SYSTEMS["livelock"])
     files["rally"] += "properties: {back: {leads_to: [ping.In(busy), ping.In(idle)]}}\n"
-    found = result(load(**files), "back", Manner(engine))
+    found = result(load(**files), "back", ExplorationOptions(engine))
     assert found.trace is not None
     assert [s.cause for s in found.trace.steps[found.trace.loop or 0 :]] in (
         ["ping", "pong"], ["pong", "ping"],
@@ -225,9 +231,9 @@ def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: s
 
 
 def test_what_was_not_explored_is_undecided(load: Load) -> None:
-    manner = Manner("python", limits=Limits(seconds=1e-9))
+    options = ExplorationOptions("python", limits=Limits(seconds=1e-9))
     assert (
-        result(load(**lamp("lamp.press", "", LEADS)), "dark", manner).verdict.value == "undecided"
+        result(load(**lamp("lamp.press", "", LEADS)), "dark", options).verdict.value == "undecided"
     )
 
 
@@ -279,7 +285,7 @@ def asking(seed: int) -> dict[str, str]:
 class _Run:
     """Follows an answer of either engine through the states of the oracle."""
 
-    def __init__(self, closed: Closed, answer: Answer, trail: Trail) -> None:
+    def __init__(self, closed: ClosedSystem, answer: Answer, trail: Trail) -> None:
         self.closed, self.oracle = closed, Oracle(closed)
         self.answer, self.trail = answer, trail
         properties = closed.system.properties
@@ -289,7 +295,7 @@ class _Run:
         self.taken: list[object] = []
 
     def holds(self, property_: Property, state: State) -> bool:
-        return judge(self.closed, property_, self.oracle.snapshots(state))
+        return evaluate_property(self.closed, property_, self.oracle.snapshots(state))
 
     def states(self) -> list[State]:
         """Return the states of the run; the steps are those of the oracle, in whatever order."""

@@ -15,19 +15,19 @@ import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import Limits, Manner, check, explored
+from fsmkit.verify.explore import ExplorationOptions, Limits, check, explored
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline
-from fsmkit.verify.statespace.closed_system import Closed, close
-from fsmkit.verify.statespace.dead_variables import Mortal
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
+from fsmkit.verify.statespace.dead_variables import ResettableVariable
 from fsmkit.verify.statespace.exploration import End
 from fsmkit.verify.statespace.sessions import shown
 from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
 from tests.verify.statespace.dead_charts import SYSTEM, random_chart_text
 
-KEEPING = Manner("python", without=frozenset({"dead"}))
+KEEPING = ExplorationOptions("python", without=frozenset({"dead"}))
 
 
 def where_live(system: System, machine: int = 0) -> dict[str, set[str]]:
@@ -204,8 +204,8 @@ def test_a_step_from_outside_that_only_writes_still_counts(load: Load) -> None:
     system = load(system=OBSERVED, chart=text)
     assert where_live(system) == {}
     verdicts = [
-        [(r.name, r.verdict) for r in check(system, Findings(), manner=manner).results]
-        for manner in (Manner("python"), KEEPING)
+        [(r.name, r.verdict) for r in check(system, Findings(), options=options).results]
+        for options in (ExplorationOptions("python"), KEEPING)
     ]
     assert verdicts[0] == verdicts[1]
 
@@ -213,7 +213,7 @@ def test_a_step_from_outside_that_only_writes_still_counts(load: Load) -> None:
 # --- what it changes ------------------------------------------------------------------------------
 
 
-def facts(closed: Closed, seconds: float) -> tuple[Mapping[str, object], int] | None:
+def facts(closed: ClosedSystem, seconds: float) -> tuple[Mapping[str, object], int] | None:
     """Return what no reduction may change, and how many states there were; None if too many."""
     oracle = Oracle(closed)
     found = oracle.run(deadline=Deadline(seconds), traps=closed.is_open)
@@ -263,7 +263,8 @@ def test_resetting_too_much_would_be_noticed() -> None:
     for seed in REDUCED:
         closed = close(random_of(seed, is_open=True), untimed=True)
         everything = tuple(
-            Mortal(n, frozenset(), d.init.value) for n, d in enumerate(closed.charts[0].data)
+            ResettableVariable(n, frozenset(), d.init.value)
+            for n, d in enumerate(closed.charts[0].data)
         )
         whole = facts(replace(closed, mortal=()), 20)
         right = facts(closed, 20)
@@ -288,7 +289,7 @@ def test_engines_agree(seed: int, is_open: bool, without: frozenset[str]) -> Non
         explored(
             system,
             Findings(),
-            Manner(engine, untimed=True, without=without, limits=Limits(1 << 30, 20)),
+            ExplorationOptions(engine, untimed=True, without=without, limits=Limits(1 << 30, 20)),
         )
         for engine in ("c", "python")
     ]
@@ -323,7 +324,7 @@ states:
 def test_counterexamples_show_true_values(load: Load, engine: str) -> None:
     system = load(chart=SHOWN)
     assert where_live(system) == {"x": {"b"}}
-    report = check(system, Findings(), manner=Manner(engine))
+    report = check(system, Findings(), options=ExplorationOptions(engine))
     (result,) = [r for r in report.results if r.verdict is Verdict.VIOLATED and r.kind is not None]
     assert result.trace is not None
     assert "d x 3" in result.trace.steps[-1].checked

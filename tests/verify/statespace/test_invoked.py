@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from tests.verify.conftest import Load
 from tests.verify.engines.test_engines import both
 
@@ -170,7 +170,9 @@ def test_a_machine_of_a_system_may_invoke(load: Load, time: str) -> None:
     both(system, untimed=time == "untimed")
     verdicts = []
     for engine in ("c", "python"):
-        report = check(system, Findings(), manner=Manner(engine, untimed=time == "untimed"))
+        report = check(
+            system, Findings(), options=ExplorationOptions(engine, untimed=time == "untimed")
+        )
         verdicts.append({result.name: result.verdict for result in report.results})
         runtimes = ("interpreter", "generated C") if engine == "c" else ("interpreter",)
         traces = [result.trace for result in report.results if result.trace is not None]

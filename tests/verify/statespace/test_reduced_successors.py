@@ -11,9 +11,9 @@ from fsmkit.runtime.interpreter.snapshot import Macrostep, Snapshot
 from fsmkit.system.system import system_of
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.statespace.actions import Action, Chooser, Outcome, Step, Who
-from fsmkit.verify.statespace.closed_system import Closed, close
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.local_steps import LocalSteps
-from fsmkit.verify.statespace.reduced_successors import SparingChooser, SparingSteps
+from fsmkit.verify.statespace.reduced_successors import ReducedChooser, ReducedSuccessors
 from tests.verify.conftest import Load
 from tests.verify.engines.test_engines import CELL, OPEN, random_chart
 from tests.verify.random_systems import random_system
@@ -32,7 +32,7 @@ def outcomes(steps: LocalSteps, machine: int, snapshot: Snapshot) -> list[Outcom
     return steps.own(machine, snapshot, view) + ([] if waits else steps.open(machine, snapshot))
 
 
-def same(closed: Closed, most: int = MOST) -> tuple[int, int]:
+def same(closed: ClosedSystem, most: int = MOST) -> tuple[int, int]:
     """Compare local states breadth first; return how many steps there were, and the runs spared."""
     slow, fast = Counted(closed), Sparing(closed)
     found = 0
@@ -73,7 +73,7 @@ class Counted(LocalSteps):
         return super().perform(machine, snapshot, what, chooser)
 
 
-class Sparing(SparingSteps, Counted):
+class Sparing(ReducedSuccessors, Counted):
     """The same, sparing."""
 
 
@@ -158,7 +158,7 @@ properties: {heard: {never: occurs(one.other) and one.In(there)}}
 def test_an_event_that_a_property_asks_for_is_a_step(load: Load) -> None:
     closed = close(load(**WATCHED))
     assert same(closed)[0] > 0
-    steps = SparingSteps(closed)
+    steps = ReducedSuccessors(closed)
     (begun,) = steps.explore(0, steps.initial(0), Step(Action.START), Who.INTERNAL)
     assert [o.step.action for o in steps.open(0, begun.after)] == [Action.OCCUR]
 
@@ -167,11 +167,11 @@ def test_only_values_that_are_read_are_tried() -> None:
     """Of three inputs the middle one is read where the first is 1, and operations are asked."""
     tried = {True: [], False: []}  # type: dict[bool, list[tuple[int, ...]]]
     for spares in (True, False):
-        chooser = SparingChooser({}, {0: 0, 5: 1, 7: 2}) if spares else Chooser()
+        chooser = ReducedChooser({}, {0: 0, 5: 1, 7: 2}) if spares else Chooser()
         while True:
             chooser.begin()
             values = [chooser.choose(2), chooser.choose(3), chooser.choose(2)]
-            if isinstance(chooser, SparingChooser):
+            if isinstance(chooser, ReducedChooser):
                 chooser.read(0)
                 if values[0] == 1:
                     chooser.read(5)

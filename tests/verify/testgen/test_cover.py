@@ -9,7 +9,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.testgen.cover import Cover, Item, cover
 from fsmkit.verify.testgen.replay_python import in_python
@@ -19,8 +19,8 @@ from tests.verify.testgen.test_saved_tests import CHART, c_fails, pytest_passes,
 CELL = Path(__file__).parents[3] / "machines/production_cell"
 
 
-def covered(file: Path, manner: Manner) -> Cover:
-    return cover(check(load_any(file, Findings()), Findings(), manner=manner))
+def covered(file: Path, options: ExplorationOptions) -> Cover:
+    return cover(check(load_any(file, Findings()), Findings(), options=options))
 
 
 @pytest.mark.parametrize(("name", "untimed"), [("drive", False), ("losing", True)])
@@ -34,7 +34,7 @@ def test_both_engines_cover_what_they_see(
         report = check(
             load_any(file, Findings()),
             Findings(),
-            manner=Manner(engine=engine, untimed=untimed, covers=True),
+            options=ExplorationOptions(engine=engine, untimed=untimed, covers=True),
         )
         found = cover(report)
         assert found.is_whole
@@ -50,15 +50,15 @@ def test_marking_changes_no_verdict(tmp_path: Path, require_tool: Callable[[str]
     file = written(tmp_path, SYSTEMS["drive"])
     seen = []
     for covers in (False, True):
-        manner = Manner(engine="c", zones=True, covers=covers)
-        report = check(load_any(file, Findings()), Findings(), manner=manner)
+        options = ExplorationOptions(engine="c", zones=True, covers=covers)
+        report = check(load_any(file, Findings()), Findings(), options=options)
         seen.append([(result.name, result.verdict) for result in report.results])
     assert seen[0] == seen[1]
 
 
 def test_paths_are_few_and_short(tmp_path: Path) -> None:
     chart = written(tmp_path, {"sender": CHART})
-    found = covered(chart, Manner(engine="python", covers=True))
+    found = covered(chart, ExplorationOptions(engine="python", covers=True))
     assert len(found.paths) <= 4
     assert max(len(path.steps) for path in found.paths) <= 5
 
@@ -67,7 +67,9 @@ def test_what_cannot_be_reached_has_a_reason(tmp_path: Path) -> None:
     left = "chart: A\nevents: {in: [go, on]}\ninitial: one\nstates:\n  one: {rest: true, on: "
     chart = left + "{go: two, on: {if: 1 > 2, target: three}}}\n  two: {rest: true}\n"
     chart += "  three: {on: {go: two}}\n"
-    found = covered(written(tmp_path, {"a": chart}), Manner(engine="python", covers=True))
+    found = covered(
+        written(tmp_path, {"a": chart}), ExplorationOptions(engine="python", covers=True)
+    )
     reasons = {missed.text: missed.reason for missed in found.uncovered}
     assert reasons["state three"] == "no transition to it is ever taken"
     assert reasons["three on go -> two"] == "`three` is never entered"
@@ -105,7 +107,7 @@ def test_the_suite_of_the_cell_finds_its_mutants(
 
 def test_generated_python_performs_the_suite(tmp_path: Path) -> None:
     file = written(tmp_path, SYSTEMS["drive"])
-    found = covered(file, Manner(engine="python", untimed=True, covers=True))
+    found = covered(file, ExplorationOptions(engine="python", untimed=True, covers=True))
     for path in found.paths:
         expected = [[x for x in step.lines if not x.startswith("@")] for step in path.steps]
         assert in_python(found.closed, path.steps) == expected

@@ -12,7 +12,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.verify.explore import Manner, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.testgen.replay_python import in_python
 from tests.verify.systems import SYSTEMS
@@ -133,15 +133,15 @@ def test_machines_of_a_system_perform_again_what_was_found(
 
 @pytest.mark.parametrize("name", sorted(set(SYSTEMS) - {"shared"}))
 @pytest.mark.parametrize(
-    "manner",
-    [Manner(engine="python"), Manner(engine="python", untimed=True)],
+    "options",
+    [ExplorationOptions(engine="python"), ExplorationOptions(engine="python", untimed=True)],
     ids=["time", "untimed"],
 )
 def test_generated_python_does_what_the_interpreter_does(
-    tmp_path: Path, name: str, manner: Manner
+    tmp_path: Path, name: str, options: ExplorationOptions
 ) -> None:
     file = written(tmp_path, SYSTEMS[name])
-    report = check(load_any(file, Findings()), Findings(), manner=manner)
+    report = check(load_any(file, Findings()), Findings(), options=options)
     found = [result.trace.steps for result in report.results if result.trace is not None]
     for steps in found:
         expected = [[x for x in step.lines if not x.startswith("@")] for step in steps]

@@ -6,7 +6,7 @@
 
 /* --- livelock: a grey state met again ------------------------------------------------------- */
 
-static bool read_cycle(const fsm_walk *self, uint64_t start, fsm_cycle *found)
+static bool read_cycle(const fsm_scc *self, uint64_t start, fsm_cycle *found)
 {
     size_t first = self->frame_count;
     while (self->frames[first - 1].state != start)
@@ -22,24 +22,24 @@ static bool read_cycle(const fsm_walk *self, uint64_t start, fsm_cycle *found)
     return true;
 }
 
-static bool walk_from(fsm_walk *self, uint64_t root, unsigned char *colour, fsm_cycle *found)
+static bool walk_from(fsm_scc *self, uint64_t root, unsigned char *colour, fsm_cycle *found)
 {
     enum { WHITE, GREY, BLACK };
-    if (!fsm_walk_enter(self, root))
+    if (!fsm_scc_enter(self, root))
         return false;
     colour[root] = GREY;
     while (self->frame_count > 0) {
-        fsm_frame *at = fsm_walk_top(self);
+        fsm_frame *at = fsm_scc_top(self);
         if (at->edge == at->end) {
             colour[at->state] = BLACK;
-            fsm_walk_leave(self);
+            fsm_scc_leave(self);
             continue;
         }
         uint64_t to = self->edges[at->edge++].to;
         if (colour[to] == GREY)
             return read_cycle(self, to, found);
         if (colour[to] == WHITE) {
-            if (!fsm_walk_enter(self, to))
+            if (!fsm_scc_enter(self, to))
                 return false;
             colour[to] = GREY;
         }
@@ -54,15 +54,15 @@ bool fsm_find_livelock(fsm_search *search, fsm_cycle *found)
         return true; /* each cycle holds a step to a state that is known */
     const fsm_set *passed = &search->passed;
     uint64_t places = fsm_set_places(passed);
-    fsm_walk self;
+    fsm_scc self;
     unsigned char *colour = calloc(places, 1);
-    bool fine = fsm_walk_init(&self, search) && colour != NULL;
+    bool fine = fsm_scc_init(&self, search) && colour != NULL;
     self.internal_only = true;
     for (uint64_t root = 0; fine && found->state == FSM_NO_STATE && root < places; root++)
         if (fsm_set_taken(passed, root) && colour[root] == 0)
             fine = walk_from(&self, root, colour, found);
     free(colour);
-    fsm_walk_free(&self);
+    fsm_scc_free(&self);
     return fine;
 }
 
@@ -102,13 +102,13 @@ bool fsm_find_traps(fsm_search *search, fsm_report_trap *report, void *context)
     const fsm_set *passed = &search->passed;
     traps all = {search, report, context};
     fsm_components components = {.close = close_trap, .context = &all};
-    fsm_walk walk;
-    bool fine = fsm_walk_init(&walk, search);
+    fsm_scc walk;
+    bool fine = fsm_scc_init(&walk, search);
     fine = fsm_components_init(&components, search) && fine;
     for (uint64_t root = 0; fine && root < fsm_set_places(passed); root++)
         if (fsm_set_taken(passed, root))
             fine = fsm_components_from(&components, &walk, root);
     fsm_components_free(&components);
-    fsm_walk_free(&walk);
+    fsm_scc_free(&walk);
     return fine;
 }

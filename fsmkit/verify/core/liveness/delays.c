@@ -164,11 +164,11 @@ bool fsm_find_delay(fsm_search *search, uint32_t begin, uint32_t end, uint32_t m
     uint64_t places = fsm_set_places(passed);
     delays self = {.search = search, .most = most};
     fsm_components components = {.close = close_delayed, .context = &self};
-    fsm_walk walk;
+    fsm_scc walk;
     *found = (fsm_delay){.greatest = 0};
     self.flags = calloc(places, 1);
     self.longest = calloc(places, sizeof *self.longest);
-    bool fine = fsm_walk_init(&walk, search);
+    bool fine = fsm_scc_init(&walk, search);
     fine = fsm_components_init(&components, search) && fine && self.flags != NULL && self.longest != NULL;
     if (fine)
         flag_states(&self, begin, end);
@@ -189,7 +189,7 @@ bool fsm_find_delay(fsm_search *search, uint32_t begin, uint32_t end, uint32_t m
             found->late.path.count = 0;
     }
     fsm_components_free(&components);
-    fsm_walk_free(&walk);
+    fsm_scc_free(&walk);
     free(self.flags);
     free(self.longest);
     free(self.steps.items);

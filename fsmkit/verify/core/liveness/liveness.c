@@ -89,9 +89,9 @@ bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found)
 {
     recovery all = {search, mark, false};
     fsm_components components = {.close = close_recovered, .context = &all};
-    fsm_walk walk;
+    fsm_scc walk;
     *found = (fsm_lasso){0};
-    bool fine = fsm_walk_init(&walk, search);
+    bool fine = fsm_scc_init(&walk, search);
     fine = fsm_components_init(&components, search) && fine;
     for (uint64_t root = 0; fine && root < fsm_set_places(&search->passed); root++)
         if (fsm_set_taken(&search->passed, root))
@@ -100,7 +100,7 @@ bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found)
     if (fine && found->violated)
         (void)fsm_path_to_flagged(search, components.value, BAD, &found->path);
     fsm_components_free(&components);
-    fsm_walk_free(&walk);
+    fsm_scc_free(&walk);
     return fine && search->model->failure(search->model->self) == NULL;
 }
 
@@ -148,9 +148,9 @@ static unsigned char close_unstable(void *context, const fsm_components *all, co
 /* Goes through the components of what has none of the flags `outside`, from what has one of `roots`. */
 static bool go_through(fsm_fairness *self, fsm_components *components, unsigned char outside, unsigned char roots)
 {
-    fsm_walk walk;
+    fsm_scc walk;
     const fsm_set *passed = &self->search->passed;
-    bool fine = fsm_walk_init(&walk, self->search);
+    bool fine = fsm_scc_init(&walk, self->search);
     fine = fsm_components_init(components, self->search) && fine;
     walk.flags = self->flags;
     walk.outside = self->outside = outside;
@@ -158,7 +158,7 @@ static bool go_through(fsm_fairness *self, fsm_components *components, unsigned 
         if (fsm_set_taken(passed, root) && (self->flags[root] & outside) == 0
             && (roots == 0 || (self->flags[root] & roots) != 0))
             fine = fsm_components_from(components, &walk, root) && !self->failed;
-    fsm_walk_free(&walk);
+    fsm_scc_free(&walk);
     return fine;
 }
 

@@ -46,7 +46,7 @@ typedef struct {
     bool cyclic;
 } hand;
 
-struct fsm_crew {
+struct fsm_parallel_search {
     fsm_search *search;
     fsm_workers *workers;
     uint32_t count, shards;
@@ -87,7 +87,7 @@ static void free_hand(hand *self)
     free(self->ranks);
 }
 
-void fsm_crew_stop(fsm_crew *self)
+void fsm_parallel_search_stop(fsm_parallel_search *self)
 {
     if (self == NULL)
         return;
@@ -111,9 +111,9 @@ static unsigned shift_for(uint32_t threads)
     return shift;
 }
 
-fsm_crew *fsm_crew_start(fsm_search *search)
+fsm_parallel_search *fsm_parallel_search_start(fsm_search *search)
 {
-    fsm_crew *self = calloc(1, sizeof *self);
+    fsm_parallel_search *self = calloc(1, sizeof *self);
     if (self == NULL)
         return NULL;
     self->search = search;
@@ -130,11 +130,11 @@ fsm_crew *fsm_crew_start(fsm_search *search)
     }
     if (fine && fsm_set_split(&search->passed, shift))
         return self;
-    fsm_crew_stop(self);
+    fsm_parallel_search_stop(self);
     return NULL;
 }
 
-size_t fsm_crew_bytes(const fsm_crew *self)
+size_t fsm_parallel_search_bytes(const fsm_parallel_search *self)
 {
     return self->bytes;
 }
@@ -166,7 +166,7 @@ static void note_target(const fsm_search *search, hand *self, uint32_t chunk_num
     self->group_chunks[group] = chunk_number;
 }
 
-static void gather_mark(fsm_crew *self, uint32_t mark)
+static void gather_mark(fsm_parallel_search *self, uint32_t mark)
 {
     uint64_t count = 0;
     const hand *first = NULL;
@@ -186,7 +186,7 @@ static void gather_mark(fsm_crew *self, uint32_t mark)
         self->hands[i].witnesses[mark].count = 0;
 }
 
-static void gather_group(fsm_crew *self, uint32_t group)
+static void gather_group(fsm_parallel_search *self, uint32_t group)
 {
     const hand *first = NULL;
     for (uint32_t i = 0; i < self->count; i++) {
@@ -203,7 +203,7 @@ static void gather_group(fsm_crew *self, uint32_t group)
 }
 
 /* Adds up what all have noted. False if one of them could not go on. */
-static bool gather(fsm_crew *self)
+static bool gather(fsm_parallel_search *self)
 {
     fsm_search *search = self->search;
     for (uint32_t mark = 0; mark < search->model->mark_count; mark++)
@@ -293,7 +293,7 @@ static fsm_outcome expand_state(const fsm_search *search, hand *h, chunk *c, uin
     return FSM_COMPLETE;
 }
 
-static void expand_chunk(const fsm_crew *self, hand *h, chunk *c, uint32_t number)
+static void expand_chunk(const fsm_parallel_search *self, hand *h, chunk *c, uint32_t number)
 {
     const fsm_search *search = self->search;
     size_t first = self->first + (size_t)number * search->chunk;
@@ -314,7 +314,7 @@ static void expand_chunk(const fsm_crew *self, hand *h, chunk *c, uint32_t numbe
 
 static void expand_chunks(void *context, uint32_t worker)
 {
-    fsm_crew *self = context;
+    fsm_parallel_search *self = context;
     hand *h = &self->hands[worker];
     uint32_t turn;
     while (h->outcome == FSM_COMPLETE && (turn = fsm_take_turn(&self->turns, self->chunk_count)) < self->chunk_count)
@@ -333,7 +333,7 @@ typedef struct {
 static fsm_put put(fsm_search *search, fsm_shard *shard, fsm_state state, const entering *what)
 {
     return shard == NULL
-        ? fsm_lossy_put(search->passed.lossy, what->home)
+        ? fsm_hash_compaction_put(search->passed.lossy, what->home)
         : fsm_shard_put_home(shard, fsm_set_inner(&search->passed, state), what->home, what->edition);
 }
 
@@ -355,7 +355,7 @@ static bool enter(fsm_search *search, fsm_shard *shard, hand *h, const entering 
     return false;
 }
 
-static void fill_shard(fsm_crew *self, hand *h, uint32_t number)
+static void fill_shard(fsm_parallel_search *self, hand *h, uint32_t number)
 {
     fsm_search *search = self->search;
     fsm_shard *shard = search->passed.lossy != NULL ? NULL : &search->passed.shards[number];
@@ -377,7 +377,7 @@ static void fill_shard(fsm_crew *self, hand *h, uint32_t number)
 
 static void fill_shards(void *context, uint32_t worker)
 {
-    fsm_crew *self = context;
+    fsm_parallel_search *self = context;
     hand *h = &self->hands[worker];
     uint32_t turn;
     while (h->outcome == FSM_COMPLETE && (turn = fsm_take_turn(&self->turns, self->shards)) < self->shards)
@@ -402,7 +402,7 @@ static bool clear_taken(hand *self, uint32_t found)
     return true;
 }
 
-static void rank_taken(hand *h, const fsm_crew *self, const chunk *c)
+static void rank_taken(hand *h, const fsm_parallel_search *self, const chunk *c)
 {
     uint32_t rank = 0;
     for (uint32_t shard = 0; shard < self->shards; shard++)
@@ -416,7 +416,7 @@ static void rank_taken(hand *h, const fsm_crew *self, const chunk *c)
     }
 }
 
-static void look_at_new(const fsm_crew *self, hand *h, const chunk *c, uint32_t number)
+static void look_at_new(const fsm_parallel_search *self, hand *h, const chunk *c, uint32_t number)
 {
     const fsm_search *search = self->search;
     const fsm_model *model = search->model;
@@ -437,7 +437,7 @@ static void look_at_new(const fsm_crew *self, hand *h, const chunk *c, uint32_t 
     }
 }
 
-static void append_chunk(const fsm_crew *self, hand *h, const chunk *c, uint32_t number)
+static void append_chunk(const fsm_parallel_search *self, hand *h, const chunk *c, uint32_t number)
 {
     if (c->kept == 0)
         return;
@@ -461,7 +461,7 @@ static void append_chunk(const fsm_crew *self, hand *h, const chunk *c, uint32_t
 
 static void append_chunks(void *context, uint32_t worker)
 {
-    fsm_crew *self = context;
+    fsm_parallel_search *self = context;
     hand *h = &self->hands[worker];
     uint32_t turn;
     while (h->outcome == FSM_COMPLETE && (turn = fsm_take_turn(&self->turns, self->chunk_count)) < self->chunk_count)
@@ -470,14 +470,14 @@ static void append_chunks(void *context, uint32_t worker)
 
 /* --- a block ------------------------------------------------------------------------------------------------ */
 
-static void work(fsm_crew *self, fsm_work *what)
+static void work(fsm_parallel_search *self, fsm_work *what)
 {
     self->turns = 0;
     fsm_workers_run(self->workers, what, self);
 }
 
 /* Finds where the new states of each chunk go. False if there is no room for them. */
-static bool lay_out(fsm_crew *self)
+static bool lay_out(fsm_parallel_search *self)
 {
     size_t at = self->next->count;
     for (uint32_t i = 0; i < self->chunk_count; i++) {
@@ -494,7 +494,7 @@ static bool lay_out(fsm_crew *self)
     return true;
 }
 
-bool fsm_crew_expand(fsm_crew *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next)
+bool fsm_parallel_search_expand(fsm_parallel_search *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next)
 {
     fsm_search *search = self->search;
     self->layer = layer;

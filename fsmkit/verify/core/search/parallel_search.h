@@ -5,24 +5,24 @@
  * and the set does not know yet is noted, for each shard of the set by itself. Then each shard of the set
  * takes in what was noted for it, in the order of chunks, and keeps of it what was new. Last each chunk
  * appends its new states to the next layer. Within a round nobody reads what another one writes. */
-#ifndef FSM_CREW_H
-#define FSM_CREW_H
+#ifndef FSM_PARALLEL_SEARCH_H
+#define FSM_PARALLEL_SEARCH_H
 
 #include "search/search.h"
 
 enum { FSM_BLOCK_CHUNKS = 128 };
 
-static inline size_t fsm_crew_block(const fsm_search *search)
+static inline size_t fsm_parallel_search_block(const fsm_search *search)
 {
     return (size_t)search->chunk * FSM_BLOCK_CHUNKS;
 }
 
 /* Starts threads for a search, as many as it has cores, and divides its set. NULL if that cannot be had. */
-fsm_crew *fsm_crew_start(fsm_search *search);
-void fsm_crew_stop(fsm_crew *self);
-size_t fsm_crew_bytes(const fsm_crew *self);
+fsm_parallel_search *fsm_parallel_search_start(fsm_search *search);
+void fsm_parallel_search_stop(fsm_parallel_search *self);
+size_t fsm_parallel_search_bytes(const fsm_parallel_search *self);
 
 /* Expands so many states of a layer from the first one on, at most a block. False if the search is over. */
-bool fsm_crew_expand(fsm_crew *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next);
+bool fsm_parallel_search_expand(fsm_parallel_search *self, const fsm_layer *layer, size_t first, size_t count, fsm_layer *next);
 
 #endif

@@ -2,23 +2,23 @@
 
 #include <stdlib.h>
 
-bool fsm_walk_init(fsm_walk *self, fsm_search *search)
+bool fsm_scc_init(fsm_scc *self, fsm_search *search)
 {
-    *self = (fsm_walk){.search = search};
+    *self = (fsm_scc){.search = search};
     self->edge_room = self->frame_room = 256;
     self->edges = malloc(self->edge_room * sizeof *self->edges);
     self->frames = malloc(self->frame_room * sizeof *self->frames);
     return self->edges != NULL && self->frames != NULL;
 }
 
-void fsm_walk_free(fsm_walk *self)
+void fsm_scc_free(fsm_scc *self)
 {
     free(self->edges);
     free(self->frames);
     free(self->steps.items);
 }
 
-static bool push_edge(fsm_walk *self, uint64_t to, uint32_t step)
+static bool push_edge(fsm_scc *self, uint64_t to, uint32_t step)
 {
     if (self->edge_count == self->edge_room) {
         fsm_edge *edges = realloc(self->edges, 2 * self->edge_room * sizeof *edges);
@@ -31,7 +31,7 @@ static bool push_edge(fsm_walk *self, uint64_t to, uint32_t step)
     return true;
 }
 
-static bool push_edges(fsm_walk *self, uint64_t state)
+static bool push_edges(fsm_scc *self, uint64_t state)
 {
     const fsm_model *model = self->search->model;
     const fsm_set *passed = &self->search->passed;
@@ -53,7 +53,7 @@ static bool push_edges(fsm_walk *self, uint64_t state)
     return true;
 }
 
-bool fsm_walk_enter(fsm_walk *self, uint64_t state)
+bool fsm_scc_enter(fsm_scc *self, uint64_t state)
 {
     fsm_search *search = self->search;
     if (++self->asked % 1024 == 0 && search->keep_on != NULL && !search->keep_on(search))
@@ -72,7 +72,7 @@ bool fsm_walk_enter(fsm_walk *self, uint64_t state)
     return true;
 }
 
-void fsm_walk_leave(fsm_walk *self)
+void fsm_scc_leave(fsm_scc *self)
 {
     self->edge_count = self->frames[--self->frame_count].first;
 }
@@ -125,20 +125,20 @@ static void meet(fsm_components *self, uint64_t place)
     self->stack[self->stack_count++] = place;
 }
 
-bool fsm_components_from(fsm_components *self, fsm_walk *walk, uint64_t root)
+bool fsm_components_from(fsm_components *self, fsm_scc *walk, uint64_t root)
 {
     if (self->index[root] != 0)
         return true;
-    if (!fsm_walk_enter(walk, root))
+    if (!fsm_scc_enter(walk, root))
         return false;
     meet(self, root);
     while (walk->frame_count > 0) {
-        fsm_frame *at = fsm_walk_top(walk);
+        fsm_frame *at = fsm_scc_top(walk);
         uint64_t place = at->state;
         if (at->edge < at->end) {
             uint64_t to = walk->edges[at->edge++].to;
             if (self->index[to] == 0) {
-                if (!fsm_walk_enter(walk, to))
+                if (!fsm_scc_enter(walk, to))
                     return false;
                 meet(self, to);
             } else if (self->low[to] == 0) {
@@ -148,8 +148,8 @@ bool fsm_components_from(fsm_components *self, fsm_walk *walk, uint64_t root)
             }
             continue;
         }
-        fsm_walk_leave(walk);
-        uint64_t parent = walk->frame_count > 0 ? fsm_walk_top(walk)->state : FSM_NOWHERE;
+        fsm_scc_leave(walk);
+        uint64_t parent = walk->frame_count > 0 ? fsm_scc_top(walk)->state : FSM_NOWHERE;
         if (self->low[place] == self->index[place]) {
             close_component(self, place);
             if (parent != FSM_NOWHERE)

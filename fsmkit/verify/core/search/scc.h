@@ -1,6 +1,6 @@
 /* scc.h: depth-first walks over the places of a set, and its strongly connected components (Tarjan 1972). */
-#ifndef FSM_WALK_H
-#define FSM_WALK_H
+#ifndef FSM_SCC_H
+#define FSM_SCC_H
 
 #include "search/search.h"
 
@@ -27,16 +27,16 @@ typedef struct {
     fsm_frame *frames;
     size_t frame_count, frame_room;
     uint64_t asked;
-} fsm_walk;
+} fsm_scc;
 
-bool fsm_walk_init(fsm_walk *self, fsm_search *search);
-void fsm_walk_free(fsm_walk *self);
+bool fsm_scc_init(fsm_scc *self, fsm_search *search);
+void fsm_scc_free(fsm_scc *self);
 
 /* Enters a state: a new frame with all its edges. False if memory ran out or the search was stopped. */
-bool fsm_walk_enter(fsm_walk *self, uint64_t state);
-void fsm_walk_leave(fsm_walk *self);
+bool fsm_scc_enter(fsm_scc *self, uint64_t state);
+void fsm_scc_leave(fsm_scc *self);
 
-static inline fsm_frame *fsm_walk_top(const fsm_walk *self)
+static inline fsm_frame *fsm_scc_top(const fsm_scc *self)
 {
     return &self->frames[self->frame_count - 1];
 }
@@ -66,6 +66,6 @@ bool fsm_components_init(fsm_components *self, const fsm_search *search);
 void fsm_components_free(fsm_components *self);
 
 /* Goes through all components that are reached from a place and not complete yet. */
-bool fsm_components_from(fsm_components *self, fsm_walk *walk, uint64_t root);
+bool fsm_components_from(fsm_components *self, fsm_scc *walk, uint64_t root);
 
 #endif

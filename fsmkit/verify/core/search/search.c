@@ -59,7 +59,7 @@ bool fsm_search_make_lossy(fsm_search *self, fsm_storage storage, size_t bytes)
 
 void fsm_search_forget(fsm_search *self)
 {
-    fsm_crew_stop(self->crew);
+    fsm_parallel_search_stop(self->crew);
     self->crew = NULL;
     fsm_set_free(&self->passed);
     layer_free(&self->layers[0]);
@@ -83,7 +83,7 @@ size_t fsm_search_bytes(const fsm_search *self)
 {
     const size_t each = sizeof(fsm_state) + sizeof(uint32_t) + sizeof(fsm_footprint_number);
     return fsm_set_bytes(&self->passed) + (self->layers[0].count + self->layers[1].count) * each
-        + self->checkpoint_bytes + self->model_bytes + (self->crew == NULL ? 0 : fsm_crew_bytes(self->crew));
+        + self->checkpoint_bytes + self->model_bytes + (self->crew == NULL ? 0 : fsm_parallel_search_bytes(self->crew));
 }
 
 /* --- checkpoints --------------------------------------------------------------------------------- */
@@ -348,7 +348,7 @@ SPECIAL pending looked_up(const fsm_search *self, const fsm_step *step, bool los
 {
     const fsm_set *passed = &self->passed;
     if (lossy)
-        return (pending){step->to, NULL, fsm_lossy_home(passed->lossy, step->to), 0, self->at.tag, 0, step->kind};
+        return (pending){step->to, NULL, fsm_hash_compaction_home(passed->lossy, step->to), 0, self->at.tag, 0, step->kind};
     fsm_shard *shard = fsm_set_shard(passed, step->to);
     return (pending){step->to, shard, fsm_shard_home(shard, fsm_set_inner(passed, step->to)), shard->edition,
                      self->at.tag, step->footprint, step->kind};
@@ -426,7 +426,7 @@ static bool expand_alone(fsm_search *self, const fsm_layer *layer, size_t first,
 
 static void engage(fsm_search *self)
 {
-    self->crew = fsm_crew_start(self);
+    self->crew = fsm_parallel_search_start(self);
     if (self->crew == NULL)
         self->cores = 1;
     self->cores_used = self->cores;
@@ -436,7 +436,7 @@ static void engage(fsm_search *self)
  * depend on how many threads there are. */
 static bool expand_layer(fsm_search *self, const fsm_layer *layer, fsm_layer *next)
 {
-    size_t block = fsm_crew_block(self);
+    size_t block = fsm_parallel_search_block(self);
     if (layer->count < self->large)
         return expand_alone(self, layer, 0, layer->count, next);
     if (self->cores > 1 && self->crew == NULL)
@@ -445,7 +445,7 @@ static bool expand_layer(fsm_search *self, const fsm_layer *layer, fsm_layer *ne
         size_t count = layer->count - first < block ? layer->count - first : block;
         bool fine = may_go_on(self)
             && (self->crew == NULL ? expand_alone(self, layer, first, count, next)
-                                   : is_within_limits(self) && fsm_crew_expand(self->crew, layer, first, count, next));
+                                   : is_within_limits(self) && fsm_parallel_search_expand(self->crew, layer, first, count, next));
         if (!fine)
             return false;
     }

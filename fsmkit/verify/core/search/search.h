@@ -61,7 +61,7 @@ typedef struct {
 } fsm_ahead;
 
 typedef struct fsm_search fsm_search;
-typedef struct fsm_crew fsm_crew;
+typedef struct fsm_parallel_search fsm_parallel_search;
 
 struct fsm_search {
     const fsm_model *model;
@@ -94,7 +94,7 @@ struct fsm_search {
     fsm_ahead ahead;
     fsm_found at;                  /* the state at hand */
     fsm_outcome outcome;
-    fsm_crew *crew;                /* NULL: one thread does it all */
+    fsm_parallel_search *crew;                /* NULL: one thread does it all */
     uint32_t cores_used;
 };
 

@@ -4,7 +4,7 @@
 
 enum { ROW = FSM_MOST_FOOTPRINTS / 64 }; /* words */
 
-bool fsm_sleep_init(fsm_sleep *self)
+bool fsm_sleep_sets_init(fsm_sleep_sets *self)
 {
     const fsm_footprint anything = {.moved = UINT64_MAX, .told = UINT64_MAX};
     self->rows = calloc((size_t)FSM_MOST_FOOTPRINTS * ROW, sizeof *self->rows);
@@ -12,14 +12,14 @@ bool fsm_sleep_init(fsm_sleep *self)
         && fsm_store_insert(&self->footprints, &anything, SIZE_MAX, NULL) == 0;
 }
 
-void fsm_sleep_free(fsm_sleep *self)
+void fsm_sleep_sets_free(fsm_sleep_sets *self)
 {
     fsm_store_free(&self->footprints);
     free(self->rows);
     self->rows = NULL;
 }
 
-size_t fsm_sleep_bytes(const fsm_sleep *self)
+size_t fsm_sleep_sets_bytes(const fsm_sleep_sets *self)
 {
     return fsm_store_bytes(&self->footprints) + self->footprints.count * ROW * sizeof *self->rows;
 }
@@ -41,14 +41,14 @@ static bool sleeps(const fsm_footprint *step, const fsm_footprint *found_by)
     return step->part != FSM_OPEN || !found_by->takes;
 }
 
-static void set_bit(fsm_sleep *self, uint32_t step, uint32_t found_by)
+static void set_bit(fsm_sleep_sets *self, uint32_t step, uint32_t found_by)
 {
     const fsm_footprint *a = fsm_store_at(&self->footprints, step), *b = fsm_store_at(&self->footprints, found_by);
     if (sleeps(a, b))
         (void)__atomic_fetch_or(&self->rows[(size_t)found_by * ROW + step / 64], UINT64_C(1) << step % 64, __ATOMIC_RELAXED);
 }
 
-uint32_t fsm_sleep_number(fsm_sleep *self, const fsm_footprint *footprint)
+uint32_t fsm_sleep_sets_number(fsm_sleep_sets *self, const fsm_footprint *footprint)
 {
     uint32_t known = fsm_store_find(&self->footprints, footprint), count = self->footprints.count;
     if (known != FSM_NONE)

@@ -26,8 +26,8 @@
  *   events waited in q than after z.
  *   z can be taken after x: x makes nobody answer that had nothing to answer; and if z comes from outside, not more events
  *   wait after x than did in q. */
-#ifndef FSM_SLEEP_H
-#define FSM_SLEEP_H
+#ifndef FSM_SLEEP_SETS_H
+#define FSM_SLEEP_SETS_H
 
 #include "store/store.h"
 
@@ -53,18 +53,18 @@ enum { FSM_MOST_FOOTPRINTS = 4096 };
 typedef struct {
     fsm_store footprints; /* numbered; the first one touches everything */
     uint64_t *rows;       /* for each, bit by bit: which sleep in a state that was found by it */
-} fsm_sleep;
+} fsm_sleep_sets;
 
-bool fsm_sleep_init(fsm_sleep *self);
-void fsm_sleep_free(fsm_sleep *self);
-size_t fsm_sleep_bytes(const fsm_sleep *self);
+bool fsm_sleep_sets_init(fsm_sleep_sets *self);
+void fsm_sleep_sets_free(fsm_sleep_sets *self);
+size_t fsm_sleep_sets_bytes(const fsm_sleep_sets *self);
 
 /* Number of a footprint; FSM_NONE if memory ran out. If there are too many, it is 0. One thread at a time may ask; others
  * may meanwhile use the numbers that they know. */
-uint32_t fsm_sleep_number(fsm_sleep *self, const fsm_footprint *footprint);
+uint32_t fsm_sleep_sets_number(fsm_sleep_sets *self, const fsm_footprint *footprint);
 
 /* Which steps sleep in a state that was found first by one with this footprint. */
-static inline const uint64_t *fsm_sleep_row(const fsm_sleep *self, fsm_footprint_number found_by)
+static inline const uint64_t *fsm_sleep_sets_row(const fsm_sleep_sets *self, fsm_footprint_number found_by)
 {
     return self->rows + (size_t)found_by * (FSM_MOST_FOOTPRINTS / 64);
 }

@@ -33,17 +33,17 @@ static uint64_t scaled(uint64_t hash, uint64_t range)
 
 static uint32_t part_of(uint64_t first)
 {
-    return (uint32_t)first & (FSM_LOSSY_PARTS - 1);
+    return (uint32_t)first & (FSM_HASH_COMPACTION_PARTS - 1);
 }
 
-uint32_t fsm_lossy_part_of(fsm_state state)
+uint32_t fsm_hash_compaction_part_of(fsm_state state)
 {
     return part_of(mixed(state));
 }
 
 /* --- bitstate: a home is the first hash -------------------------------------------------------------- */
 
-static unsigned char *byte_of(const fsm_lossy *self, uint64_t home, unsigned function, unsigned *bit)
+static unsigned char *byte_of(const fsm_hash_compaction *self, uint64_t home, unsigned function, unsigned *bit)
 {
     uint64_t bits = self->lines * FSM_LINE_BITS;
     uint64_t at = part_of(home) * bits + scaled(hash_of(home, function), bits);
@@ -51,7 +51,7 @@ static unsigned char *byte_of(const fsm_lossy *self, uint64_t home, unsigned fun
     return (unsigned char *)self->region.base + at / 8;
 }
 
-static bool has_bits(const fsm_lossy *self, uint64_t home)
+static bool has_bits(const fsm_hash_compaction *self, uint64_t home)
 {
     for (unsigned function = 1; function <= FSM_BIT_FUNCTIONS; function++) {
         unsigned bit;
@@ -61,11 +61,11 @@ static bool has_bits(const fsm_lossy *self, uint64_t home)
     return true;
 }
 
-static fsm_put put_bits(fsm_lossy *self, uint64_t home)
+static fsm_put put_bits(fsm_hash_compaction *self, uint64_t home)
 {
     if (has_bits(self, home))
         return FSM_KNOWN;
-    fsm_lossy_part *part = &self->parts[part_of(home)];
+    fsm_hash_compaction_part *part = &self->parts[part_of(home)];
     for (unsigned function = 1; function <= FSM_BIT_FUNCTIONS; function++) {
         unsigned bit;
         unsigned char *byte = byte_of(self, home, function, &bit);
@@ -78,13 +78,13 @@ static fsm_put put_bits(fsm_lossy *self, uint64_t home)
 
 /* --- hash compaction: a home is a line, and the bits that stand for the state ----------------------------- */
 
-static line *line_at(const fsm_lossy *self, uint64_t number)
+static line *line_at(const fsm_hash_compaction *self, uint64_t number)
 {
     return (line *)self->region.base + number;
 }
 
 /* The line after one, in the same part. */
-static uint64_t next_line(const fsm_lossy *self, uint64_t number)
+static uint64_t next_line(const fsm_hash_compaction *self, uint64_t number)
 {
     return (number + 1) % self->lines == 0 ? number + 1 - self->lines : number + 1;
 }
@@ -98,7 +98,7 @@ static bool line_has(const line *self, uint32_t value)
 }
 
 /* The first line from its home on that is not full, unless one before has the state: then NULL. */
-static line *place_for(const fsm_lossy *self, uint64_t home, uint32_t *value)
+static line *place_for(const fsm_hash_compaction *self, uint64_t home, uint32_t *value)
 {
     uint64_t number = home >> FSM_COMPACT_BITS;
     *value = (uint32_t)(home & ((1u << FSM_COMPACT_BITS) - 1));
@@ -112,13 +112,13 @@ static line *place_for(const fsm_lossy *self, uint64_t home, uint32_t *value)
     }
 }
 
-static fsm_put put_compact(fsm_lossy *self, uint64_t home)
+static fsm_put put_compact(fsm_hash_compaction *self, uint64_t home)
 {
     uint32_t value;
     line *at = place_for(self, home, &value);
     if (at == NULL)
         return FSM_KNOWN;
-    fsm_lossy_part *part = &self->parts[(home >> FSM_COMPACT_BITS) / self->lines];
+    fsm_hash_compaction_part *part = &self->parts[(home >> FSM_COMPACT_BITS) / self->lines];
     if (part->count == self->most)
         return FSM_NO_ROOM;
     at->low[at->taken] = (uint16_t)value;
@@ -130,7 +130,7 @@ static fsm_put put_compact(fsm_lossy *self, uint64_t home)
 }
 
 /* A look-up that begins at a full line goes on in the next: so from a line that is not full backwards. */
-static uint64_t states_compared(const fsm_lossy *self, uint32_t part)
+static uint64_t states_compared(const fsm_hash_compaction *self, uint32_t part)
 {
     const line *lines = line_at(self, part * self->lines);
     uint64_t last = 0, all = 0, compared = 0;
@@ -148,26 +148,26 @@ static uint64_t states_compared(const fsm_lossy *self, uint32_t part)
 
 /* --- the table ------------------------------------------------------------------------------------------ */
 
-bool fsm_lossy_init(fsm_lossy *self, fsm_storage storage, size_t bytes)
+bool fsm_hash_compaction_init(fsm_hash_compaction *self, fsm_storage storage, size_t bytes)
 {
-    *self = (fsm_lossy){.storage = storage};
+    *self = (fsm_hash_compaction){.storage = storage};
     if (!fsm_region_reserve(&self->region, bytes))
         return false;
     size_t most = bytes < self->region.reserved ? bytes : self->region.reserved;
-    size_t each = most / FSM_LOSSY_PARTS / sizeof(line);
+    size_t each = most / FSM_HASH_COMPACTION_PARTS / sizeof(line);
     self->lines = each == 0 ? 1 : each;
     /* One in twenty places stays free, so that look-ups end soon. */
     self->most = self->lines * FSM_LINE_STATES - self->lines * FSM_LINE_STATES / 20 - 1;
     return true;
 }
 
-void fsm_lossy_free(fsm_lossy *self)
+void fsm_hash_compaction_free(fsm_hash_compaction *self)
 {
     fsm_region_release(&self->region);
-    *self = (fsm_lossy){0};
+    *self = (fsm_hash_compaction){0};
 }
 
-uint64_t fsm_lossy_home(const fsm_lossy *self, fsm_state state)
+uint64_t fsm_hash_compaction_home(const fsm_hash_compaction *self, fsm_state state)
 {
     uint64_t first = mixed(state);
     if (self->storage == FSM_BITSTATE) {
@@ -182,23 +182,23 @@ uint64_t fsm_lossy_home(const fsm_lossy *self, fsm_state state)
     return number << FSM_COMPACT_BITS | (hash & ((1u << FSM_COMPACT_BITS) - 1));
 }
 
-bool fsm_lossy_has(const fsm_lossy *self, uint64_t home)
+bool fsm_hash_compaction_has(const fsm_hash_compaction *self, uint64_t home)
 {
     uint32_t value;
     return self->storage == FSM_BITSTATE ? has_bits(self, home) : place_for(self, home, &value) == NULL;
 }
 
-fsm_put fsm_lossy_put(fsm_lossy *self, uint64_t home)
+fsm_put fsm_hash_compaction_put(fsm_hash_compaction *self, uint64_t home)
 {
     return self->storage == FSM_BITSTATE ? put_bits(self, home) : put_compact(self, home);
 }
 
-size_t fsm_lossy_bytes(const fsm_lossy *self)
+size_t fsm_hash_compaction_bytes(const fsm_hash_compaction *self)
 {
-    return (size_t)self->lines * FSM_LOSSY_PARTS * sizeof(line);
+    return (size_t)self->lines * FSM_HASH_COMPACTION_PARTS * sizeof(line);
 }
 
-uint64_t fsm_lossy_filled(const fsm_lossy *self, uint32_t part)
+uint64_t fsm_hash_compaction_filled(const fsm_hash_compaction *self, uint32_t part)
 {
     return self->storage == FSM_BITSTATE ? self->parts[part].full : states_compared(self, part);
 }

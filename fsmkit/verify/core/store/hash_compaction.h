@@ -8,8 +8,8 @@
  * many threads can add to it at once, each to parts of its own; their number is fixed, as no part can be made anew. What
  * is hashed are the numbers that the model gave: where several threads ask it these depend on who was first, and so does
  * which states are missed. */
-#ifndef FSM_LOSSY_H
-#define FSM_LOSSY_H
+#ifndef FSM_HASH_COMPACTION_H
+#define FSM_HASH_COMPACTION_H
 
 #include "store/region.h"
 #include "store/shard.h"
@@ -17,8 +17,8 @@
 typedef enum { FSM_EXACT, FSM_HASH_COMPACT, FSM_BITSTATE } fsm_storage;
 
 enum {
-    FSM_LOSSY_SHIFT = 5,
-    FSM_LOSSY_PARTS = 1 << FSM_LOSSY_SHIFT,
+    FSM_HASH_COMPACTION_SHIFT = 5,
+    FSM_HASH_COMPACTION_PARTS = 1 << FSM_HASH_COMPACTION_SHIFT,
     FSM_COMPACT_BITS = 24,
     FSM_BIT_FUNCTIONS = 3,
     FSM_LINE_STATES = 21,  /* of hash compaction, in a line */
@@ -29,37 +29,37 @@ typedef struct {
     uint64_t count; /* states added */
     uint64_t full;  /* hash compaction: lines without a free place; bitstate: bits that are set */
     char apart[48]; /* from what another thread counts */
-} fsm_lossy_part;
+} fsm_hash_compaction_part;
 
 typedef struct {
     fsm_storage storage;
     uint64_t lines; /* of 64 bytes, in each part */
     uint64_t most;  /* hash compaction: states that a part takes */
     fsm_region region;
-    fsm_lossy_part parts[FSM_LOSSY_PARTS];
-} fsm_lossy;
+    fsm_hash_compaction_part parts[FSM_HASH_COMPACTION_PARTS];
+} fsm_hash_compaction;
 
 /* Makes a table of so many bytes (at least a line for each part), or of as many as can be had. False if there are none. */
-bool fsm_lossy_init(fsm_lossy *self, fsm_storage storage, size_t bytes);
-void fsm_lossy_free(fsm_lossy *self);
+bool fsm_hash_compaction_init(fsm_hash_compaction *self, fsm_storage storage, size_t bytes);
+void fsm_hash_compaction_free(fsm_hash_compaction *self);
 
 /* Which part a state belongs to. */
-uint32_t fsm_lossy_part_of(fsm_state state);
+uint32_t fsm_hash_compaction_part_of(fsm_state state);
 
 /* Where in the table it belongs, for the two below; its memory is fetched meanwhile. */
-uint64_t fsm_lossy_home(const fsm_lossy *self, fsm_state state);
+uint64_t fsm_hash_compaction_home(const fsm_hash_compaction *self, fsm_state state);
 
 /* Whether it counts as known. */
-bool fsm_lossy_has(const fsm_lossy *self, uint64_t home);
+bool fsm_hash_compaction_has(const fsm_hash_compaction *self, uint64_t home);
 
 /* Adds it, unless it counts as known. */
-fsm_put fsm_lossy_put(fsm_lossy *self, uint64_t home);
+fsm_put fsm_hash_compaction_put(fsm_hash_compaction *self, uint64_t home);
 
-size_t fsm_lossy_bytes(const fsm_lossy *self);
+size_t fsm_hash_compaction_bytes(const fsm_hash_compaction *self);
 
 /* How full a part is, so that the rate of false matches can be told. Bitstate: the bits that are set, of
  * FSM_LINE_BITS times `lines`. Hash compaction: the states that a look-up compares, added up over all `lines` it can
  * begin at. */
-uint64_t fsm_lossy_filled(const fsm_lossy *self, uint32_t part);
+uint64_t fsm_hash_compaction_filled(const fsm_hash_compaction *self, uint32_t part);
 
 #endif

@@ -4,14 +4,14 @@
 
 static fsm_list **place_of(const fsm_lists *self, uint32_t number)
 {
-    return fsm_chunks_at(&self->all, number, sizeof(fsm_list *));
+    return fsm_segmented_array_at(&self->all, number, sizeof(fsm_list *));
 }
 
 static bool add(fsm_lists *self, const uint32_t *items, uint32_t count)
 {
     size_t bytes = sizeof(fsm_list) + count * sizeof *items;
     fsm_list *list = malloc(bytes);
-    if (list == NULL || !fsm_chunks_make_room(&self->all, self->count, sizeof list)) {
+    if (list == NULL || !fsm_segmented_array_make_room(&self->all, self->count, sizeof list)) {
         free(list);
         return false;
     }
@@ -34,7 +34,7 @@ void fsm_lists_free(fsm_lists *self)
 {
     for (uint32_t number = 0; number < self->count; number++)
         free(*place_of(self, number));
-    fsm_chunks_free(&self->all);
+    fsm_segmented_array_free(&self->all);
     free(self->slots);
     *self = (fsm_lists){0};
 }

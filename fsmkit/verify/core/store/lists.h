@@ -11,7 +11,7 @@ typedef struct {
 } fsm_list;
 
 typedef struct {
-    fsm_chunks all;    /* pointers to them */
+    fsm_segmented_array all;    /* pointers to them */
     uint32_t count;
     uint32_t *slots;   /* number of a list; 0 is empty */
     uint32_t capacity;
@@ -26,7 +26,7 @@ uint32_t fsm_lists_number(fsm_lists *self, const uint32_t *items, uint32_t count
 
 static inline const uint32_t *fsm_lists_at(const fsm_lists *self, uint32_t number, uint32_t *count)
 {
-    const fsm_list *list = *(fsm_list *const *)fsm_chunks_at(&self->all, number, sizeof list);
+    const fsm_list *list = *(fsm_list *const *)fsm_segmented_array_at(&self->all, number, sizeof list);
     *count = list->count;
     return list->items;
 }

@@ -1,7 +1,7 @@
 /* segmented_array.h: arrays that grow and never move, so that what was put there can be read while more is
  * added. Each chunk is twice as large as the one before, and begins with a cache line. */
-#ifndef FSM_CHUNKS_H
-#define FSM_CHUNKS_H
+#ifndef FSM_SEGMENTED_ARRAY_H
+#define FSM_SEGMENTED_ARRAY_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -19,7 +19,7 @@ enum {
 typedef struct {
     void *chunks[FSM_CHUNKS];
     void *blocks[FSM_CHUNKS]; /* of memory, that they are in */
-} fsm_chunks;
+} fsm_segmented_array;
 
 static inline unsigned fsm_chunk_of(uint32_t number)
 {
@@ -27,7 +27,7 @@ static inline unsigned fsm_chunk_of(uint32_t number)
     return 63u - FSM_FIRST_CHUNK_BITS - (unsigned)__builtin_clzll(at);
 }
 
-static inline void *fsm_chunks_at(const fsm_chunks *self, uint32_t number, size_t size)
+static inline void *fsm_segmented_array_at(const fsm_segmented_array *self, uint32_t number, size_t size)
 {
     unsigned chunk = fsm_chunk_of(number);
     uint64_t first = UINT64_C(1) << (chunk + FSM_FIRST_CHUNK_BITS);
@@ -36,13 +36,13 @@ static inline void *fsm_chunks_at(const fsm_chunks *self, uint32_t number, size_
 }
 
 /* How many elements fit once there is room for one of this number. */
-static inline uint64_t fsm_chunks_room(uint32_t number)
+static inline uint64_t fsm_segmented_array_room(uint32_t number)
 {
     return (UINT64_C(2) << (fsm_chunk_of(number) + FSM_FIRST_CHUNK_BITS)) - (1u << FSM_FIRST_CHUNK_BITS);
 }
 
 /* Makes room for an element; those before it have theirs. False if memory ran out. */
-static inline bool fsm_chunks_make_room(fsm_chunks *self, uint32_t number, size_t size)
+static inline bool fsm_segmented_array_make_room(fsm_segmented_array *self, uint32_t number, size_t size)
 {
     unsigned chunk = fsm_chunk_of(number);
     if (self->chunks[chunk] != NULL)
@@ -57,11 +57,11 @@ static inline bool fsm_chunks_make_room(fsm_chunks *self, uint32_t number, size_
     return true;
 }
 
-static inline void fsm_chunks_free(fsm_chunks *self)
+static inline void fsm_segmented_array_free(fsm_segmented_array *self)
 {
     for (unsigned i = 0; i < FSM_CHUNKS; i++)
         free(self->blocks[i]);
-    *self = (fsm_chunks){{NULL}, {NULL}};
+    *self = (fsm_segmented_array){{NULL}, {NULL}};
 }
 
 #endif

@@ -19,21 +19,21 @@ void fsm_set_free(fsm_set *self)
 {
     free_shards(self->shards, self->shards == NULL ? 0 : 1u << self->shift);
     if (self->lossy != NULL)
-        fsm_lossy_free(self->lossy);
+        fsm_hash_compaction_free(self->lossy);
     free(self->lossy);
     *self = (fsm_set){0};
 }
 
 bool fsm_set_make_lossy(fsm_set *self, fsm_storage storage, size_t bytes)
 {
-    fsm_lossy *lossy = malloc(sizeof *lossy);
-    if (lossy == NULL || !fsm_lossy_init(lossy, storage, bytes)) {
+    fsm_hash_compaction *lossy = malloc(sizeof *lossy);
+    if (lossy == NULL || !fsm_hash_compaction_init(lossy, storage, bytes)) {
         free(lossy);
         return false;
     }
     size_t limit = self->limit;
     fsm_set_free(self);
-    *self = (fsm_set){.limit = limit, .shift = FSM_LOSSY_SHIFT, .lossy = lossy};
+    *self = (fsm_set){.limit = limit, .shift = FSM_HASH_COMPACTION_SHIFT, .lossy = lossy};
     return true;
 }
 
@@ -70,7 +70,7 @@ bool fsm_set_split(fsm_set *self, unsigned shift)
 fsm_put fsm_set_put(fsm_set *self, fsm_state state)
 {
     if (self->lossy != NULL)
-        return fsm_set_put_lossy(self, fsm_lossy_home(self->lossy, state));
+        return fsm_set_put_lossy(self, fsm_hash_compaction_home(self->lossy, state));
     fsm_put put = fsm_shard_put(&self->shards[fsm_set_shard_of(self, state)], fsm_set_inner(self, state));
     self->count += put == FSM_ADDED;
     return put;
@@ -85,7 +85,7 @@ void fsm_set_count_again(fsm_set *self)
 
 size_t fsm_set_bytes(const fsm_set *self)
 {
-    size_t bytes = self->lossy == NULL ? 0 : fsm_lossy_bytes(self->lossy);
+    size_t bytes = self->lossy == NULL ? 0 : fsm_hash_compaction_bytes(self->lossy);
     for (uint32_t i = 0; self->shards != NULL && i < 1u << self->shift; i++)
         bytes += fsm_shard_bytes(&self->shards[i]);
     return bytes;

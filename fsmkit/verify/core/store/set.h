@@ -14,7 +14,7 @@ typedef struct {
     size_t limit; /* bytes */
     unsigned shift; /* there are 1 << shift shards */
     fsm_shard *shards;
-    fsm_lossy *lossy; /* NULL: exact */
+    fsm_hash_compaction *lossy; /* NULL: exact */
 } fsm_set;
 
 bool fsm_set_init(fsm_set *self, size_t limit);
@@ -47,19 +47,19 @@ static inline fsm_state fsm_set_outer(const fsm_set *self, uint32_t shard, fsm_s
  * that, while its memory is fetched; and whether it is known there. */
 static inline uint32_t fsm_set_part_of(const fsm_set *self, fsm_state state)
 {
-    return self->lossy != NULL ? fsm_lossy_part_of(state) : fsm_set_shard_of(self, state);
+    return self->lossy != NULL ? fsm_hash_compaction_part_of(state) : fsm_set_shard_of(self, state);
 }
 
 static inline uint64_t fsm_set_home(const fsm_set *self, fsm_state state)
 {
     return self->lossy != NULL
-        ? fsm_lossy_home(self->lossy, state)
+        ? fsm_hash_compaction_home(self->lossy, state)
         : fsm_shard_home(&self->shards[fsm_set_shard_of(self, state)], fsm_set_inner(self, state));
 }
 
 static inline bool fsm_set_has(const fsm_set *self, uint32_t part, uint64_t home)
 {
-    return self->lossy != NULL ? fsm_lossy_has(self->lossy, home) : fsm_shard_has(&self->shards[part], home);
+    return self->lossy != NULL ? fsm_hash_compaction_has(self->lossy, home) : fsm_shard_has(&self->shards[part], home);
 }
 
 static inline fsm_shard *fsm_set_shard(const fsm_set *self, fsm_state state)
@@ -79,7 +79,7 @@ static inline fsm_put fsm_set_put_home(fsm_set *self, fsm_state state, fsm_shard
 
 static inline fsm_put fsm_set_put_lossy(fsm_set *self, uint64_t home)
 {
-    fsm_put put = fsm_lossy_put(self->lossy, home);
+    fsm_put put = fsm_hash_compaction_put(self->lossy, home);
     self->count += put == FSM_ADDED;
     return put;
 }

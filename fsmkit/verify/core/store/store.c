@@ -9,8 +9,8 @@ bool fsm_store_init(fsm_store *self, size_t state_size)
 {
     *self = (fsm_store){.state_size = state_size, .capacity = FIRST_CAPACITY};
     self->slots = calloc(self->capacity, sizeof *self->slots);
-    if (self->slots != NULL && fsm_chunks_make_room(&self->states, 0, state_size)) {
-        self->room = fsm_chunks_room(0);
+    if (self->slots != NULL && fsm_segmented_array_make_room(&self->states, 0, state_size)) {
+        self->room = fsm_segmented_array_room(0);
         return true;
     }
     fsm_store_free(self);
@@ -20,7 +20,7 @@ bool fsm_store_init(fsm_store *self, size_t state_size)
 void fsm_store_free(fsm_store *self)
 {
     free(self->slots);
-    fsm_chunks_free(&self->states);
+    fsm_segmented_array_free(&self->states);
     *self = (fsm_store){0};
 }
 
@@ -59,10 +59,10 @@ static uint32_t find_slot(const fsm_store *self, const void *state)
 
 static bool grow_states(fsm_store *self, size_t limit)
 {
-    uint64_t room = fsm_chunks_room(self->count);
+    uint64_t room = fsm_segmented_array_room(self->count);
     if (self->count == FSM_NONE - 1 || room > SIZE_MAX / self->state_size
         || room * self->state_size + (size_t)self->capacity * sizeof *self->slots > limit
-        || !fsm_chunks_make_room(&self->states, self->count, self->state_size))
+        || !fsm_segmented_array_make_room(&self->states, self->count, self->state_size))
         return false;
     self->room = room;
     return true;
@@ -113,7 +113,7 @@ uint32_t fsm_store_insert(fsm_store *self, const void *state, size_t limit, bool
     }
     if (added != NULL)
         *added = true;
-    memcpy(fsm_chunks_at(&self->states, self->count, self->state_size), state, self->state_size);
+    memcpy(fsm_segmented_array_at(&self->states, self->count, self->state_size), state, self->state_size);
     self->slots[slot] = self->count + 1;
     return self->count++;
 }

@@ -17,7 +17,7 @@ typedef struct {
     uint64_t room;     /* states that fit before there must be another chunk */
     uint32_t capacity; /* slots, a power of two, at least twice `count` */
     uint32_t *slots;   /* number of a state plus one; 0 is empty */
-    fsm_chunks states;
+    fsm_segmented_array states;
 } fsm_store;
 
 bool fsm_store_init(fsm_store *self, size_t state_size);
@@ -34,7 +34,7 @@ size_t fsm_store_bytes(const fsm_store *self);
 
 static inline const void *fsm_store_at(const fsm_store *self, uint32_t number)
 {
-    return fsm_chunks_at(&self->states, number, self->state_size);
+    return fsm_segmented_array_at(&self->states, number, self->state_size);
 }
 
 #endif

@@ -60,7 +60,7 @@ struct fsm_composition {
     fsm_numbers numbers;          /* messages, notes, choices and clocks of steps */
     uint32_t clocks[UINT8_MAX + 1]; /* zones: those of the step run last */
     fsm_store messages;
-    fsm_memo deliveries;          /* (local state, message) -> (local state, full) */
+    fsm_hash_map deliveries;          /* (local state, message) -> (local state, full) */
     unsigned char *before, *after; /* room for the largest struct */
     unsigned char *shown;          /* room for the largest configuration */
     size_t store_bytes;

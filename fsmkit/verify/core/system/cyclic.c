@@ -77,7 +77,7 @@ bool fsm_turn_find(fsm_composition *self, uint32_t thread, fsm_state state, fsm_
         return false;
     for (uint32_t i = 0; i < count; i++) {
         bool moves = i + 1 == count ? over : i + 1 == number || !system->ordered[i];
-        if (moves && !add_machine(self, thread, found, i, waiting <= system->patience, &busy))
+        if (moves && !add_machine(self, thread, found, i, waiting <= system->max_pending_before_input, &busy))
             return false;
     }
     found->may_pass = !busy && ticking;

@@ -53,11 +53,11 @@ static void print_locals(const fsm_composition *self, uint32_t machine)
 
 static void print_deliveries(const fsm_composition *self)
 {
-    const fsm_memo_table *table = self->deliveries.table;
+    const fsm_hash_map_table *table = self->deliveries.table;
     bool first = true;
     printf("[");
     for (size_t i = 0; table != NULL && i < table->capacity; i++) {
-        const fsm_memo_slot *slot = &table->slots[i];
+        const fsm_hash_map_slot *slot = &table->slots[i];
         if (slot->key == 0)
             continue;
         uint32_t local = (uint32_t)((slot->key - 1) >> 32), message = (uint32_t)(slot->key - 1);

@@ -97,7 +97,7 @@ uint32_t fsm_elapse(fsm_composition *self, uint32_t machine, uint32_t local)
 uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bool *full)
 {
     uint64_t key = (uint64_t)local << 32 | message;
-    const uint64_t *known = fsm_memo_find(&self->deliveries, key);
+    const uint64_t *known = fsm_hash_map_find(&self->deliveries, key);
     uint64_t result;
     if (known != NULL) {
         result = *known;
@@ -115,7 +115,7 @@ uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bo
         if (next == FSM_NONE)
             return FSM_NONE;
         result = (uint64_t)next << 1 | !fits;
-        if (!fsm_memo_add(&self->deliveries, key, result)) {
+        if (!fsm_hash_map_add(&self->deliveries, key, result)) {
             (void)fsm_fail(self, "out of memory");
             return FSM_NONE;
         }

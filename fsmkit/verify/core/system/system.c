@@ -19,7 +19,7 @@ size_t fsm_composition_bytes(const fsm_composition *self)
 {
     size_t bytes = sizeof *self + self->step_room * sizeof *self->steps
         + self->numbers.room * sizeof *self->numbers.items + fsm_store_bytes(&self->messages)
-        + fsm_memo_bytes(&self->deliveries);
+        + fsm_hash_map_bytes(&self->deliveries);
     for (uint32_t i = 0; i < self->system->machine_count; i++)
         bytes += fsm_store_bytes(&self->locals[i]) + fsm_store_bytes(&self->configurations[i])
             + self->info_room[i] * sizeof *self->infos[i];
@@ -195,7 +195,7 @@ static fsm_summary look(const fsm_tree *tree, fsm_state state)
 static bool add_steps(fsm_tree *tree, const fsm_moves *moves, const fsm_node *other, uint32_t other_state, bool of_left,
                       fsm_steps *steps)
 {
-    const uint64_t *sleeping = fsm_sleep_row(&tree->sleep, steps->found_by);
+    const uint64_t *sleeping = fsm_sleep_sets_row(&tree->sleep, steps->found_by);
     bool fetches = is_worth_fetching(tree);
     for (uint32_t i = 0; i < moves->count; i++) {
         const fsm_move *move = &moves->items[i];
@@ -209,7 +209,7 @@ static bool add_steps(fsm_tree *tree, const fsm_moves *moves, const fsm_node *ot
         steps->items[steps->count - 1].sent = move->sent;
         steps->items[steps->count - 1].of_left = of_left;
         if (fetches && move->sent != 0)
-            fsm_memo_fetch(&other->delivered, fsm_join(other_state, move->sent));
+            fsm_hash_map_fetch(&other->delivered, fsm_join(other_state, move->sent));
     }
     return true;
 }
@@ -258,7 +258,7 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     if (c->system->asked_count > 0)
         steps->found_by = 0; /* each step is judged, with the state that it leads to */
     fsm_summary seen = look(tree, state);
-    bool is_open = seen.first == FSM_OWN && seen.waiting <= c->system->patience;
+    bool is_open = seen.first == FSM_OWN && seen.waiting <= c->system->max_pending_before_input;
     moves_of_both own, open = {0};
     if (!part_moves(tree, steps->thread, state, seen.first, &own)
         || (is_open && !part_moves(tree, steps->thread, state, FSM_OPEN, &open)))
@@ -293,7 +293,7 @@ static bool describe(fsm_composition *self, fsm_state state, uint32_t ordinal, f
     fsm_part parts[2] = {seen.first, FSM_OPEN};
     for (int i = 0; i < 2; i++) {
         moves_of_both moves;
-        if (i == 1 && (seen.first != FSM_OWN || seen.waiting > self->system->patience))
+        if (i == 1 && (seen.first != FSM_OWN || seen.waiting > self->system->max_pending_before_input))
             break;
         if (!part_moves(tree, 0, state, parts[i], &moves))
             return false;
@@ -402,7 +402,7 @@ static uint32_t judge(fsm_composition *c, uint64_t key, fsm_state state)
     for (uint32_t p = 0; set != FSM_NONE && p < c->system->property_count; p++)
         if (fsm_flat_judge(c, locals, p))
             set = fsm_tree_add_mark(tree, set, 1 + p);
-    if (set == FSM_NONE || !fsm_memo_add(&tree->judged, key, set)) {
+    if (set == FSM_NONE || !fsm_hash_map_add(&tree->judged, key, set)) {
         (void)fsm_fail(c, "out of memory");
         set = FSM_NONE;
     }
@@ -419,7 +419,7 @@ static uint32_t marks(void *context, fsm_state state)
         return 0;
     uint32_t right = tree->root_right == NULL ? 0 : fsm_node_at(tree->root_right, fsm_right(state))->aspect;
     uint64_t key = fsm_join(fsm_node_at(tree->root_left, fsm_left(state))->aspect, right);
-    const uint64_t *known = fsm_memo_find(&tree->judged, key);
+    const uint64_t *known = fsm_hash_map_find(&tree->judged, key);
     if (known != NULL)
         return (uint32_t)*known;
     return judge(c, key, state);
@@ -521,7 +521,7 @@ void fsm_composition_free(fsm_composition *self)
     free(self->steps);
     free(self->numbers.items);
     fsm_store_free(&self->messages);
-    fsm_memo_free(&self->deliveries);
+    fsm_hash_map_free(&self->deliveries);
     free(self->before);
     free(self->shown);
     free(self->after);

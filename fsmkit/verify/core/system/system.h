@@ -9,7 +9,7 @@
  *   else, while a machine of the environment has, only such machines move;
  *   else each machine in turn: an eventless transition that its inputs enable; else the next event of
  *   its queue; else a timer that is due (untimed: any armed one), and spontaneous transitions;
- *   then what may happen to each machine, while at most `patience` events wait in all queues;
+ *   then what may happen to each machine, while at most `max_pending_before_input` events wait in all queues;
  *   and time passes if no machine has anything to do and some timer is armed.
  *
  * With turns (cyclic.c), of the machines that are ordered only that whose turn it is may move; the last
@@ -120,7 +120,7 @@ typedef struct {
     uint32_t (*turn)(const void *m);
     bool untimed, zones, open;
     uint32_t unit;     /* ticks that pass at once, of which all delays are multiples; 0: no delays */
-    uint32_t patience;
+    uint32_t max_pending_before_input;
 } fsm_system;
 
 typedef enum {

@@ -32,7 +32,7 @@ fsm_tree *fsm_tree_make(fsm_composition *composition)
     self->most_kept = composition->memory_limit / 3;
     self->nodes = calloc(2 * (size_t)system->machine_count, sizeof *self->nodes);
     bool fine = self->nodes != NULL && fsm_lists_init(&self->messages) && fsm_lists_init(&self->marks)
-        && fsm_sleep_init(&self->sleep);
+        && fsm_sleep_sets_init(&self->sleep);
     if (fine) {
         uint32_t count = system->machine_count, middle = count / 2;
         self->root_left = make_node(self, 0, count > 1 ? middle : count);
@@ -64,10 +64,10 @@ static void free_pairs(fsm_pairs *pairs)
 
 static void free_node(fsm_node *node)
 {
-    fsm_chunks_free(&node->states);
+    fsm_segmented_array_free(&node->states);
     free_pairs(node->pairs);
-    fsm_memo_free(&node->delivered);
-    fsm_memo_free(&node->aspects);
+    fsm_hash_map_free(&node->delivered);
+    fsm_hash_map_free(&node->aspects);
     fsm_store_free(&node->seen);
 }
 
@@ -86,8 +86,8 @@ void fsm_tree_free(fsm_tree *self)
     fsm_arena_free(&self->moves);
     fsm_lists_free(&self->messages);
     fsm_lists_free(&self->marks);
-    fsm_sleep_free(&self->sleep);
-    fsm_memo_free(&self->judged);
+    fsm_sleep_sets_free(&self->sleep);
+    fsm_hash_map_free(&self->judged);
     free(self->buffer);
     free(self->seen);
     free(self);
@@ -100,13 +100,13 @@ static size_t pairs_bytes(uint32_t capacity)
 
 void fsm_tree_tidy(fsm_tree *self)
 {
-    fsm_memo_tidy(&self->judged);
+    fsm_hash_map_tidy(&self->judged);
     for (uint32_t i = 0; i < self->node_count; i++) {
         fsm_node *node = &self->nodes[i];
-        self->kept -= fsm_memo_bytes(&node->delivered);
-        fsm_memo_tidy(&node->delivered);
-        self->kept += fsm_memo_bytes(&node->delivered);
-        fsm_memo_tidy(&node->aspects);
+        self->kept -= fsm_hash_map_bytes(&node->delivered);
+        fsm_hash_map_tidy(&node->delivered);
+        self->kept += fsm_hash_map_bytes(&node->delivered);
+        fsm_hash_map_tidy(&node->aspects);
         for (const fsm_pairs *older = node->pairs == NULL ? NULL : node->pairs->older; older != NULL; older = older->older)
             self->node_bytes -= pairs_bytes(older->capacity);
         if (node->pairs != NULL) {
@@ -119,10 +119,10 @@ void fsm_tree_tidy(fsm_tree *self)
 size_t fsm_tree_bytes(const fsm_tree *self)
 {
     size_t bytes = __atomic_load_n(&self->kept, __ATOMIC_RELAXED) + self->node_bytes
-        + fsm_lists_bytes(&self->messages) + fsm_lists_bytes(&self->marks) + fsm_memo_bytes(&self->judged)
-        + fsm_sleep_bytes(&self->sleep);
+        + fsm_lists_bytes(&self->messages) + fsm_lists_bytes(&self->marks) + fsm_hash_map_bytes(&self->judged)
+        + fsm_sleep_sets_bytes(&self->sleep);
     for (uint32_t i = 0; i < self->node_count; i++)
-        bytes += fsm_memo_bytes(&self->nodes[i].aspects);
+        bytes += fsm_hash_map_bytes(&self->nodes[i].aspects);
     return bytes;
 }
 
@@ -217,7 +217,7 @@ static uint32_t pick_messages(fsm_tree *self, const fsm_node *node, uint32_t lis
 
 static fsm_node_state *new_state(fsm_tree *self, fsm_node *node)
 {
-    if (!fsm_chunks_make_room(&node->states, node->count, sizeof(fsm_node_state)))
+    if (!fsm_segmented_array_make_room(&node->states, node->count, sizeof(fsm_node_state)))
         return NULL;
     (void)__atomic_fetch_add(&self->node_bytes, sizeof(fsm_node_state), __ATOMIC_RELAXED);
     return fsm_node_at(node, node->count++);
@@ -283,10 +283,10 @@ static bool grow_pairs(fsm_tree *self, fsm_node *node)
 static uint32_t aspect_of(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t right)
 {
     uint64_t key = fsm_join(fsm_node_at(node->left, left)->aspect, fsm_node_at(node->right, right)->aspect);
-    const uint64_t *known = fsm_memo_find(&node->aspects, key);
+    const uint64_t *known = fsm_hash_map_find(&node->aspects, key);
     if (known != NULL)
         return (uint32_t)*known;
-    if (!fsm_memo_add(&node->aspects, key, node->aspect_count)) {
+    if (!fsm_hash_map_add(&node->aspects, key, node->aspect_count)) {
         (void)out_of_memory(self);
         return FSM_NONE;
     }
@@ -417,12 +417,12 @@ uint64_t fsm_node_find_delivered(fsm_tree *self, fsm_node *node, uint32_t state,
     fsm_lock_take(self->composition->lock);
     if (to_machine)
         result = deliver_to_machine(self, node, state, messages);
-    size_t before = fsm_memo_bytes(&node->delivered);
-    if (result != UINT64_MAX && !fsm_memo_add(&node->delivered, key, result)) {
+    size_t before = fsm_hash_map_bytes(&node->delivered);
+    if (result != UINT64_MAX && !fsm_hash_map_add(&node->delivered, key, result)) {
         (void)out_of_memory(self);
         result = UINT64_MAX;
     }
-    (void)__atomic_fetch_add(&self->kept, fsm_memo_bytes(&node->delivered) - before, __ATOMIC_RELAXED);
+    (void)__atomic_fetch_add(&self->kept, fsm_hash_map_bytes(&node->delivered) - before, __ATOMIC_RELAXED);
     fsm_lock_leave(self->composition->lock);
     return result;
 }
@@ -503,7 +503,7 @@ static uint32_t footprint_of(fsm_tree *self, const fsm_node *node, uint32_t stat
             found.calls = found.calls || machines[message->target]->environment;
         }
     }
-    return fsm_sleep_number(&self->sleep, &found);
+    return fsm_sleep_sets_number(&self->sleep, &found);
 }
 
 /* A step of a machine: what it sends to itself arrives at once. */

@@ -65,11 +65,11 @@ struct fsm_node {
     fsm_node *left, *right; /* NULL: a machine */
     uint32_t count;
     fsm_pairs *pairs;   /* of a group */
-    fsm_memo delivered; /* (state, list of messages) -> (state, list of marks) */
-    fsm_memo aspects;   /* of a group: pairs of its children's */
+    fsm_hash_map delivered; /* (state, list of messages) -> (state, list of marks) */
+    fsm_hash_map aspects;   /* of a group: pairs of its children's */
     fsm_store seen;     /* of a machine: what properties see of it */
     uint32_t aspect_count;
-    fsm_chunks states;
+    fsm_segmented_array states;
 };
 
 typedef struct fsm_tree {
@@ -78,8 +78,8 @@ typedef struct fsm_tree {
     uint32_t node_count;
     fsm_lists messages, marks;
     fsm_arena moves; /* those that are kept */
-    fsm_sleep sleep;
-    fsm_memo judged; /* aspects of both halves -> list of marks */
+    fsm_sleep_sets sleep;
+    fsm_hash_map judged; /* aspects of both halves -> list of marks */
     size_t kept, most_kept; /* bytes of steps and deliveries that are kept */
     size_t node_bytes;
     uint32_t *buffer; /* room for a list */
@@ -102,7 +102,7 @@ void fsm_tree_tidy(fsm_tree *self);
 
 static inline fsm_node_state *fsm_node_at(const fsm_node *node, uint32_t state)
 {
-    return fsm_chunks_at(&node->states, state, sizeof(fsm_node_state));
+    return fsm_segmented_array_at(&node->states, state, sizeof(fsm_node_state));
 }
 
 /* Finds out the steps of a node in a state; see fsm_node_moves. */
@@ -126,7 +126,7 @@ static inline uint64_t fsm_node_deliver(fsm_tree *self, fsm_node *node, uint32_t
 {
     if (messages == 0)
         return fsm_join(state, 0);
-    const uint64_t *known = fsm_memo_find(&node->delivered, fsm_join(state, messages));
+    const uint64_t *known = fsm_hash_map_find(&node->delivered, fsm_join(state, messages));
     return known != NULL ? *known : fsm_node_find_delivered(self, node, state, messages);
 }
 

@@ -45,7 +45,7 @@ void fsm_timed_free(fsm_timed *self)
         free(self->families[tuple].entries);
     fsm_store_free(&self->tuples);
     fsm_zones_free(&self->zones);
-    fsm_memo_free(&self->fires);
+    fsm_hash_map_free(&self->fires);
     free(self->pairs);
     free(self->families);
     free(self->witnesses);
@@ -65,7 +65,7 @@ size_t fsm_timed_bytes(const fsm_timed *self)
 {
     return fsm_store_bytes(&self->tuples) + self->zones.bytes + self->pair_room * sizeof *self->pairs
         + self->family_room * sizeof *self->families
-        + self->entry_room * sizeof(fsm_entry) + fsm_memo_bytes(&self->fires)
+        + self->entry_room * sizeof(fsm_entry) + fsm_hash_map_bytes(&self->fires)
         + fsm_composition_bytes(self->composition);
 }
 

@@ -108,7 +108,7 @@ struct fsm_timed {
     fsm_outcome outcome;
     const char *failure;
 
-    fsm_memo fires;               /* (machine, local state, timer) -> (first step, count) */
+    fsm_hash_map fires;               /* (machine, local state, timer) -> (first step, count) */
     uint32_t *marks, *judged;     /* of the step at hand, of the discrete part it leads to */
     const fsm_description *starts; /* how the machines started, while an initial pair is visited */
     /* room for the zone a step starts from, after its guard, and where it leads; for bounds and limits */

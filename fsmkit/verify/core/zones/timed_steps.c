@@ -249,7 +249,7 @@ static bool know_fire(fsm_timed *self, uint32_t machine, uint32_t local, uint32_
 {
     fsm_composition *c = self->composition;
     uint64_t key = (uint64_t)machine << 56 | (uint64_t)local << 16 | place;
-    const uint64_t *known = fsm_memo_find(&self->fires, key);
+    const uint64_t *known = fsm_hash_map_find(&self->fires, key);
     if (known != NULL) {
         *first = (uint32_t)(*known >> 32);
         *count = (uint32_t)*known;
@@ -259,7 +259,7 @@ static bool know_fire(fsm_timed *self, uint32_t machine, uint32_t local, uint32_
     if (!fsm_explore(c, machine, local, FSM_DO_FIRE, place, kind))
         return false;
     *count = (uint32_t)c->step_count - *first;
-    return fsm_memo_add(&self->fires, key, (uint64_t)*first << 32 | *count) || fail(self, "out of memory");
+    return fsm_hash_map_add(&self->fires, key, (uint64_t)*first << 32 | *count) || fail(self, "out of memory");
 }
 
 /* Fires those timers of a machine that can be due: where none armed earlier is. One with a choice of
@@ -304,7 +304,7 @@ bool fsm_timed_successors(fsm_timed *self, const uint32_t *tuple, const fsm_boun
               .context = context, .size = fsm_timed_size(self, tuple)};
     bool choice;
     overview seen = look(self, tuple);
-    bool is_open = !seen.answering && seen.waiting <= system->patience;
+    bool is_open = !seen.answering && seen.waiting <= system->max_pending_before_input;
     if (!fsm_timed_may_wait(self, tuple, &m.waits) || !fsm_timed_limits(self, tuple, self->limits, &choice))
         return false;
     m.waits = m.waits && !at_once;

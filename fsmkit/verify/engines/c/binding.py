@@ -17,7 +17,7 @@ from fsmkit.verify.statespace.sessions import names_of_timers
 from fsmkit.verify.statespace.spread import parts_of
 
 
-class MachineAdapter(TimerWriter):
+class MachineBinding(TimerWriter):
     """Writes the file of one machine."""
 
     @printing

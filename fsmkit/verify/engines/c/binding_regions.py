@@ -1,4 +1,4 @@
-"""What the adapter of a machine says about its active states: tables of the Plan, read by region.
+"""What the binding of a machine says about its active states: tables of the Plan, read by region.
 
 A region keeps the number of its deepest active state (`fsmkit.plan`). So what is active is a few
 numbers, however many states there are; no code is written for each of these.

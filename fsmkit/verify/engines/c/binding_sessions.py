@@ -1,4 +1,4 @@
-"""The C between an invoked machine and the explorer: what the adapter of its invoker asks of it.
+"""The C between an invoked machine and the explorer: what the binding of its invoker asks of it.
 
 The source of an invoked machine is compiled within the file written here, under hooks of its own:
 its states and transitions are not those of the machine that is explored.
@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping
 from fsmkit.language import Field
 from fsmkit.texts import printing
 from fsmkit.texts.c import quoted
-from fsmkit.verify.engines.c.binding import MachineAdapter
+from fsmkit.verify.engines.c.binding import MachineBinding
 from fsmkit.verify.engines.c.binding_values import Built, members_of
-from fsmkit.verify.statespace.closed_system import Closed
-from fsmkit.verify.statespace.dead_variables import Mortal
+from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.dead_variables import ResettableVariable
 
 HOOKS = r"""
 #undef FSM_HOOK_BEGIN
@@ -43,19 +43,19 @@ def sessions_of(built: Built, files: Mapping[str, str]) -> Iterator[Built]:
         yield from sessions_of(inner, files)
 
 
-def session_files(closed: Closed, built: Built, files: Mapping[str, str]) -> dict[str, str]:
+def session_files(closed: ClosedSystem, built: Built, files: Mapping[str, str]) -> dict[str, str]:
     """Return the files of a machine with those of the machines in its slots to be compiled."""
     found = dict(files)
     for session in sessions_of(built, files):
         found[f"{session.prefix}.inc"] = found.pop(f"{session.prefix}.c")
-        found[f"explore_{session.prefix}.c"] = SessionAdapter(closed, session).text()
+        found[f"explore_{session.prefix}.c"] = SessionBinding(closed, session).text()
     return found
 
 
-class SessionAdapter(MachineAdapter):
+class SessionBinding(MachineBinding):
     """Writes the file of a machine in a slot."""
 
-    def __init__(self, closed: Closed, built: Built) -> None:
+    def __init__(self, closed: ClosedSystem, built: Built) -> None:
         """Write for a machine in a slot of one of a closed system."""
         super().__init__(closed, built)
         self.path = "".join(slot + ": " for slot in built.names.path)
@@ -85,7 +85,7 @@ class SessionAdapter(MachineAdapter):
         return self.out.finish()
 
     @property
-    def _mortal(self) -> tuple[Mortal, ...]:
+    def _mortal(self) -> tuple[ResettableVariable, ...]:
         """None: the data of an invoked machine are not analysed."""
         return ()
 

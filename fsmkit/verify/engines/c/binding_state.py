@@ -1,4 +1,4 @@
-"""What the adapter of a machine says about state: what counts as such, and what is seen of it."""
+"""What the binding of a machine says about state: what counts as such, and what is seen of it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fsmkit.verify.engines.c.binding_regions import (
     configuration_size,
     own_configuration_size,
 )
-from fsmkit.verify.statespace.dead_variables import Mortal
+from fsmkit.verify.statespace.dead_variables import ResettableVariable
 from fsmkit.verify.statespace.spread import Kind, Part, parts_of
 
 MEMBERS = {
@@ -184,7 +184,7 @@ class StateWriter(RegionWriter):
         out.line()
 
     @property
-    def _mortal(self) -> tuple[Mortal, ...]:
+    def _mortal(self) -> tuple[ResettableVariable, ...]:
         """The data that are reset where they are dead."""
         return self.closed.mortal[self.built.number] if self.closed.mortal else ()
 

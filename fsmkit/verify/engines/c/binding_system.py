@@ -24,11 +24,11 @@ from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 from fsmkit.verify.engines.c.binding_values import MOST_VALUES, Built
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
-from fsmkit.verify.statespace.closed_system import PATIENCE, Closed
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 
 
 @printing
-def system_file(closed: Closed, built: Sequence[Built]) -> str:
+def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
     """Return the file of a system."""
     out = Emitter()
     out.line(f"/* The system `{comment(closed.system.name)}`. */")
@@ -47,7 +47,7 @@ def system_file(closed: Closed, built: Sequence[Built]) -> str:
     return out.finish()
 
 
-def _links(out: Emitter, closed: Closed) -> None:
+def _links(out: Emitter, closed: ClosedSystem) -> None:
     with out.block("static const fsm_event_link event_links[] = {", "};"):
         for link in closed.system.event_links:
             _within_bounds(len(link.arguments))
@@ -63,7 +63,7 @@ def _links(out: Emitter, closed: Closed) -> None:
     out.line()
 
 
-def _possible(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+def _possible(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     with out.block("static const fsm_possible possible[] = {", "};"):
         for what in closed.possible:
             machine = built[what.machine]
@@ -119,7 +119,7 @@ def _integer(value: int) -> str:
 # --- properties -----------------------------------------------------------------------------------
 
 
-def _judge(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+def _judge(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     events = asked_events(closed.system.properties)
     all_judged = judged(closed.system.properties)
     for number, property_ in enumerate(all_judged):
@@ -190,7 +190,7 @@ def _judge_one(
     out.line()
 
 
-def _see(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+def _see(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     """Write what copies all that properties read of a machine."""
     read: list[dict[str, str]] = [{} for _ in built]
     for property_ in judged(closed.system.properties):
@@ -260,7 +260,7 @@ def _machines(out: Emitter, built: Sequence[Built]) -> None:
     out.line()
 
 
-def _turns(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
+def _turns(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     """Write whose turn it is, of a cyclic schedule: ``turn`` of ``fsm_system``."""
     schedule = closed.system.schedule
     if schedule is None:
@@ -277,7 +277,7 @@ def _turns(out: Emitter, closed: Closed, built: Sequence[Built]) -> None:
     out.line()
 
 
-def _table(out: Emitter, closed: Closed) -> None:
+def _table(out: Emitter, closed: ClosedSystem) -> None:
     system = closed.system
     with out.block("const fsm_system fsm_the_system = {", "};"):
         out.lines([".machines = machines,", ".event_links = event_links,"])
@@ -296,4 +296,4 @@ def _table(out: Emitter, closed: Closed) -> None:
         out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")
         out.line(f".unit = {closed.unit}u,")
-        out.line(f".patience = {PATIENCE}u,")
+        out.line(f".max_pending_before_input = {MAX_PENDING_BEFORE_INPUT}u,")

@@ -1,4 +1,4 @@
-"""What the adapter of a machine says about timers where time is dense: they are clocks of a zone.
+"""What the binding of a machine says about timers where time is dense: they are clocks of a zone.
 
 A local state then holds its timers in the order in which they were armed, each with its duration in
 place of the deadline. The shipped code runs such a state as it is: before a step the deadlines of

@@ -1,4 +1,4 @@
-"""What the adapter of a machine says about values: events, operations, what leaves the machine."""
+"""What the binding of a machine says about values: events, operations, what leaves the machine."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from fsmkit.language import (
     Value,
 )
 from fsmkit.plan import lower
-from fsmkit.system.system import HEARD
+from fsmkit.system.system import OBSERVED
 from fsmkit.texts.c import quoted
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 MOST_STRAIGHT = 256
 """States of a machine up to which its straight code is explored, as it is by default."""
@@ -38,7 +38,7 @@ MOST_VALUES = 32
 
 @dataclass(frozen=True, slots=True)
 class Built:
-    """A machine as the adapter sees it: its C names, and the members its struct has."""
+    """A machine as the binding sees it: its C names, and the members its struct has."""
 
     number: int
     chart: Chart
@@ -71,8 +71,8 @@ def options_for(chart: Chart) -> Options:
     return read_options({"optimize": COMPILING} if states > MOST_STRAIGHT else {})
 
 
-def describe(closed: Closed, number: int, generated: Machine) -> Built:
-    """Return what the adapter needs to know of a generated machine.
+def describe(closed: ClosedSystem, number: int, generated: Machine) -> Built:
+    """Return what the binding needs to know of a generated machine.
 
     Its strings have the numbers that they have there, in the order in which they were printed.
     """
@@ -98,7 +98,7 @@ def members_of(prefix: str, header: str) -> frozenset[str]:
 class ValueWriter:
     """Writes C that moves values between the machine and the explorer."""
 
-    def __init__(self, closed: Closed, built: Built) -> None:
+    def __init__(self, closed: ClosedSystem, built: Built) -> None:
         """Write for a machine of a closed system."""
         self.closed, self.built = closed, built
         self.names, self.chart = built.names, built.chart
@@ -264,7 +264,9 @@ class ValueWriter:
                     with out.block(f"case {event.index}u: {{"):
                         values = f"{{{', '.join(fields) or '0'}}}"
                         out.line(f"const fsm_value values[] = {values};")
-                        out.line(f"fsm_note_sent({HEARD + event.index}u, {len(fields)}u, values);")
+                        out.line(
+                            f"fsm_note_sent({OBSERVED + event.index}u, {len(fields)}u, values);"
+                        )
                         out.line("break;")
                 out.lines(["default:", "    break;"])
         out.line()
@@ -274,7 +276,7 @@ class ValueWriter:
         return any(self._is_heard(event.index) for event in self.chart.events)
 
     def _is_heard(self, event: int) -> bool:
-        wanted = self.built.number, HEARD + event
+        wanted = self.built.number, OBSERVED + event
         return any((link.source, link.port) == wanted for link in self.closed.system.event_links)
 
     def _operations(self) -> None:

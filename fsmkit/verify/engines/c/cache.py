@@ -68,7 +68,7 @@ class Cache:
         self.folder = folder
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            _demand_own(folder)
+            _require_own(folder)
             if not os.access(folder, os.W_OK | os.X_OK):
                 raise UnusableError("it cannot be written")
         except OSError as error:
@@ -211,7 +211,7 @@ def _strange(found: os.stat_result) -> str:
     return ""
 
 
-def _demand_own(folder: Path) -> None:
+def _require_own(folder: Path) -> None:
     """Refuse a folder that others can write, or that others can put another in place of."""
     why = _strange(folder.lstat())
     if why:

@@ -1,6 +1,6 @@
 """The engine in C: generate the model, compile it once for each content, run it, read what it says.
 
-The program is built of the machines as `fsmkit compile` writes them, of the adapter, and of
+The program is built of the machines as `fsmkit compile` writes them, of the binding, and of
 ``verify/core``; it is kept in the user's cache under the hash of all its sources.
 """
 
@@ -22,7 +22,7 @@ from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.system.system import PropertyKind, goal_place, temporal_properties
-from fsmkit.verify.engines.c.binding import MachineAdapter
+from fsmkit.verify.engines.c.binding import MachineBinding
 from fsmkit.verify.engines.c.binding_sessions import session_files
 from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.binding_values import Built, describe, options_for, prefix_of
@@ -33,7 +33,7 @@ from fsmkit.verify.report.counterexample import Counterexample, as_explored
 from fsmkit.verify.resources.children import Done, run
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import Action, Step
-from fsmkit.verify.statespace.closed_system import Closed, with_greatest_delays
+from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays
 from fsmkit.verify.statespace.exploration import (
     AT_ONCE,
     IDLE,
@@ -66,8 +66,8 @@ def compiler() -> str | None:
     return next((path for name in names if (path := shutil.which(name)) is not None), None)
 
 
-def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
-    """Return the C of a closed system: machines, adapters, wires."""
+def model_files(closed: ClosedSystem, findings: Findings) -> dict[str, str]:
+    """Return the C of a closed system: machines, bindings, wires."""
     files: dict[str, str] = {}
     built: list[Built] = []
     for number, chart in enumerate(closed.charts):
@@ -82,7 +82,7 @@ def model_files(closed: Closed, findings: Findings) -> dict[str, str]:
         machine = describe(closed, number, generated)
         files.update(session_files(closed, machine, generated.files))
         built.append(machine)
-        files[f"explore_{number}.c"] = MachineAdapter(closed, machine).text()
+        files[f"explore_{number}.c"] = MachineBinding(closed, machine).text()
     files["explore_system.c"] = system_file(closed, built)
     return files
 
@@ -91,7 +91,7 @@ class CEngine:
     """A compiled explorer of one closed system."""
 
     def __init__(
-        self, closed: Closed, findings: Findings, deadline: Deadline | None = None
+        self, closed: ClosedSystem, findings: Findings, deadline: Deadline | None = None
     ) -> None:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
 

@@ -8,7 +8,7 @@ from fsmkit.language import ContentError, Value, evaluate
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import Atom, Property, PropertyKind
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 class _World:
@@ -16,7 +16,7 @@ class _World:
 
     def __init__(
         self,
-        closed: Closed,
+        closed: ClosedSystem,
         property_: Property,
         snapshots: tuple[Snapshot, ...],
         occurring: Collection[tuple[int, int]],
@@ -68,8 +68,8 @@ class _World:
         """Pass over saturation."""
 
 
-def judge(
-    closed: Closed,
+def evaluate_property(
+    closed: ClosedSystem,
     property_: Property,
     snapshots: tuple[Snapshot, ...],
     occurring: Collection[tuple[int, int]] = (),

@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 
 from fsmkit.system.system import Property, asked_events, judged, temporal_properties
-from fsmkit.verify.engines.python.evaluate import judge
+from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.graph import find_cycle, find_traps
 from fsmkit.verify.engines.python.temporal import Arc, action_of, answers, armed_between_turns
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import UNHANDLED, Action, TooManyChoices, Who
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import (
     DEADLOCK,
     UNFINISHED,
@@ -39,7 +39,7 @@ PAUSE = 256
 class Oracle(GlobalSteps):
     """A search, and what it found so far."""
 
-    def __init__(self, closed: Closed) -> None:
+    def __init__(self, closed: ClosedSystem) -> None:
         """Prepare to search."""
         super().__init__(closed)
         self._states: dict[State, int] = {}
@@ -148,14 +148,16 @@ class Oracle(GlobalSteps):
             self._note(DEADLOCK, (number, -1))
         snapshots = self.snapshots(edge.to)
         for index, property_ in enumerate(self._judged):
-            if not property_.is_of_steps and judge(self.closed, property_, snapshots):
+            if not property_.is_of_steps and evaluate_property(self.closed, property_, snapshots):
                 self._note(1 + index, (number, -1))
 
     def _judge_step(self, source: int, ordinal: int, edge: Edge) -> None:
         occurring = {self._asked[mark] for mark in edge.marks if mark in self._asked}
         snapshots = self.snapshots(edge.to)
         for index, property_ in enumerate(self._judged):
-            if property_.is_of_steps and judge(self.closed, property_, snapshots, occurring):
+            if property_.is_of_steps and evaluate_property(
+                self.closed, property_, snapshots, occurring
+            ):
                 self._note(1 + index, (source, ordinal))
 
     def _note(self, mark: int, place: tuple[int, int]) -> None:
@@ -245,7 +247,10 @@ class Oracle(GlobalSteps):
         )
 
     def _where(self, property_: Property) -> list[bool]:
-        return [judge(self.closed, property_, self.snapshots(state)) for state in self._order]
+        return [
+            evaluate_property(self.closed, property_, self.snapshots(state))
+            for state in self._order
+        ]
 
     def _arc(self, state: State, ordinal: int, edge: Edge) -> Arc:
         step = edge.steps[0]
@@ -270,7 +275,7 @@ class Oracle(GlobalSteps):
 
 
 def explore_in_python(
-    closed: Closed,
+    closed: ClosedSystem,
     *,
     livelock: bool = True,
     traps: bool = False,

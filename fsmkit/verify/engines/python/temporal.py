@@ -10,7 +10,7 @@ from math import inf
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import Property, PropertyKind, goal_place, judged, temporal_properties
 from fsmkit.verify.statespace.actions import Action, Step, Who
-from fsmkit.verify.statespace.closed_system import Closed
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Answer
 from fsmkit.verify.statespace.sessions import timer_name, timers_within
 
@@ -282,7 +282,7 @@ def components(graph: Graph, inside: set[int]) -> list[frozenset[int]]:
 # --- of a system ----------------------------------------------------------------------------------
 
 
-def action_of(closed: Closed, step: Step, who: Who, before: Snapshot) -> Hashable | None:
+def action_of(closed: ClosedSystem, step: Step, who: Who, before: Snapshot) -> Hashable | None:
     """Return what is owed by a step of a machine (``fsm_model.owed``)."""
     if step.action is Action.ELAPSE:
         return "time"
@@ -300,7 +300,7 @@ def action_of(closed: Closed, step: Step, who: Who, before: Snapshot) -> Hashabl
     return "timer", step.machine, name
 
 
-def armed_between_turns(closed: Closed, snapshots: Sequence[Snapshot]) -> frozenset[Hashable]:
+def armed_between_turns(closed: ClosedSystem, snapshots: Sequence[Snapshot]) -> frozenset[Hashable]:
     """Return the timers of machines in a cyclic order, owed whosever turn it is; else none."""
     schedule = closed.system.schedule
     if schedule is None or not closed.untimed:
@@ -316,7 +316,7 @@ def armed_between_turns(closed: Closed, snapshots: Sequence[Snapshot]) -> frozen
 
 
 def answers(
-    closed: Closed,
+    closed: ClosedSystem,
     graph: Graph,
     where: Callable[[Property], list[bool]],
     path_to: Callable[[int], tuple[int, ...]],
