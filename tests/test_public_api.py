@@ -46,6 +46,7 @@ def test_what_is_not_there_is_said() -> None:
         fsmkit.charts  # noqa: B018
 
 
+@pytest.mark.cc
 def test_importing_it_imports_nothing_heavy() -> None:
     told = "import sys, fsmkit; print(*[m for m in sys.modules if m.split('.')[0] in %r])"
     heavy = ("lark", "lxml", "yaml", "rich", "click", "graphviz")
@@ -77,6 +78,7 @@ def test_check_a_chart_and_a_path(lamp: Path) -> None:
     assert again.exploration.states == report.exploration.states > 1
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("zones", [False, True], ids=["discrete", "zones"])
 def test_check_lets_time_pass_as_it_is_told(*, zones: bool) -> None:
     fischer = CELL.parent / "fischer" / "fischer.yaml"

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "fsmkit"
 CODE = {".py", ".c", ".h"}
@@ -62,6 +64,7 @@ def arrows() -> Iterator[tuple[str, str, str]]:
                 yield module, own, package_of(name)
 
 
+@pytest.mark.slow
 def test_imports_point_down_only() -> None:
     seen = list(arrows())
     unknown = {name for _, own, other in seen for name in (own, other) if name not in LAYERS}

@@ -66,6 +66,7 @@ def started(tmp_path: Path, text: str, load_class: Callable[..., Any] = load_mac
     return machine
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "events"),
     [
@@ -103,6 +104,7 @@ def test_neither_does_one_of_an_extension_module(
     assert found.bytes_kept <= 128
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_seen() -> None:
     kept: list[list[int]] = []
     found = measured([partial(kept.append, [])] + [lambda: kept.append([])] * 1000)
@@ -111,5 +113,6 @@ def test_what_is_kept_is_seen() -> None:
     assert found.bytes_kept > 50_000
 
 
+@pytest.mark.slow
 def test_what_is_tracked_for_a_moment_is_seen() -> None:
     assert measured([lambda: {"a": [1]}]).collections >= 1

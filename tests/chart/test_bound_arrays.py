@@ -53,6 +53,7 @@ HOLD = [
 ]
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(("condition", "entry"), HOLD)
 def test_growth(scxml: Any, condition: str, entry: str) -> None:
     result = scxml(asking(condition, entry))
@@ -80,6 +81,7 @@ ERRORS = [
 ]
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(("before", "content", "length"), ERRORS)
 def test_beyond_the_bounds_is_an_error_that_changes_nothing(
     scxml: Any, before: str, content: str, length: int
@@ -103,6 +105,7 @@ def test_an_array_of_which_more_is_asked_is_left_as_it_is(scxml: Any, other: str
     assert result.chart.data[0].type == ArrayType(INT32, 3)
 
 
+@pytest.mark.external
 def test_an_empty_array_has_the_type_of_what_is_put_in(scxml: Any) -> None:
     data = '<data id="l" expr="[]"/>'
     grown = "<script>l.push(0.25, 0.5)</script>"

@@ -75,6 +75,7 @@ LATER = '<send event="late" id="one" delay="1s"/><send event="go" delay="2s"/>'
 CHOSEN = """<onentry><assign location="v" expr="{}"/>{}</onentry>"""
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(
     ("value", "content"),
     [
@@ -122,6 +123,7 @@ def test_system_variables_cannot_be_assigned(scxml: Any, name: str) -> None:
     assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("pass",)
 
 
+@pytest.mark.external
 def test_an_event_is_kept_as_its_name(scxml: Any) -> None:
     result = scxml(
         f'{HEAD}<datamodel><data id="v"/><data id="w"/></datamodel><state id="s"><onentry>'
@@ -155,6 +157,7 @@ IDS = [
 ]
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(("content", "condition"), IDS)
 def test_the_id_of_what_could_not_be_sent(scxml: Any, content: str, condition: str) -> None:
     error = "communication" if "nobody" in content else "execution"
@@ -171,6 +174,7 @@ def test_the_id_of_what_could_not_be_sent(scxml: Any, content: str, condition: s
         assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
 
 
+@pytest.mark.external
 def test_an_id_that_is_made_can_be_cancelled(scxml: Any) -> None:
     chart = scxml(
         f'{HEAD}<datamodel><data id="v"/></datamodel><state id="s"><onentry>'
@@ -202,6 +206,7 @@ def test_ids_that_are_made_are_running_numbers(scxml: Any) -> None:
 JOINED = '<data id="v" expr="\'#_scxml_\'"/><data id="w" expr="{}"/>'
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(
     ("joining", "target", "rest"),
     [
@@ -221,6 +226,7 @@ def test_strings_are_joined_when_compiling(
         assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
 
 
+@pytest.mark.external
 def test_a_join_of_several_values_is_a_choice(scxml: Any) -> None:
     data = '<data id="a" expr="\'x\'"/><data id="b" expr="\'y\'"/><data id="v" expr="\'\'"/>'
     chart = scxml(
@@ -266,6 +272,7 @@ def counting(**parts: str) -> str:
     return COUNTING.format(head=HEAD, finals=FINALS, **(known | parts))
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(
     "guard",
     ["++n &lt; 4", "(++ n) != 4 &amp;&amp; m &lt; 9", "!(4 == ++n)", "4 &gt; ++n ? true : false"],
@@ -298,6 +305,7 @@ def test_a_guard_that_counts_in_a_region_is_told(scxml: Any) -> None:
     assert "`++` is outside" in result.one("content-not-evaluable").message
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(
     ("content", "condition"),
     [
@@ -332,6 +340,7 @@ def test_done_data_of_no_value_is_an_error_before_the_event(scxml: Any) -> None:
         assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
 
 
+@pytest.mark.external
 def test_the_name_of_the_event_in_entry_content(scxml: Any) -> None:
     chart = scxml(
         f'{HEAD}<datamodel><data id="v"/></datamodel><state id="s"><onentry><raise event="go"/>'

@@ -59,6 +59,7 @@ SENDEV = (
 )
 
 
+@pytest.mark.external
 def test_an_event_is_sent_by_its_joined_name(scxml: Any) -> None:
     chart = chart_of(scxml, SENDEV)
     assert names(chart) == {"go", "go.x", "sub", "sub.go", "sub.go.x"}
@@ -66,6 +67,7 @@ def test_an_event_is_sent_by_its_joined_name(scxml: Any) -> None:
     assert ends(chart, "go") == {("bad",)}
 
 
+@pytest.mark.external
 def test_what_no_descriptor_matches_is_not_sent(scxml: Any) -> None:
     text = SENDEV.replace('<transition event="sub" target="bad"/>', "").replace(
         'event="sub.go.x"', 'event="other"'
@@ -75,6 +77,7 @@ def test_what_no_descriptor_matches_is_not_sent(scxml: Any) -> None:
     assert ends(chart, "go", "other") == {("ok",)}
 
 
+@pytest.mark.external
 def test_a_prefix_matches_what_is_joined(scxml: Any) -> None:
     text = (
         '<state id="a"><transition event="go" target="b"/><transition event="stop" target="b"/>'
@@ -88,6 +91,7 @@ def test_a_prefix_matches_what_is_joined(scxml: Any) -> None:
     assert ends(chart, "stop") == {("bad",)}
 
 
+@pytest.mark.external
 def test_what_is_joined_is_joined_again(scxml: Any) -> None:
     text = (
         '<state id="a"><transition event="x" target="b"/></state><state id="b"><onentry>'
@@ -110,6 +114,7 @@ def test_what_is_joined_is_joined_again(scxml: Any) -> None:
     assert ends(chart, "x") == {("ok",)}
 
 
+@pytest.mark.external
 def test_what_is_joined_without_end_is_said_at_its_place_and_nothing_else_is_lost(
     scxml: Any,
 ) -> None:
@@ -127,6 +132,7 @@ def test_what_is_joined_without_end_is_said_at_its_place_and_nothing_else_is_los
     assert strictly.errors == ["unreadable-content"]
 
 
+@pytest.mark.external
 def test_without_an_event_there_is_no_name(scxml: Any) -> None:
     text = (
         '<state id="a"><onentry><send eventexpr="\'sub.\' + _event.name"/></onentry>'
@@ -136,6 +142,7 @@ def test_without_an_event_there_is_no_name(scxml: Any) -> None:
     assert ends(chart_of(scxml, text, warned=True)) == {("ok",)}
 
 
+@pytest.mark.external
 @pytest.mark.parametrize(
     ("expression", "event"),
     [
@@ -160,6 +167,7 @@ def test_expressions_of_strings_that_are_known(scxml: Any, expression: str, even
     assert ends(chart, "go", runtimes=("interpreter", "python", "c")) == {("ok",)}
 
 
+@pytest.mark.external
 def test_what_goes_to_the_invoker_is_sent_under_every_name(tmp_path: Path) -> None:
     text = (
         '<state id="s"><invoke id="c"><content><scxml version="1.0" name="C"'
@@ -175,6 +183,7 @@ def test_what_goes_to_the_invoker_is_sent_under_every_name(tmp_path: Path) -> No
     assert ends(chart, "stay") == {("bad",)}
 
 
+@pytest.mark.external
 def test_an_event_that_a_child_sends_is_joined_to_another(tmp_path: Path) -> None:
     text = (
         '<state id="s"><invoke id="c"><content><scxml version="1.0" name="C"'

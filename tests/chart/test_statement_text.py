@@ -199,6 +199,7 @@ def test_findings(source: str, rule: str, piece: str) -> None:
         assert block[-1] == assign("after", "1")  # the rest is still read
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "source",
     [
@@ -276,6 +277,7 @@ PIECES = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(PIECES, max_size=15).map(" ".join) | st.text(max_size=30))
 def test_nonsense_is_read_somehow(source: str) -> None:
     findings = Findings()
@@ -363,6 +365,7 @@ def nested(below: st.SearchStrategy[DocStatement]) -> st.SearchStrategy[DocState
 BLOCKS = st.lists(st.recursive(SIMPLE, nested, max_leaves=6), max_size=4).map(tuple)
 
 
+@pytest.mark.slow
 @given(BLOCKS)
 def test_what_is_written_reads_back_equal(block: Block) -> None:
     written = write_statements(block)

@@ -46,6 +46,7 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[tuple[str, ...]]:
     return [tuple(line.split()[:2]) for line in told]
 
 
+@pytest.mark.slow
 @pytest.mark.cc
 @pytest.mark.usefixtures("folder")
 def test_a_folder_is_all_charts_and_systems_below_it(capsys: pytest.CaptureFixture[str]) -> None:

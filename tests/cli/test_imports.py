@@ -29,6 +29,7 @@ def imported(*arguments: str) -> tuple[str, set[str]]:
     return code, set(modules)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("line", [["--help"], ["--version"], ["complie"], ["--colour"]])
 def test_a_list_or_a_wrong_verb_imports_no_model(line: list[str]) -> None:
     code, modules = imported(*line)
@@ -37,6 +38,7 @@ def test_a_list_or_a_wrong_verb_imports_no_model(line: list[str]) -> None:
     assert not modules & HEAVY
 
 
+@pytest.mark.cc
 def test_plug_ins_are_found_without_the_work_that_they_do() -> None:
     program = "import sys; from fsmkit.plugins import Target, plugin; plugin(Target, 'c')"
     done = subprocess.run(

@@ -19,6 +19,8 @@ from fsmkit.document.document import Document
 from fsmkit.loading import base_documents, real, with_invoked
 from fsmkit.plugins import FrontEnd, plugin
 
+pytestmark = pytest.mark.slow
+
 Found = list[tuple[str, str]]
 
 PROJECT = Path(__file__).parents[2]

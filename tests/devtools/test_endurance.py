@@ -92,6 +92,7 @@ def station(tmp_path: Path) -> Chart:
     return load(path)
 
 
+@pytest.mark.external
 def test_minutes_of_the_production_cell(tmp_path: Path) -> None:
     chart = load(CELL / "feeder.yaml")
     account = endure(chart, tmp_path, seconds=1800, seed=2, samples=1, compared=1)
@@ -100,6 +101,7 @@ def test_minutes_of_the_production_cell(tmp_path: Path) -> None:
         assert account.figures[what], what
 
 
+@pytest.mark.external
 def test_what_the_cell_does_without(station: Chart, tmp_path: Path) -> None:
     account = endure(station, tmp_path / "run", seconds=1200, seed=3, samples=4, compared=2)
     for what in ("deferrals", "recalls", "sent", "faults", "stopped", "left", "jumped_over"):
@@ -107,6 +109,7 @@ def test_what_the_cell_does_without(station: Chart, tmp_path: Path) -> None:
     assert account.figures["states_seen"] == len(station.states) - 1
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("old", "new", "law"),
     [
@@ -152,6 +155,7 @@ def test_finds_what_a_machine_loses(
         endure(load(CELL / "feeder.yaml"), tmp_path, seconds=86400)
 
 
+@pytest.mark.cc
 def test_finds_where_the_interpreter_differs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -164,6 +168,7 @@ def test_finds_where_the_interpreter_differs(
         endure(load(CELL / "feeder.yaml"), tmp_path, seconds=7200, samples=9)
 
 
+@pytest.mark.cc
 def test_prints_a_table(tmp_path: Path) -> None:
     delayed = tmp_path / "delayed.yaml"
     delayed.write_text(DELAYED, encoding="utf-8")

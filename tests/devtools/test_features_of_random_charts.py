@@ -210,6 +210,7 @@ def cases() -> tuple[tuple[Case, Trace], ...]:
     return tuple((case, tuple(InterpreterHarness().run(case.chart, case.script))) for case in made)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("feature", FEATURES)
 def test_some_charts_have(feature: str) -> None:
     assert sum(FEATURES[feature](case, trace) for case, trace in cases()) >= FEWEST

@@ -7,6 +7,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 
 from devtools.differential import Case, elaborated, random_case
@@ -33,6 +34,7 @@ def nodes(tree: Any) -> list[Any]:
     return []
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), database=None)
 @given(documents())
 def test_drawn_documents_elaborate_without_errors(document: Document) -> None:
@@ -44,6 +46,7 @@ def test_the_same_seed_gives_the_same_case() -> None:
     assert random_case(3, 4).documents != random_case(3, 5).documents
 
 
+@pytest.mark.slow
 def test_charts_hold_everything_there_is() -> None:
     kinds: Counter[str] = Counter()
     for case, _ in cases():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 
+import pytest
+
 from devtools.differential import elaborated
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.invoking import random_invoking
@@ -20,6 +22,7 @@ SEEN = {
 }
 
 
+@pytest.mark.slow
 def test_everything_between_two_machines_happens() -> None:
     counted: Counter[str] = Counter()
     for number in range(60):

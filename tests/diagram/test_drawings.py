@@ -108,6 +108,7 @@ def test_texts_are_escaped() -> None:
     assert "a & b <U+003C>" in drawn("plantuml", chart)
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(documents())
 def test_labels_are_wrapped(document: Document) -> None:

@@ -100,6 +100,7 @@ def test_a_target_that_fails_has_not_refused(rule: str) -> None:
     assert "on purpose" in divergence.got
 
 
+@pytest.mark.slow
 def test_the_long_run_tells_its_figures() -> None:
     result = CliRunner().invoke(
         main, ["--charts", "5", "--seed", "3", "--targets", "python", "--processes", "1"]

@@ -269,6 +269,7 @@ def chart_of(text: str, folder: Path) -> Chart:
     return load(path)
 
 
+@pytest.mark.slow
 @pytest.mark.external
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("runtime", harnesses(), ids=lambda runtime: runtime.name)

@@ -38,6 +38,7 @@ def folder_with_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_spin(folder: Path, require_tool: Callable[[str], str]) -> None:
     require_tool("spin")
     (lines,) = [b.splitlines() for language, b in BLOCKS if not language and b.startswith("spin")]

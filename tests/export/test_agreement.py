@@ -118,6 +118,7 @@ def test_on_a_chart_alone() -> None:
     agree(compare("process", loaded(MACHINES / "fischer/process.yaml")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", SMALL, ids=lambda case: case.name)
 def test_on_random_systems(case: Case) -> None:
     agree(case.compare())

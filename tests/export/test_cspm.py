@@ -191,12 +191,14 @@ def _in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explored, "compiler", lambda: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_systems(load: Load, name: str, untimed: bool) -> None:
     compared(load(**SYSTEMS[name]), untimed=untimed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 @pytest.mark.parametrize(
     "name", ["fischer/fischer", "fischer/hasty", "philosophers/table", "philosophers/ordered_table"]

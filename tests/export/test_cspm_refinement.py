@@ -43,6 +43,7 @@ def test_small_charts(tmp_path: Path, name: str) -> None:
         assert judged(written(comparison(one, other, ExportOptions()))) is not found.violated
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["belt", "rotator"])
 def test_modules_of_the_cell(name: str) -> None:
     base = str(CELL / "module.scxml")

@@ -70,6 +70,7 @@ def strings(value: object) -> Iterator[str]:
             yield from strings(part)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     "file", ["fischer/fischer.yaml", "philosophers/table.yaml", "fischer/process.yaml"]
 )
@@ -78,6 +79,7 @@ def test_models_have_the_form_of_the_format(file: str) -> None:
     jsonschema.Draft202012Validator(SCHEMA).validate(model)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_name_is_declared_once(load: Load, name: str) -> None:
     _, model = exported(load(**SYSTEMS[name]))
@@ -103,6 +105,7 @@ def test_every_name_is_declared_once(load: Load, name: str) -> None:
 FUNCTIONS = {"calm", "few_wait", "monitors_wait", "plant_waits"}
 
 
+@pytest.mark.cc
 def test_names_and_places_are_kept() -> None:
     _, model = exported(loaded(MACHINES / "fischer/fischer.yaml"))
     assert [a["comment"] for a in model["automata"][:2]] == ["p[1]", "p[2]"]
@@ -112,6 +115,7 @@ def test_names_and_places_are_kept() -> None:
     assert {p["name"] for p in model["properties"]} == {"exclusion", "second", "D", "foreseen"}
 
 
+@pytest.mark.cc
 def test_what_is_not_carried_over_is_told(load: Load) -> None:
     _, model = exported(load(**WATCHED))
     assert [p["name"] for p in model["properties"]] == ["never_both", "foreseen"]
@@ -121,6 +125,7 @@ def test_what_is_not_carried_over_is_told(load: Load) -> None:
     assert [line.split("`")[1] for line in told] == ["heard", "calm", "soon"]
 
 
+@pytest.mark.cc
 def test_lines_are_short_but_for_expressions() -> None:
     network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())
     long = [line for line in laid_out(model_of(network)).splitlines() if len(line) > WIDTH]
@@ -152,6 +157,7 @@ states:
 """
 
 
+@pytest.mark.cc
 def test_floats_are_told_one_by_one(load: Load) -> None:
     network, model = exported(load(halves=HALVES))
     assert network.states == 5
@@ -169,6 +175,7 @@ def forgetful(network: Network) -> Network:
     return replace(network, automata=tuple(automata))
 
 
+@pytest.mark.cc
 def test_storm_tells_what_the_explorer_never_saw() -> None:
     need(has_storm(), "stormpy")
     network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())
@@ -177,6 +184,7 @@ def test_storm_tells_what_the_explorer_never_saw() -> None:
         by_storm(forgetful(network))
 
 
+@pytest.mark.external
 def test_spin_tells_what_the_explorer_never_saw(require_tool: Callable[[str], str]) -> None:
     require_tool("spin")
     network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())

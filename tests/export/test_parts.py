@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from functools import partial
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -29,6 +30,7 @@ CODES = st.lists(
 )
 
 
+@pytest.mark.cc
 def test_components_tell_local_states_apart(supervisor: Network) -> None:
     (automaton,) = supervisor.automata
     parts = Parts(supervisor)
@@ -135,6 +137,7 @@ states:
 """
 
 
+@pytest.mark.cc
 def test_timers_of_one_state_are_told_apart(load: Load) -> None:
     """Each of its three timeouts is another component."""
     for untimed in (False, True):

@@ -20,6 +20,7 @@ from tests.verify.conftest import Load
 HASTY = Path(__file__).parents[2] / "machines/fischer/hasty.yaml"
 
 
+@pytest.mark.cc
 def test_the_commands_of_the_header(require_tool: Callable[[str], str], tmp_path: Path) -> None:
     require_tool("spin")
     network = network_of(loaded(HASTY), ExportOptions())
@@ -38,6 +39,7 @@ def test_the_commands_of_the_header(require_tool: Callable[[str], str], tmp_path
     assert ["errors: 0" in said[1], "errors: 1" in said[2]] == [True, True]
 
 
+@pytest.mark.cc
 def test_what_is_not_carried_over_is_told(load: Load) -> None:
     text = written(network_of(load(**WATCHED), ExportOptions()))
     assert re.findall(r"^never (\w+) ", text, re.MULTILINE) == ["never_both"]
@@ -63,6 +65,7 @@ states:
 }
 
 
+@pytest.mark.external
 def test_a_machine_that_stops_forgets_its_queue(
     load: Load, require_tool: Callable[[str], str]
 ) -> None:
@@ -88,12 +91,14 @@ states:
 """
 
 
+@pytest.mark.external
 def test_names_that_mean_something_there(load: Load, require_tool: Callable[[str], str]) -> None:
     require_tool("spin")
     network = network_of(load(named=NAMED), ExportOptions())
     assert by_spin(network).states == network.states + 1 == 4
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("option", ["QUEUES", "FAULTS"])
 def test_what_may_be_asked_for_besides(
     load: Load, require_tool: Callable[[str], str], tmp_path: Path, option: str

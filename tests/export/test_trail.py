@@ -30,6 +30,7 @@ def exported(folder: Path, time: str) -> Path:
     return model
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("time", ["untimed", "discrete"])
 def test_a_path_of_spin_is_performed(
     tmp_path: Path, time: str, require_tool: Callable[[str], str]
@@ -66,6 +67,7 @@ def printed(model: Path, wanted: list[str]) -> str:
     return "\n".join([*found, "spin: trail ends after 9 steps", "proc - (exclusion:1)"])
 
 
+@pytest.mark.cc
 def test_a_printed_path_needs_no_spin(tmp_path: Path) -> None:
     path = tmp_path / "path.txt"
     model = exported(tmp_path, "untimed")
@@ -75,6 +77,7 @@ def test_a_printed_path_needs_no_spin(tmp_path: Path) -> None:
     assert json.loads(out)["trace"][-1]["to"] == ["wants"]
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("text", "why"),
     [
@@ -91,6 +94,7 @@ def test_other_files_are_refused(tmp_path: Path, text: str, why: str) -> None:
     assert why in err
 
 
+@pytest.mark.cc
 def test_a_path_that_cannot_be_taken_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "path.txt"
     model = exported(tmp_path, "untimed")
@@ -100,6 +104,7 @@ def test_a_path_that_cannot_be_taken_is_refused(tmp_path: Path) -> None:
     assert "FK0549" in err
 
 
+@pytest.mark.cc
 def test_a_model_of_something_else_is_refused(tmp_path: Path) -> None:
     model = exported(tmp_path, "untimed")
     code, _, err = said("check", HASTY, "--time", "discrete", "--spin-trail", model)

@@ -89,12 +89,15 @@ def test_a_reader_that_drops_urgent_channels_reads_the_flat_form_right(
     assert reached(paced=False, dropped=True) > right
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("name", ["feeder", "molder", "supervisor"])
 def test_the_same_number_of_states_of_charts_of_the_cell(name: str) -> None:
     found = agreement(loaded_file(CELL / f"{name}.yaml"))
     assert found.theirs == found.ours > 400
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("pair", ["extraction_belt-sorter", "molder-extractor"])
 def test_the_same_of_pairs_that_nobody_disturbs(pair: str) -> None:
     """What a sensor has just told the sorter is no deadlock: it has still to act on it."""
@@ -114,6 +117,7 @@ def test_the_same_of_the_systems_of_the_explorer(
     assert states > 0
 
 
+@pytest.mark.slow
 @FORMS
 @TIMES
 @pytest.mark.parametrize("seed", range(RANDOM))
@@ -128,6 +132,7 @@ def test_the_same_of_random_systems(tmp_path: Path, seed: int, untimed: bool, pa
     compared(closed, paced=paced)
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("flat", [False, True], ids=["readable", "flat"])
 @pytest.mark.parametrize("name", DRAWN)
 def test_what_is_written_reads_back(name: str, flat: bool) -> None:
@@ -146,6 +151,7 @@ def test_what_is_written_reads_back(name: str, flat: bool) -> None:
 PLAIN = "chart: Lamp\ninitial: dark\nevents: {in: [go]}\nstates: {dark: {on: {go: lit}}, lit: {}}\n"
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("form", ["uppaal", "uppaal-flat"])
 @pytest.mark.parametrize("name", ["plain", "production_cell/supervisor", *SAYABLE])
 def test_files_keep_the_rules_of_the_format(tmp_path: Path, name: str, form: str) -> None:
@@ -171,6 +177,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("told", BROKEN)
 def test_the_rules_of_the_format_are_asked(tmp_path: Path, told: str) -> None:
     closed = close(loaded(tmp_path, SYSTEMS["livelock"]))
@@ -180,6 +187,7 @@ def test_the_rules_of_the_format_are_asked(tmp_path: Path, told: str) -> None:
     assert any(told in rule for rule in broken_rules(text.replace(old, new, 1)))
 
 
+@pytest.mark.external
 def test_the_verb_writes_a_file(tmp_path: Path) -> None:
     out = tmp_path / "fischer.xml"
     file = str(MACHINES / "fischer/fischer.yaml")
@@ -189,6 +197,7 @@ def test_the_verb_writes_a_file(tmp_path: Path) -> None:
     assert [q.formula for q in network.queries][1] == "E<> (p_2.critical && p_1.waits)"
 
 
+@pytest.mark.external
 def test_a_timer_is_a_clock_with_an_invariant(tmp_path: Path) -> None:
     (template,) = of_chart(
         tmp_path,
@@ -238,6 +247,7 @@ def with_edge(network: Network, **changes: object) -> Network:
     return replace(network, templates=(changed, *network.templates[1:]))
 
 
+@pytest.mark.external
 def test_the_rules_of_uppaal_are_checked() -> None:
     network = sound()
     clock = next(d.name for d in network.templates[0].declarations if isinstance(d, Declared)

@@ -32,6 +32,7 @@ def template(request: pytest.FixtureRequest) -> Template:
     return drawn(request.param)
 
 
+@pytest.mark.external
 @needs_dot
 def test_nothing_lies_on_a_label(template: Template) -> None:
     boxes = [*label_boxes(template), *location_boxes(template)]

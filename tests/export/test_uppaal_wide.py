@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from fsmkit.cli import execute
 
 CHART = """
@@ -16,6 +18,7 @@ states:
 """
 
 
+@pytest.mark.external
 def test_values_far_apart_take_no_memory(tmp_path: Path) -> None:
     (tmp_path / "wide.yaml").write_text(CHART)
     out = tmp_path / "wide.xml"

@@ -138,6 +138,7 @@ REFUSED: dict[str, tuple[str, bytes]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 def test_is_refused_with_a_place(name: str, tmp_path: Path) -> None:
     suffix, content = REFUSED[name]
@@ -198,6 +199,7 @@ def test_a_base_that_is_none(base: str, tmp_path: Path) -> None:
     assert found.primary is not None
 
 
+@pytest.mark.slow
 def test_a_thousand_bases(tmp_path: Path) -> None:
     (tmp_path / "c0.yaml").write_bytes(chart())
     for number in range(1, 1_000):
@@ -262,6 +264,7 @@ def test_utf_16_is_read(tmp_path: Path) -> None:
     assert load_with_findings(path, Findings()).states[1].id == "a"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "content",
     [

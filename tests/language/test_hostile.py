@@ -48,6 +48,7 @@ HUGE = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("source", HUGE, ids=lambda source: source[:8])
 def test_huge(source: str) -> None:
     findings = Findings()
@@ -74,6 +75,7 @@ def test_what_is_just_allowed_can_be_worked_with() -> None:
     assert fold(deep) == deep
 
 
+@pytest.mark.slow
 def test_many_constants_are_read_in_time() -> None:
     started = time.perf_counter()
     typed("[" + ", ".join(["12"] * 20_000) + "]")

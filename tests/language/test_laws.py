@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from fsmkit.language import (
@@ -55,6 +56,7 @@ def outcome(machine: Machine, expr: Expr) -> tuple[object, ...]:
     return value, machine.calls, machine.saturated
 
 
+@pytest.mark.slow
 @SLOW
 @given(EXPRESSIONS, machines())
 def test_a_value_lies_in_the_type_of_its_expression(source: str, machine: Machine) -> None:
@@ -78,6 +80,7 @@ def test_what_is_printed_reads_back_equal(source: str) -> None:
     assert typed(printed) == expr, printed
 
 
+@pytest.mark.slow
 @SLOW
 @given(EXPRESSIONS, machines())
 def test_folding_changes_nothing_that_can_be_noticed(source: str, machine: Machine) -> None:

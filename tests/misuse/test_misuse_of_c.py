@@ -14,6 +14,8 @@ from fsmkit.codegen.c.options import Options
 from fsmkit.loading import load
 from tests.misuse.conftest import ABUSED, EVENTS, HERE, IS_LONG
 
+pytestmark = pytest.mark.external
+
 ROOT = HERE.parents[1]
 HOSTS = ROOT / "fsmkit/runtime/c/hosts"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")

@@ -295,6 +295,8 @@ MISUSES = [before_start, within_a_step, backwards, wrap, full, deferred, endless
            after_the_end, no_event]  # fmt: skip
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("misuse", MISUSES, ids=lambda misuse: misuse.__name__)
 def test_every_event_is_accounted_for(
     misuse: Callable[[Abuser, Any], None], machine_class: Any

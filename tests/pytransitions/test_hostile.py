@@ -6,6 +6,8 @@ import json
 import re
 from random import Random
 
+import pytest
+
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
 from fsmkit.chart.elaborate import elaborate
@@ -16,6 +18,8 @@ from fsmkit.pytransitions import chart_of
 from fsmkit.pytransitions.plugin import PLUGIN
 from fsmkit.runtime.harness import InterpreterHarness
 from tests.pytransitions.machines import random_configuration
+
+pytestmark = pytest.mark.slow
 
 WORDS = (
     *("null", "[", "{", "}", "]", '"a"', '"*"', '"="', "3", "true", '""', ":", ",", '"a_k"', "-1"),

@@ -85,6 +85,7 @@ def test_timers_belong_to_active_states_and_are_in_order(seed: int) -> None:
                 assert source in step.after.configuration
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_capacities_bound_everything(seed: int) -> None:
     chart = chart_of(seed)
@@ -145,6 +146,7 @@ def test_saved_and_restored_is_the_same(seed: int) -> None:
         assert saving.restore(chart, saved, step.after.now) == step.after
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_saved_as_bytes_and_restored_is_the_same(seed: int) -> None:
     chart = chart_of(seed)

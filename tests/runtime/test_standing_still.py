@@ -12,6 +12,8 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
 
+pytestmark = pytest.mark.slow
+
 CIRCLE = """chart: Circle
 events: {in: [go]}
 data: {n: uint32}

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -42,6 +43,7 @@ def again(document: Document) -> Document:
     return found
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(documents())
 def test_random_charts(document: Document) -> None:
@@ -64,6 +66,7 @@ def test_the_machines_of_the_examples() -> None:
     assert number >= 3
 
 
+@pytest.mark.slow
 def test_public_files(public_files: Path) -> None:
     number = 0
     for path in sorted(public_files.rglob("*")):

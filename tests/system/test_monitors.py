@@ -76,6 +76,7 @@ def result(system: System, name: str, options: ExplorationOptions) -> Result:
     return found
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("zones", [False, True], ids=["discrete", "zones"])
 def test_a_monitor_counts_time(load: Load, engine: str, zones: bool) -> None:
@@ -96,6 +97,7 @@ def test_a_monitor_counts_time(load: Load, engine: str, zones: bool) -> None:
     assert found.trace.replayed == ("interpreter", "generated C")[: 1 + (engine == "c")]
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_untimed_a_monitor_that_counts_time_violates_nothing(load: Load, engine: str) -> None:
     options = ExplorationOptions(engine, untimed=True)
@@ -127,6 +129,7 @@ states:
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 def test_a_monitor_sees_each_event_once_and_the_data_after_it(
@@ -152,6 +155,7 @@ states:
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("time", ["discrete", "untimed", "zones"])
 def test_a_monitor_follows_its_inputs_at_once(load: Load, engine: str, time: str) -> None:
@@ -167,6 +171,7 @@ def test_a_monitor_follows_its_inputs_at_once(load: Load, engine: str, time: str
     ]  # fmt: skip
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("zones", [False, True], ids=["discrete", "zones"])
 def test_the_timer_of_a_monitor_hides_no_deadlock(load: Load, engine: str, zones: bool) -> None:
@@ -187,6 +192,7 @@ states: {a: {after: {100ms: b}}, b: {after: {100ms: a}}, error: {}}
     )
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_monitor_that_misses_something_proves_nothing(load: Load, engine: str) -> None:
     small = ANSWERED.replace("events:", "capacity: {queue: 1}\nevents:")
@@ -229,6 +235,8 @@ def _shown(system: System, count: int) -> tuple[set[tuple[Snapshot, ...]], set[s
     return {oracle.snapshots(state)[:count] for state in oracle._states}, named
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_others_do_what_they_do_without_monitors(load: Load, seed: int) -> None:
     files = random_system(seed)

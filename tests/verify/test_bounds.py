@@ -28,6 +28,7 @@ def compiled(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, dict[
     return {m["name"]: m["capacities"] | {"bytes": m["struct_bytes"]} for m in machines}
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("name", "options"),
     [
@@ -59,6 +60,7 @@ def test_what_is_proved_is_enough(
         assert figures.microsteps <= room.microsteps < 100
 
 
+@pytest.mark.cc
 def test_a_machine_is_smaller_and_says_why(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], require_tool: Callable[[str], str]
 ) -> None:
@@ -82,6 +84,7 @@ def test_a_machine_is_smaller_and_says_why(
     assert "timers fire at any time" in header
 
 
+@pytest.mark.cc
 def test_a_queue_that_overflows_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], require_tool: Callable[[str], str]
 ) -> None:
@@ -104,6 +107,7 @@ def test_samples_prove_nothing(tmp_path: Path) -> None:
         proved(system, Findings(), ExplorationOptions(engine="python"))
 
 
+@pytest.mark.cc
 def test_a_chart_that_does_not_run_there_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], require_tool: Callable[[str], str]
 ) -> None:

@@ -50,6 +50,7 @@ def test_no_compiler_falls_back_to_python_and_says_so(
     assert execute(["check", str(drive), "--engine", "c"]) == 1
 
 
+@pytest.mark.cc
 def test_saved_traces_perform_themselves(drive: Path, tmp_path: Path) -> None:
     folder = tmp_path / "traces"
     execute(["check", str(drive), "--engine", "python", "--save-trace", str(folder)])

@@ -71,6 +71,8 @@ def race(schedule: str) -> dict[str, str]:
     return {"race": RACE.replace("SCHEDULE", schedule), "timer": TIMER}
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_order_decides_a_race(load: Load, engine: str) -> None:
     names = ("a_is_cut_off", "b_is_cut_off", "a_alone", "b_alone")
@@ -83,6 +85,7 @@ def test_order_decides_a_race(load: Load, engine: str) -> None:
         assert tuple(found[name] for name in names) == expected, schedule
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_untimed_the_order_holds_of_messages(load: Load, engine: str) -> None:
     found = verdicts(load, engine, race("schedule: {cyclic: [a, b], period: 1ms}"), untimed=True)
@@ -90,6 +93,7 @@ def test_untimed_the_order_holds_of_messages(load: Load, engine: str) -> None:
     assert found["b_is_cut_off"]
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_timer_fires_up_to_period_and_jitter_late(load: Load, engine: str) -> None:
     found = verdicts(load, engine, {"loop": LOOP, "timer": TIMER})
@@ -131,6 +135,7 @@ properties:
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_environment_moves_between_machines(load: Load, engine: str) -> None:
     found = verdicts(load, engine, {"between": BETWEEN, "guard": GUARD, "plant": PLANT})
@@ -160,6 +165,7 @@ states:
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_time_that_only_the_loop_counts_hides_no_deadlock(load: Load, engine: str) -> None:
     found = verdicts(load, engine, {"asked": ASKED, "button": BUTTON})

@@ -176,6 +176,7 @@ def test_generating_is_cut_off(load: Load, monkeypatch: pytest.MonkeyPatch) -> N
     assert stage_of(report) == "generating"
 
 
+@pytest.mark.cc
 @needs_c
 def test_a_compiler_that_hangs_is_ended_with_what_it_started(
     load: Load, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -205,6 +206,8 @@ def _runs(process: int) -> bool:
     return state not in "ZX"
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @needs_c
 @pytest.mark.parametrize("options", [
     ExplorationOptions("c", limits=Limits(seconds=4)),
@@ -225,6 +228,7 @@ def test_exploring_ends_in_time(load: Load, options: ExplorationOptions) -> None
     assert "exploring" in report.results[0].reason
 
 
+@pytest.mark.cc
 @needs_c
 def test_an_explorer_that_overruns_is_ended(
     load: Load, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -248,6 +252,7 @@ def test_an_explorer_that_overruns_is_ended(
     assert report.verdict is Verdict.UNDECIDED
 
 
+@pytest.mark.slow
 def test_what_was_found_is_told_where_no_time_is_left_to_show_it(
     load: Load, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -264,6 +269,7 @@ def test_what_was_found_is_told_where_no_time_is_left_to_show_it(
     assert stage_of(report) == "replaying"
 
 
+@pytest.mark.slow
 def test_a_comparison_ends_in_time(tmp_path: Path) -> None:
     path = tmp_path / "counter.yaml"
     path.write_text(COUNTER)
@@ -277,6 +283,7 @@ def test_a_comparison_ends_in_time(tmp_path: Path) -> None:
 # --- as it is used --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [["--json"], ["--json", "--engine", "python"]])
 def test_the_command_line_says_where_the_time_went(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str]
@@ -293,6 +300,7 @@ def test_the_command_line_says_where_the_time_went(
     assert sum(told["spent"].values()) >= 1
 
 
+@pytest.mark.slow
 def test_a_comparison_in_json_is_undecided(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -303,6 +311,7 @@ def test_a_comparison_in_json_is_undecided(
     assert json.loads(capsys.readouterr().out)["verdict"] == "undecided"
 
 
+@pytest.mark.slow
 def test_python_has_it_too_and_in_a_thread(tmp_path: Path) -> None:
     path = tmp_path / "flat.yaml"
     path.write_text(flat(20_000))

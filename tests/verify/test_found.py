@@ -27,6 +27,8 @@ def verdicts(system: System, engine: str, *, untimed: bool) -> dict[str, Verdict
     return {result.name: result.verdict for result in report.results}
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_connection_keeps_its_order_untimed(engine: str) -> None:
     system = load_any(FOUND / "queued_delay.yaml", Findings())
@@ -39,6 +41,7 @@ def test_a_connection_keeps_its_order_untimed(engine: str) -> None:
     assert timed["T_ord"] is timed["T_some"] is HOLDS
 
 
+@pytest.mark.cc
 def test_a_lossy_connection_keeps_its_order(load: Load) -> None:
     files = {name: (FOUND / f"{name}.yaml").read_text() for name in ("queued_delay", "tx", "rx")}
     text = files["queued_delay"].replace("kind: queued", "kind: lossy, loss: 1")
@@ -47,6 +50,7 @@ def test_a_lossy_connection_keeps_its_order(load: Load) -> None:
     assert verdicts(system, "python", untimed=True)["T_ord"] is HOLDS
 
 
+@pytest.mark.slow
 def test_two_connections_overtake_each_other(load: Load) -> None:
     files = {name: (FOUND / f"{name}.yaml").read_text() for name in ("queued_delay", "tx", "rx")}
     text = files["queued_delay"].replace("t: tx.yaml", "t: tx.yaml, u: tx.yaml")
@@ -56,6 +60,7 @@ def test_two_connections_overtake_each_other(load: Load) -> None:
     assert verdicts(system, "python", untimed=True)["T_ord"] is VIOLATED
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_timers_are_owed_between_turns(load: Load, engine: str) -> None:
     files = {name: (FOUND / f"{name}.yaml").read_text() for name in ("cyclic", "loopa", "loopb")}

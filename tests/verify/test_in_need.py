@@ -41,6 +41,7 @@ INVOKES = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="
 """
 
 
+@pytest.mark.cc
 @needs_c
 def test_progress_never_falls_into_a_result(load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
     """The finding: what seeks the way to a livelock tells how far it is, amid the result."""
@@ -57,6 +58,7 @@ def test_progress_never_falls_into_a_result(load: Load, monkeypatch: pytest.Monk
     assert len(told) > 1  # of the search, and of the second one that seeks the way
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_leaves_what_is_known_and_its_code(
     tmp_path: Path, number: signal.Signals
@@ -83,6 +85,7 @@ def test_an_interrupt_leaves_what_is_known_and_its_code(
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.cc
 def test_an_interrupt_while_it_reads(tmp_path: Path) -> None:
     path = tmp_path / "counter.yaml"
     path.write_text(ENDLESS)
@@ -97,6 +100,7 @@ def test_an_interrupt_while_it_reads(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr.strip()) == (143, "", "interrupted")
 
 
+@pytest.mark.cc
 @needs_c
 def test_an_explorer_without_memory_leaves_it_undecided(
     load: Load, monkeypatch: pytest.MonkeyPatch
@@ -114,6 +118,7 @@ def test_an_explorer_without_memory_leaves_it_undecided(
     assert "memory limit" in report.results[0].reason
 
 
+@pytest.mark.cc
 @needs_c
 @pytest.mark.parametrize(
     ("script", "said"),
@@ -143,6 +148,7 @@ def test_a_compiler_that_fails_is_told(
     assert "has a bug" not in told
 
 
+@pytest.mark.cc
 @where(Path("/dev/full").exists(), "there is no `/dev/full` here")
 def test_a_full_standard_output_is_told(tmp_path: Path) -> None:
     path = tmp_path / "counter.yaml"
@@ -172,6 +178,7 @@ def test_what_the_machine_has_no_more_of_is_no_bug(
         assert "there is no more" in capsys.readouterr().err
 
 
+@pytest.mark.cc
 @needs_c
 def test_what_zones_cannot_explore_is_explored_in_discrete_time(tmp_path: Path) -> None:
     path = tmp_path / "i.scxml"

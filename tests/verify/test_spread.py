@@ -14,7 +14,7 @@ from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.verdict import Verdict
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
-pytestmark = pytest.mark.usefixtures("own_cache")
+pytestmark = [pytest.mark.usefixtures("own_cache"), pytest.mark.cc]
 ENGINES = ["python", pytest.param("c", marks=needs_compiler)]
 
 LIFT = """chart: Lift
@@ -77,6 +77,7 @@ def large_space(path: Path, engine: str, megabytes: int = 40) -> Diagnostic | No
     return notes[0] if notes else None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
     ("name", "text"), [("lift.yaml", LIFT), ("lift.scxml", SCXML)], ids=["yaml", "scxml"]

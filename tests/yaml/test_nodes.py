@@ -231,6 +231,7 @@ WRITTEN = st.lists(st.sampled_from([*WORDS, *BREAKS, *ODD]), max_size=12).map(""
 WRITTEN |= st.lists(st.sampled_from(LINES), max_size=8).map("\n".join)
 
 
+@pytest.mark.slow
 @where(yaml.__with_libyaml__, "PyYAML was built without libyaml")
 @settings(max_examples=1500, deadline=None)
 @given(WRITTEN)

@@ -59,6 +59,7 @@ def test_machines(path: Path) -> None:
     assert max(len(line) for line in text.splitlines()) < 160
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(documents())
 def test_random_charts(document: Document) -> None:
@@ -99,6 +100,7 @@ def plain(node: Node | None) -> Any:
     raise AssertionError(node)
 
 
+@pytest.mark.slow
 @settings(max_examples=400)
 @given(st.dictionaries(TEXTS, TREES, min_size=1, max_size=3), st.integers(0, 100))
 def test_any_tree_is_read_back(tree: dict[str, Any], width: int) -> None:

@@ -92,6 +92,7 @@ def test_names_that_python_has(name: str, tmp_path: Path) -> None:
     assert file == file_name(chart)
 
 
+@pytest.mark.slow
 def test_no_function_calls_what_it_holds_as_a_machine_may_be_called() -> None:
     """A type that a local name hides is a warning: each local is one that no machine has."""
     local = re.compile(

@@ -119,6 +119,7 @@ def test_largest_machines_are_right(
         assert traced(tmp_path, chart, [require_tool(compiler), level]) == trace
 
 
+@pytest.mark.slow
 def test_more_states_than_two_bytes_number_are_a_finding(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -158,6 +158,7 @@ def from_restored(log: bytes) -> bytes:
     return log[at:]
 
 
+@pytest.mark.cc
 def test_what_is_refused_within_a_step_is_not_logged(tmp_path: Path) -> None:
     (tmp_path / "lamp.yaml").write_text(LAMP)
     chart = load(tmp_path / "lamp.yaml")

@@ -251,6 +251,7 @@ def print_nothing(*_: object) -> None:
     pass
 
 
+@pytest.mark.slow
 def test_nothing_is_kept(host: Host, press_class: Callable[..., Any]) -> None:
     def once() -> None:
         machine = press_class(host)

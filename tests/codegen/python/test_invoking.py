@@ -181,6 +181,7 @@ def test_it_begins_anew(shop: Chart) -> None:
     assert not [line for line in again[: again.index("@6 > event go")] if line.startswith("press")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(12))
 def test_random_families(number: int) -> None:
     choices = SeededChoices(f"family {number}")
@@ -252,6 +253,7 @@ def test_log_and_trace_can_be_set_at_any_time(shop: Chart) -> None:
     assert len(told) == count
 
 
+@pytest.mark.slow
 def test_invoked_machines_are_made_once_and_steps_leave_nothing(shop: Chart) -> None:
     host = Host()
     host.stamp = host.send_sold = host.send_pressed = lambda *_: None  # type: ignore[method-assign]
@@ -286,6 +288,7 @@ def test_invoked_machines_are_made_once_and_steps_leave_nothing(shop: Chart) -> 
     assert made < 50, "a step makes objects that the collector tracks"
 
 
+@pytest.mark.slow
 def test_the_text_is_typed_and_names_its_slots(shop: Chart, tmp_path: Path) -> None:
     api = pytest.importorskip("mypy.api")
     charts = [shop, *(random_family(SeededChoices(f"typed {n}"), 2) for n in range(4))]

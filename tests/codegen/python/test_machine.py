@@ -305,6 +305,7 @@ def test_it_tells_where_each_piece_comes_from(chart: Chart) -> None:
     assert "Presses things." in text
 
 
+@pytest.mark.slow
 def test_steps_leave_no_net_allocation(press: Any, host: Host) -> None:
     def steps(count: int) -> None:
         for now in range(count):
@@ -333,6 +334,7 @@ def test_steps_leave_no_net_allocation(press: Any, host: Host) -> None:
     assert made < 50, "a step makes objects that the collector tracks"
 
 
+@pytest.mark.slow
 def test_generated_modules_pass_strict_typing(chart: Chart, tmp_path: Path) -> None:
     api = pytest.importorskip("mypy.api")
     charts = [chart, *(random_case(11, number).chart for number in range(6))]

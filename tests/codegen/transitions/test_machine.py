@@ -110,6 +110,7 @@ print(door.state, door.opened)
     ]
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(
     ("call", "method"), [("lamp(True)", "lamp"), ("send_moved(1)", "send_moved")]
 )
@@ -173,6 +174,7 @@ def test_states_with_any_name(tmp_path: Path) -> None:
 # --- beside the interpreter -------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_random_charts() -> None:
     totals = compare_plain(7, 0, 150)
     for name, found in totals.divergences[:1]:
@@ -181,6 +183,7 @@ def test_random_charts() -> None:
     assert totals.macrosteps > 1000
 
 
+@pytest.mark.slow
 def test_random_charts_use_what_the_library_has() -> None:
     """Nested and parallel states, guards, content at each place, events that end and raise."""
     words = ["regions", "op act", "op ask", "out out0", "raise e", "finished", "unhandled", "log"]
@@ -195,6 +198,7 @@ def test_random_charts_use_what_the_library_has() -> None:
     assert all(count >= 2 for count in seen.values()), seen
 
 
+@pytest.mark.slow
 def test_what_is_refused_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the refusals of other orders, the comparison finds charts that differ."""
     cases = [plain_case(5, number) for number in range(60)]

@@ -18,6 +18,7 @@ def opencv() -> None:
     need(importlib.util.find_spec("cv2") is not None, "opencv-python-headless")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("position", [-200, 0, 130])
 def test_blocks_are_read_off_noisy_pictures(position: int) -> None:
     detect = markers.detector(1)

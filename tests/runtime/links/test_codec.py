@@ -51,6 +51,7 @@ def test_the_bytes_of_a_frame_are_those_of_the_reference_page(deployment: Deploy
     )
 
 
+@pytest.mark.slow
 @given(data=st.data())
 def test_every_frame_comes_back(data: st.DataObject, deployment: Deployment) -> None:
     codec = Codec(deployment.map)
@@ -70,6 +71,7 @@ def test_every_message_of_the_ring_comes_back(ring: Deployment) -> None:
         assert len(codec.encode(frame)) == HEADER.size + len(message.fields)
 
 
+@pytest.mark.slow
 @given(data=st.data(), content=st.binary(max_size=60))
 def test_other_bytes_are_no_frame(
     data: st.DataObject, content: bytes, deployment: Deployment

@@ -98,6 +98,7 @@ def test_a_tenth_of_the_frames_lost_is_counted_exactly(deployment: Deployment) -
     assert counters.frames == a.sent == 2000 + events
 
 
+@pytest.mark.slow
 @given(
     loss=st.floats(0, 0.5),
     duplication=st.floats(0, 0.5),

@@ -80,6 +80,7 @@ def philosophers(count: int, mixed: bool) -> tuple[int, int, int]:
     return len(depth), edges, deadlock
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cores", [1, 2, 3])
 @pytest.mark.parametrize("count", [2, 3, 5, 8, 11])
 @pytest.mark.parametrize("kind", ["left", "mixed", "sparse left", "sparse mixed"])

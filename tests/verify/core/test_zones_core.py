@@ -29,6 +29,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_operations_are_what_they_are_defined_as(program: Path, seed: int) -> None:
     done = subprocess.run([program, "6", str(seed)], capture_output=True, text=True, check=False)

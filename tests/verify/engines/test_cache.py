@@ -188,6 +188,8 @@ def rules_of(load: Load) -> list[str]:
     return [d.rule.name for d in findings]
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @needs_c
 def test_a_check_does_not_execute_what_another_put_there(
     load: Load, folder: Path, tmp_path: Path
@@ -207,6 +209,7 @@ def test_a_check_does_not_execute_what_another_put_there(
     assert not owned.exists()
 
 
+@pytest.mark.cc
 @needs_c
 @pytest.mark.usefixtures("folder")
 def test_a_check_goes_on_where_nothing_can_be_kept(
@@ -224,6 +227,8 @@ def test_a_check_goes_on_where_nothing_can_be_kept(
     assert told.endswith("no space left on device")
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @needs_c
 def test_two_at_once_make_one(load: Load, folder: Path) -> None:
     system = load(**SYSTEMS["drive"])

@@ -25,14 +25,12 @@ from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 
-pytestmark = pytest.mark.cc
-
 CELL = Path(__file__).parents[3] / "machines/production_cell"
 MANNERS = [(False, False), (True, False), (True, True)]
 MANNER_NAMES = ["discrete", "untimed", "silent"]
 
 
-pytestmark = pytest.mark.usefixtures("own_cache")
+pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache")]
 
 
 def facts(found: Exploration) -> dict[str, object]:
@@ -62,6 +60,7 @@ def both(system: System, *, untimed: bool = False, silent: bool = False) -> None
     assert next(ways) == next(ways)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("untimed", "silent"), MANNERS, ids=MANNER_NAMES)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_engines_agree_on_systems(load: Load, name: str, untimed: bool, silent: bool) -> None:
@@ -164,6 +163,7 @@ def random_chart(seed: int) -> Chart | None:
     return chart if (len(closed.possible) + 2) * inputs * answers < 300 else None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_engines_agree_on_random_charts(seed: int) -> None:
     chart = random_chart(seed)
@@ -218,6 +218,7 @@ def test_the_cell_is_safe_and_free_of_deadlock(tmp_path: Path) -> None:
     assert report.exploration.states > 10_000
 
 
+@pytest.mark.slow
 def test_defect_m5_is_found_at_the_plant(tmp_path: Path) -> None:
     names = frozenset({"P2"})
     report = check(cell(tmp_path, "m5"), Findings(), options=ExplorationOptions("c"), names=names)

@@ -42,6 +42,8 @@ def ring(count: int, trap: int | None = None) -> str:
     return "\n".join([*lines, "</scxml>"])
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize(
     "text",
     [KINDS["flat"](300), KINDS["sparse"](300), KINDS["uneven"](300)],
@@ -62,6 +64,8 @@ def test_small_charts_are_explored_as_they_are_shipped(tmp_path: Path) -> None:
         assert options_for(machine.chart).is_small == (count == MOST_STRAIGHT)
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_three_thousand_states_are_counted_and_a_trap_is_found(tmp_path: Path) -> None:
     report = check(system_of_text(ring(3_000, trap=2_500), tmp_path), Findings(), options=MANNER)
     found = report.exploration

@@ -23,6 +23,7 @@ CHART = """
 """
 
 
+@pytest.mark.cc
 @pytest.mark.usefixtures("require_tool")
 @pytest.mark.parametrize("guard", ["nosuch", "D == 'RUNNING'", "E != D", "_event.name == 'tick'"])
 def test_the_explorer_takes_no_string_for_another(guard: str, tmp_path: Path) -> None:

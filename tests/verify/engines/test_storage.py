@@ -107,6 +107,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return program
 
 
+@pytest.mark.cc
 @settings(max_examples=40, deadline=None)
 @given(
     st.sampled_from(LOSSY),
@@ -188,17 +189,20 @@ def agree(closed: ClosedSystem) -> None:
             assert not any(answer.known for answer in found.temporal)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("seed", [1000, 1001, 1002, 1003, 1004])
 @pytest.mark.parametrize("untimed", [False, True])
 def test_with_ample_memory_the_same_is_found(load: Load, seed: int, untimed: bool) -> None:
     agree(close(load(**random_system(seed)), untimed=untimed))
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("name", ["livelock", "drive"])
 def test_with_ample_memory_the_same_is_found_in_others(load: Load, name: str) -> None:
     agree(close(load(**SYSTEMS[name])))
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("storage", LOSSY)
 def test_a_violation_is_real_and_as_near(storage: Storage) -> None:
     exact, found = checked(philosophers(), Storage.EXACT), checked(philosophers(), storage)
@@ -214,6 +218,7 @@ def test_a_violation_is_real_and_as_near(storage: Storage) -> None:
 # --- what is told --------------------------------------------------------------------------------
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("storage", LOSSY)
 @pytest.mark.parametrize("size", [64, 2048, 1 << 20])
 def test_what_was_not_found_is_undecided_and_its_risk_told(
@@ -244,6 +249,7 @@ def test_what_was_not_found_is_undecided_and_its_risk_told(
     assert rules == {"undecided"}
 
 
+@pytest.mark.cc
 def test_bitstate_in_a_tiny_table_misses_states_and_says_so(
     tables_of: Callable[[int], None], tmp_path: Path
 ) -> None:
@@ -262,6 +268,7 @@ def test_bitstate_in_a_tiny_table_misses_states_and_says_so(
     assert report.verdict is Verdict.UNDECIDED
 
 
+@pytest.mark.cc
 def test_hash_compaction_ends_where_its_table_is_full(
     tables_of: Callable[[int], None], tmp_path: Path
 ) -> None:
@@ -274,6 +281,7 @@ def test_hash_compaction_ends_where_its_table_is_full(
     assert all(reason.startswith("the memory limit was reached") for reason in reasons)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("storage", LOSSY)
 def test_several_cores_find_the_same_with_ample_memory(tmp_path: Path, storage: Storage) -> None:
     with closing(CEngine(close(five(tmp_path), untimed=True), Findings())) as built:
@@ -284,6 +292,7 @@ def test_several_cores_find_the_same_with_ample_memory(tmp_path: Path, storage: 
             assert found | {"traps_known": True, "livelock_known": True} == exact
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("cores", [1, 2, 3])
 def test_several_cores_may_miss_others_but_no_more(tmp_path: Path, cores: int) -> None:
     with closing(CEngine(close(five(tmp_path), untimed=True), Findings())) as built:
@@ -320,6 +329,7 @@ states:
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("storage", LOSSY)
 def test_what_needs_the_whole_graph_needs_exact_storage(load: Load, storage: Storage) -> None:
     report = checked(load(system=LASTING, lamp=LAMP), storage)
@@ -333,6 +343,7 @@ def test_what_needs_the_whole_graph_needs_exact_storage(load: Load, storage: Sto
     assert {"never-entered"} <= {finding.rule.name for finding in exact.findings}
 
 
+@pytest.mark.cc
 def test_only_what_was_found_can_hold(load: Load) -> None:
     options = ExplorationOptions("c", limits=AMPLE, storage=Storage.BITSTATE)
     system = load(system=LASTING, lamp=LAMP)
@@ -340,6 +351,7 @@ def test_only_what_was_found_can_hold(load: Load) -> None:
     assert report.verdict is Verdict.HOLDS
 
 
+@pytest.mark.cc
 def test_a_suite_that_may_lack_something_says_so(load: Load) -> None:
     report = checked(load(system=LASTING, lamp=LAMP), Storage.BITSTATE, covers=True)
     missed = cover(report).uncovered
@@ -347,6 +359,7 @@ def test_a_suite_that_may_lack_something_says_so(load: Load) -> None:
     assert {item.reason for item in missed} == {"not seen, but bitstate storage may miss states"}
 
 
+@pytest.mark.cc
 def test_bounds_are_not_proved_by_it(load: Load) -> None:
     options = ExplorationOptions("c", limits=AMPLE, storage=Storage.HASH_COMPACT)
     with pytest.raises(FsmkitError) as raised:
@@ -354,6 +367,7 @@ def test_bounds_are_not_proved_by_it(load: Load) -> None:
     assert "hash-compact storage may miss states" in str(raised.value)
 
 
+@pytest.mark.cc
 def test_the_command_line_tells_all_of_it(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["check", str(TABLES / "ordered_table.yaml"), "--memory", "32M"]
     assert execute([*words, "--storage", "bitstate"]) == 1
@@ -407,6 +421,7 @@ def test_a_storage_that_there_is_not() -> None:
     assert read_storage("bitstate") is Storage.BITSTATE
 
 
+@pytest.mark.cc
 def test_the_python_interface_has_it() -> None:
     found = fsmkit.check(TABLES / "table.yaml", storage="bitstate", memory=32 << 20)
     assert found.exploration.table is not None

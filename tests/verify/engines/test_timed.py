@@ -37,15 +37,13 @@ from tests.verify.timed_systems import (
     systems,
 )
 
-pytestmark = pytest.mark.cc
-
 EXAMPLES = int(os.environ.get("FSMKIT_TIMED_EXAMPLES", "6"))
 """Random systems tried; each takes seconds to compile."""
 PARTS = 8
 """The unit of time divided by that: so fine that clocks of four timers can be told apart."""
 
 
-pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
+pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_compiled")]
 
 
 def by_zones(system: System) -> tuple[Exploration, frozenset[tuple[str, ...]]]:
@@ -76,6 +74,7 @@ def facts(found: Exploration) -> dict[str, object]:
     }
 
 
+@pytest.mark.slow
 @settings(
     max_examples=EXAMPLES,
     deadline=None,

@@ -24,8 +24,6 @@ from fsmkit.verify.statespace.exploration import End
 from tests.verify.random_systems import load_files
 from tests.verify.timed_systems import systems
 
-pytestmark = pytest.mark.cc
-
 EXAMPLES = int(os.environ.get("FSMKIT_TIMED_EXAMPLES", "4"))
 """Random systems tried; each takes seconds to compile."""
 PARTS = 8
@@ -34,7 +32,7 @@ MOST = 400_000
 """States in discrete time beyond which a system is passed over."""
 
 
-pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
+pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_compiled")]
 
 
 ASKED = """
@@ -98,6 +96,7 @@ def performed(result: Result) -> None:
     assert times == sorted(times)
 
 
+@pytest.mark.slow
 @settings(
     max_examples=EXAMPLES,
     deadline=None,

@@ -163,6 +163,7 @@ def test_modules_that_home_in_another_way_are_no_refinements(name: str, steps: i
     assert len(found.path) == steps
 
 
+@pytest.mark.slow
 def test_the_feeder_is_compared_with_the_module_as_long_as_there_is_time() -> None:
     found = refines(*_module("feeder"), seconds=5)
     assert not found.violated

@@ -78,6 +78,7 @@ def result(system: System, name: str, options: ExplorationOptions) -> Result:
     return found
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("options", MANNERS, ids=spelled)
 def test_what_can_be_reached_again_from_everywhere(load: Load, options: ExplorationOptions) -> None:
     properties = """
@@ -112,6 +113,7 @@ LEADS = """
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("options", MANNERS, ids=spelled)
 @pytest.mark.parametrize(
     ("may", "will", "expected"),
@@ -132,6 +134,7 @@ def test_what_leads_to_what(
     assert not any(r.trace.differs for r in report.results if r.trace is not None)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_run_that_goes_round_for_ever(load: Load, engine: str) -> None:
     system = load(**lamp("lamp.press", "", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
@@ -157,6 +160,7 @@ OCCURS = """
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_events_that_occur(load: Load, engine: str) -> None:
     system = load(**lamp("lamp.press, lamp.mend, lamp.blow", "", OCCURS))
@@ -192,6 +196,7 @@ WITHIN = """
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(("engine", "zones"), [*((e, False) for e in ENGINES), ("c", True)])
 def test_how_long_it_takes(load: Load, engine: str, zones: bool) -> None:
     system = load(**lamp("lamp.press", "", WITHIN))
@@ -219,6 +224,7 @@ def test_how_long_it_takes(load: Load, engine: str, zones: bool) -> None:
 WITHIN_NAMES = ["lit", "soon", "again", "early", "fixed", "never"]
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: str) -> None:
     files = dict(SYSTEMS["livelock"])

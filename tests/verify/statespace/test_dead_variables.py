@@ -240,6 +240,7 @@ def random_of(seed: int, *, is_open: bool) -> System:
         return load_any(path if is_open else system, Findings())
 
 
+@pytest.mark.slow
 @settings(max_examples=40, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.integers(0, 100_000), st.booleans(), st.booleans())
 def test_random_charts_are_judged_alike(seed: int, is_open: bool, untimed: bool) -> None:
@@ -320,6 +321,7 @@ states:
 """
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("engine", ["c", "python"])
 def test_counterexamples_show_true_values(load: Load, engine: str) -> None:
     system = load(chart=SHOWN)

@@ -9,10 +9,7 @@ from fsmkit.verify.explore import ExplorationOptions, check
 from tests.verify.conftest import Load
 from tests.verify.engines.test_engines import both
 
-pytestmark = pytest.mark.cc
-
-
-pytestmark = pytest.mark.usefixtures("own_cache")
+pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache")]
 
 
 ONE = """
@@ -124,6 +121,7 @@ states:
 CHARTS = {"one": ONE, "defers": DEFERS, "deep": DEEP, "two": TWO, "faults": FAULTS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
 @pytest.mark.parametrize("name", CHARTS)
 def test_engines_agree_on_charts_that_invoke(load: Load, name: str, untimed: bool) -> None:

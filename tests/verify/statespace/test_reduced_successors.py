@@ -90,6 +90,7 @@ def test_charts_of_the_cell(name: str) -> None:
     assert spared > 100
 
 
+@pytest.mark.slow
 def test_random_charts() -> None:
     """Those that ask nothing of operations: some do so hundreds of times in a step."""
     charts = [chart for chart in map(random_chart, range(40)) if chart is not None]

@@ -23,6 +23,7 @@ def covered(file: Path, options: ExplorationOptions) -> Cover:
     return cover(check(load_any(file, Findings()), Findings(), options=options))
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize(("name", "untimed"), [("drive", False), ("losing", True)])
 def test_both_engines_cover_what_they_see(
     tmp_path: Path, require_tool: Callable[[str], str], name: str, untimed: bool
@@ -45,6 +46,7 @@ def test_both_engines_cover_what_they_see(
     assert whole[0] == whole[1]
 
 
+@pytest.mark.cc
 def test_marking_changes_no_verdict(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     require_tool("cc")
     file = written(tmp_path, SYSTEMS["drive"])
@@ -56,6 +58,7 @@ def test_marking_changes_no_verdict(tmp_path: Path, require_tool: Callable[[str]
     assert seen[0] == seen[1]
 
 
+@pytest.mark.slow
 def test_paths_are_few_and_short(tmp_path: Path) -> None:
     chart = written(tmp_path, {"sender": CHART})
     found = covered(chart, ExplorationOptions(engine="python", covers=True))
@@ -78,6 +81,8 @@ def test_what_cannot_be_reached_has_a_reason(tmp_path: Path) -> None:
     assert Item(0, is_state=True, number=1) in found.covered
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_a_suite_passes_and_a_mutant_fails(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
@@ -94,6 +99,8 @@ def test_a_suite_passes_and_a_mutant_fails(
     assert "expected" in c_fails(c, [chart])
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_the_suite_of_the_cell_finds_its_mutants(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:

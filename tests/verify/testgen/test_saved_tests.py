@@ -71,6 +71,8 @@ def c_fails(path: Path, charts: list[Path]) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 @pytest.mark.parametrize("options", [[], ["--time", "untimed"]])
 def test_a_chart_performs_again_what_was_found(
     tmp_path: Path, require_tool: Callable[[str], str], options: list[str]
@@ -107,6 +109,7 @@ def test_texts_are_expected_as_they_are(tmp_path: Path) -> None:
     assert c_fails(c, [chart]) == ""
 
 
+@pytest.mark.cc
 def test_a_delay_that_changed_is_told(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     require_tool("cc")
     chart = written(tmp_path, {"sender": CHART})
@@ -116,6 +119,7 @@ def test_a_delay_that_changed_is_told(tmp_path: Path, require_tool: Callable[[st
     assert "not due, but in 1 ticks" in c_fails(c, [chart])
 
 
+@pytest.mark.cc
 def test_machines_of_a_system_perform_again_what_was_found(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
@@ -131,6 +135,7 @@ def test_machines_of_a_system_perform_again_what_was_found(
     assert "violates_never_twice, step 6" in c_fails(c, [driver])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(SYSTEMS) - {"shared"}))
 @pytest.mark.parametrize(
     "options",
