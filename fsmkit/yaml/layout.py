@@ -10,6 +10,8 @@ from fsmkit.yaml.quoting import UNPRINTABLE, is_plain, quoted, scalar
 
 WIDTH = 100
 STEP = "  "
+LONGEST_KEY = 1000
+"""Characters of a line that are a key without `?` in front: 1,024 at most (YAML 1.2, 7.4.2)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +46,9 @@ def render(tree: dict[str, Tree]) -> str:
 
 def _entry(key: str, value: Tree, margin: str) -> Iterator[str]:
     head = f"{margin}{scalar(key)}:"
+    if len(head) > LONGEST_KEY:
+        yield f"{margin}? {scalar(key)}"
+        head = f"{margin}:"
     flow = _flow(value) if isinstance(value, Short) else None
     if isinstance(value, Short) and flow is not None and len(head) + 1 + len(flow) <= value.width:
         yield f"{head} {flow}"

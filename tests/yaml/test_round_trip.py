@@ -114,6 +114,14 @@ def test_any_tree_is_read_back(tree: dict[str, Any], width: int) -> None:
         assert plain(node) == tree, text
 
 
+@pytest.mark.parametrize("length", [990, 1000, 1024, 1030, 5000])
+def test_names_longer_than_keys_may_be(length: int) -> None:
+    tree: dict[str, Any] = {"states": {"x" * length: {"on": {"go": "b"}}, "b": "c"}}
+    findings = Findings()
+    assert plain(read_nodes(Source("a.yaml", layout(tree)), findings)) == tree
+    assert not list(findings)
+
+
 @given(st.text(alphabet="ab c\n", max_size=300))
 def test_descriptions_are_wrapped(doc: str) -> None:
     text = layout({"doc": Prose(doc.strip())})

@@ -245,12 +245,29 @@ class InterfacePrinter:
                 if name == "symbol" and names.is_invoked:
                     out.line(f"return {names.outermost}_symbol(number);")
                     continue
+                entries = [_entry(out, place, text) for place, text in enumerate(texts)]
                 with out.block("static const char *const texts[] = {", "};"):
-                    out.lines(f"{quoted(text)}," for text in texts)
+                    out.lines(f"{entry}," for entry in entries)
                 out.line(
                     'return (size_t)number < sizeof texts / sizeof texts[0] ? texts[number] : "?";'
                 )
         out.lines(["", "#endif"])
+
+
+LONGEST_LITERAL = 4095
+"""Characters in a string literal that each compiler of C99 takes (5.2.4.1)."""
+
+
+def _entry(out: Emitter, place: int, text: str) -> str:
+    """Return an entry of a table of texts; one that is too long for a literal is declared here."""
+    content = text.encode()
+    if len(content) <= LONGEST_LITERAL:
+        return quoted(text)
+    with out.block(f"static const char text_{place}[] = {{", "};"):
+        for at in range(0, len(content), 12):
+            out.line("".join(f"'\\{byte:03o}', " for byte in content[at : at + 12]).rstrip())
+        out.line("'\\0',")
+    return f"text_{place}"
 
 
 def _ungroup(text: str) -> str:
