@@ -1,7 +1,7 @@
 # make demo   the Production Cell: compile, run, check, draw
 # make cell   the Production Cell runs: two boards in C, the plant, the links between them
 # make quick  lint and the tests that start no program: a contributor's minute
-# make test   the test suite, by Python, make and a C compiler alone
+# make test   all but the slow tests, by Python, make and a C compiler alone
 # make test-all  with the slow tests, and those that use other people's tools (make tools)
 # make verify the Production Cell proved: all systems, properties and seeded defects
 # make tools  what some tests need beyond Python, make and a C compiler (Debian and Ubuntu)

@@ -37,6 +37,7 @@ sys.addaudithook(_audit)
 
 
 LEFT_OUT = pytest.StashKey[list[str]]()
+"""What the summary says of tests that were left out."""
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
