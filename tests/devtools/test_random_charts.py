@@ -87,6 +87,7 @@ EXPECTED = dict.fromkeys(
 )
 
 
+@pytest.mark.slow
 def test_scripts_make_the_charts_move() -> None:
     verbs: Counter[str] = Counter()
     taken = 0

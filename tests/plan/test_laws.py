@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 
@@ -15,14 +16,15 @@ from fsmkit.document.document import Kind, Trigger
 from fsmkit.loading import load
 from fsmkit.plan import Branch, Enter, Op, Plan, Restore, lower
 
-PLANS = [lower(random_case(23, number).chart) for number in range(60)]
+
+@cache
+def random_plan(number: int) -> Plan:
+    return lower(random_case(23, number).chart)
 
 
-@pytest.fixture(params=PLANS, ids=range(len(PLANS)))
+@pytest.fixture(params=range(60))
 def plan(request: pytest.FixtureRequest) -> Plan:
-    found = request.param
-    assert isinstance(found, Plan)
-    return found
+    return random_plan(request.param)
 
 
 def real(chart: Chart) -> list[int]:
@@ -128,9 +130,9 @@ def test_what_is_entered_is_a_configuration(plan: Plan) -> None:
 
 
 def test_random_charts_have_what_is_worth_trying() -> None:
-    kinds = {state.kind for plan in PLANS for state in plan.chart.states}
+    kinds = {state.kind for plan in map(random_plan, range(60)) for state in plan.chart.states}
     assert kinds >= {Kind.PARALLEL, Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY, Kind.FINAL}
-    assert any(not move.is_static for plan in PLANS for move in plan.moves)
+    assert any(not move.is_static for plan in map(random_plan, range(60)) for move in plan.moves)
 
 
 DEEP = """\

@@ -17,6 +17,9 @@ import fsmkit
 from fsmkit.runtime.replaying import replay
 from tests.machines.boards.playing import CELL, Board, Cell, Plant
 
+pytestmark = pytest.mark.cc
+"""All run the programs, or read what they left."""
+
 MACHINES = {
     "a": ("supervisor", "feeder_belt", "feeder", "molder", "extractor"),
     "b": ("extraction_belt", "sorter", "camera", "rotator"),
@@ -74,7 +77,6 @@ def history(programs: dict[str, Path], sockets: Path) -> Iterator[dict[str, Any]
 
 
 @pytest.mark.slow
-@pytest.mark.cc
 def test_cell_comes_up_and_produces(history: dict[str, Any]) -> None:
     """Power, homing in the supervisor's order, inventory; all are ready where they should be."""
     assert history["ready"] == {"ready"}
@@ -123,7 +125,6 @@ def test_log_is_performed_again_by_the_interpreter(
     assert history["reports"][board]["states"][machine] in entered[-1].split()
 
 
-@pytest.mark.cc
 def test_same_inputs_give_the_same_outputs(programs: dict[str, Path], sockets: Path) -> None:
     """Two boards in two processes, step by step to the last bit, however fast they are."""
     traces = []
@@ -138,7 +139,6 @@ def test_same_inputs_give_the_same_outputs(programs: dict[str, Path], sockets: P
     assert traces[0] == traces[1]
 
 
-@pytest.mark.cc
 def test_board_that_begins_anew_is_heard_again(programs: dict[str, Path], sockets: Path) -> None:
     """The other fails at once, and says why; the new one knows of the power after a second."""
     folder = sockets / "anew"
@@ -196,7 +196,6 @@ def lone(programs: dict[str, Path], sockets: Path) -> Iterator[Board]:
     folder.rmdir()
 
 
-@pytest.mark.cc
 @pytest.mark.parametrize(
     ("request_", "why"),
     [
@@ -223,7 +222,6 @@ def test_what_makes_no_sense_is_refused(lone: Board, request_: bytes, why: str) 
     assert lone.check() == {"ok": True}
 
 
-@pytest.mark.cc
 def test_a_broken_step_turns_everything_off(lone: Board) -> None:
     """Outputs are safe from then on, until a step makes sense again."""
     plant = Plant()
@@ -237,7 +235,6 @@ def test_a_broken_step_turns_everything_off(lone: Board) -> None:
     assert lone.step(700, [0], plant)["extractor.enable"] == 0
 
 
-@pytest.mark.cc
 def test_parameters_are_set_while_it_runs(lone: Board) -> None:
     """A top speed of 100 counts a second is kept from then on."""
     for name, value in (("top_speed", 100), ("kf", 0)):  # its axis has no friction to feed forward
@@ -253,7 +250,6 @@ def test_parameters_are_set_while_it_runs(lone: Board) -> None:
     assert 90 < fastest < 125
 
 
-@pytest.mark.cc
 def test_real_time_loop_holds_inputs_and_is_safe_without(
     programs: dict[str, Path], sockets: Path
 ) -> None:
@@ -301,7 +297,6 @@ def test_real_time_loop_holds_inputs_and_is_safe_without(
     assert "late by" in printed
 
 
-@pytest.mark.cc
 @pytest.mark.parametrize(
     "words",
     [[], ["--cosim"], ["--wrong", "x"], ["--cosim", "nonsense"], ["--cosim", "ipc:///x/y/z"]],
@@ -326,7 +321,6 @@ client.close(linger=0)
 """
 
 
-@pytest.mark.cc
 def test_a_board_does_not_outlive_who_began_it(programs: dict[str, Path], sockets: Path) -> None:
     command = [sys.executable, "-c", ABANDONS, str(programs["a"]), f"ipc://{sockets}/abandoned"]
     # the board has the pipe, too: this returns when it has ended

@@ -201,6 +201,8 @@ def test_the_cell_homes_and_produces(ran: Ran) -> None:
     assert (figures.collisions, figures.doubled, figures.refused) == (0, 0, 0)
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_a_block_that_is_taken_away_is_accounted_for(ran: Ran) -> None:
     _, _, figures = ran
     assert figures.lost == 1
@@ -208,6 +210,8 @@ def test_a_block_that_is_taken_away_is_accounted_for(ran: Ran) -> None:
     assert "fault: plant take.f0 1" in [what for _, what in figures.timeline]
 
 
+@pytest.mark.slow
+@pytest.mark.cc
 def test_the_properties_hold_of_it(ran: Ran) -> None:
     record, outcome, _ = ran
     judged = monitor.judge(record, outcome.reports["plant"]["events"])
@@ -215,6 +219,7 @@ def test_the_properties_hold_of_it(ran: Ran) -> None:
     assert [j.name for j in judged if j.holds is False] == ["produces"]
 
 
+@pytest.mark.slow
 @pytest.mark.cc
 def test_the_same_seed_gives_the_same_run(ran: Ran, tmp_path: Path) -> None:
     record, _, _ = ran
