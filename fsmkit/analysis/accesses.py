@@ -5,31 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Fail,
-    ForEach,
-    If,
-    Invoke,
-    Send,
-    Statement,
-)
+from fsmkit.analysis.effects import can_end, can_fail
+from fsmkit.chart.content import values, variables, written
+from fsmkit.chart.statements import Block, CallOperation, ForEach, If, Invoke, Send, Statement
 from fsmkit.chart.walk import nodes
-from fsmkit.language import (
-    Binary,
-    BinaryOp,
-    Call,
-    Convert,
-    Element,
-    EventField,
-    EventName,
-    IntType,
-    Invalid,
-    Overflow,
-    Variable,
-)
+from fsmkit.language import Call, EventField, EventName, Location, Variable
+from fsmkit.language.walk import root
 
 Names = frozenset[str]
 NONE: Names = frozenset()
@@ -67,11 +48,6 @@ def accesses(block: Block, fields: Names = NONE) -> Accesses:
     return Accesses(frozenset(scan.reads), frozenset(scan.certain), frozenset(scan.touched))
 
 
-def reads_of(node: object) -> Names:
-    """Return all variables that occur in a node of a chart."""
-    return frozenset(n.name for n in nodes(node) if isinstance(n, Variable))
-
-
 @dataclass(slots=True)
 class _Scan:
     """Goes through a block. Where an expression cannot be evaluated, the rest is skipped."""
@@ -92,15 +68,6 @@ class _Scan:
 
     def _statement(self, statement: Statement) -> None:
         match statement:
-            case Assign(Variable(name), value):
-                self._evaluate(value)
-                self._write(name)
-            case Assign(location, value):
-                self._evaluate(value)
-                root, *inner = [n.name for n in nodes(location) if isinstance(n, Variable)]
-                self.reads |= set(inner) - self.written
-                self.touched.add(root)
-                self.is_sure = False
             case If(branches):
                 self._branches([(b.condition, b.body) for b in branches])
             case ForEach(array, item, index, body):
@@ -112,14 +79,14 @@ class _Scan:
                 self.touched |= inner_.touched | given
                 self.reads |= inner_.reads
                 self.is_sure = inner_.is_sure
-            case CallOperation() | Fail() | Invoke():
-                self._evaluate(statement)
-                self.is_sure = False
-            case Send():
-                self._evaluate(statement)
-                self.is_sure = self.is_sure and statement.delay is None
             case _:
-                self._evaluate(statement)
+                self._evaluate(values(statement))
+                is_lasting = isinstance(statement, CallOperation | Invoke) or (
+                    isinstance(statement, Send) and statement.delay is not None
+                )
+                self.is_sure = self.is_sure and not is_lasting and not can_end(statement)
+                for place in written(statement):
+                    self._write(place)
 
     def _branches(self, branches: list[tuple[object | None, tuple[Statement, ...]]]) -> None:
         ways = []
@@ -149,24 +116,17 @@ class _Scan:
         )
 
     def _evaluate(self, node: object) -> None:
-        self.reads |= reads_of(node) - self.written
-        self.is_sure = self.is_sure and not any(self._can_fail(n) for n in nodes(node))
+        self.reads |= variables(node) - self.written
+        self.is_sure = self.is_sure and not can_fail(node) and not any(map(self._asks, nodes(node)))
 
-    def _write(self, name: str) -> None:
-        self.touched.add(name)
-        self.written.add(name)
-        if self.is_sure:
-            self.certain.add(name)
+    def _write(self, place: Location) -> None:
+        self.touched.add(root(place).name)
+        if isinstance(place, Variable):
+            self.written.add(place.name)
+            if self.is_sure:
+                self.certain.add(place.name)
 
-    def _can_fail(self, node: object) -> bool:
-        match node:
-            case Element() | Call() | Invalid() | EventName():
-                return True
-            case EventField(name):
-                return name not in self.fields
-            case Binary(op):
-                return op in (BinaryOp.DIV, BinaryOp.REM)
-            case Convert(_, IntType(overflow=overflow)):
-                return overflow is Overflow.FAULT
-            case _:
-                return False
+    def _asks(self, part: object) -> bool:
+        """Whether the host, or an event that may not be at hand, decides if there is a value."""
+        is_unknown = isinstance(part, EventField) and part.name not in self.fields
+        return is_unknown or isinstance(part, Call | EventName)

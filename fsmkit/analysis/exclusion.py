@@ -1,11 +1,38 @@
-"""Whether two conditions can hold at once, judged from their form alone."""
+"""What conditions decide by their form alone: whether two can hold at once, how one always ends."""
 
 from __future__ import annotations
 
-from fsmkit.chart.chart import Chart
-from fsmkit.document.document import Kind
-from fsmkit.language import Binary, BinaryOp, Expr, InState, Literal, Unary, UnaryOp
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.structure import can_be_together
+from fsmkit.language import (
+    Binary,
+    BinaryOp,
+    BoolType,
+    Expr,
+    InState,
+    Literal,
+    SymbolType,
+    Type,
+    Unary,
+    UnaryOp,
+    Variable,
+)
+from fsmkit.language.conversion import of_type
+from fsmkit.language.walk import calls
+
+HOLDS: Mapping[BinaryOp, Callable[[Any, Any], bool]] = {
+    BinaryOp.EQ: operator.eq,
+    BinaryOp.NE: operator.ne,
+    BinaryOp.LT: operator.lt,
+    BinaryOp.LE: operator.le,
+    BinaryOp.GT: operator.gt,
+    BinaryOp.GE: operator.ge,
+}
+"""Comparisons."""
 NEGATED = {
     BinaryOp.EQ: BinaryOp.NE,
     BinaryOp.NE: BinaryOp.EQ,
@@ -22,6 +49,8 @@ MIRRORED = {
     BinaryOp.LE: BinaryOp.GE,
     BinaryOp.GE: BinaryOp.LE,
 }
+MOST_SYMBOLS = 1 << 16
+"""Strings of a chart, at most: symbols are numbered."""
 MOST_CASES = 64
 """A condition with more alternatives is not looked into."""
 
@@ -83,15 +112,15 @@ def _opposed(chart: Chart, one: Fact, other: Fact) -> bool:
     if left == right:
         return left_holds is not right_holds
     if isinstance(left, InState) and isinstance(right, InState):
-        return left_holds and right_holds and _never_together(chart, left.state, right.state)
-    first, second = _comparison(left, left_holds), _comparison(right, right_holds)
+        return left_holds and right_holds and not can_be_together(chart, left.state, right.state)
+    first, second = _comparison(left, holds=left_holds), _comparison(right, holds=right_holds)
     return first is not None and second is not None and _disjoint(first, second)
 
 
 Comparison = tuple[Expr, BinaryOp, Literal]
 
 
-def _comparison(expr: Expr, holds: bool) -> Comparison | None:
+def _comparison(expr: Expr, *, holds: bool) -> Comparison | None:
     """Return a comparison with a constant, the constant to the right."""
     match expr:
         case Binary(op, subject, Literal() as constant) if op in NEGATED:
@@ -125,26 +154,53 @@ def _disjoint(first: Comparison, second: Comparison) -> bool:
 
 
 def _satisfies(value: object, op: BinaryOp, bound: object) -> bool:
-    if op is BinaryOp.EQ:
-        return value == bound
-    if op is BinaryOp.NE:
-        return value != bound
-    if not isinstance(value, int | float) or not isinstance(bound, int | float):
+    is_order = op not in (BinaryOp.EQ, BinaryOp.NE)
+    if is_order and not (isinstance(value, int | float) and isinstance(bound, int | float)):
         return True
-    match op:
-        case BinaryOp.LT:
-            return value < bound
-        case BinaryOp.LE:
-            return value <= bound
-        case BinaryOp.GT:
-            return value > bound
-        case _:
-            return value >= bound
+    return HOLDS[op](value, bound)
 
 
-def _never_together(chart: Chart, first: int, second: int) -> bool:
-    """Whether no configuration holds both states: they part in a compound state."""
-    if first == second or chart.is_descendant(first, second) or chart.is_descendant(second, first):
+def outcome(expr: Binary) -> bool | None:
+    """Return what a comparison gives by the types of its operands; None if it depends.
+
+    The operands must be free of effects, and of failure: they are not evaluated then.
+    """
+    if expr.op not in HOLDS:
+        return None
+    a, b = _discrete(expr.left.type), _discrete(expr.right.type)
+    if a is None or b is None:
+        return None
+    if expr.left == expr.right and not calls(expr.left):
+        return HOLDS[expr.op](0, 0)
+    if a[1] < b[0] or (a[1] == b[0] and expr.op in (BinaryOp.LE, BinaryOp.GT)):
+        return HOLDS[expr.op](0, 1)
+    if a[0] > b[1] or (a[0] == b[1] and expr.op in (BinaryOp.GE, BinaryOp.LT)):
+        return HOLDS[expr.op](1, 0)
+    return None
+
+
+def joint_outcome(expr: Binary) -> bool | None:
+    """Return what ``x < 2 && x > 5`` or ``x > 2 || x < 5`` gives; None if it depends."""
+    left, right = _comparison(expr.left, holds=True), _comparison(expr.right, holds=True)
+    if left is None or right is None or left[0] != right[0]:
+        return None
+    (subject, op1, one), (_, op2, other) = left, right
+    c1, c2 = one.value, other.value
+    if not isinstance(subject, Variable) or _discrete(subject.type) is None:
+        return None
+    if not isinstance(c1, int) or not isinstance(c2, int):
+        return None
+    tried = [c + d for c in (c1, c2) for d in (-1, 0, 1)]  # between these nothing changes
+    results = [(HOLDS[op1](x, c1), HOLDS[op2](x, c2)) for x in tried]
+    if expr.op is BinaryOp.AND and not any(a and b for a, b in results):
         return False
-    meet = next(a for a in chart.ancestors(first) if chart.is_descendant(second, a))
-    return chart.states[meet].kind is not Kind.PARALLEL
+    if expr.op is BinaryOp.OR and all(a or b for a, b in results):
+        return True
+    return None
+
+
+def _discrete(type_: Type | None) -> tuple[int, int] | None:
+    """Return the bounds of a type of which each value is one number, truth values left out."""
+    if isinstance(type_, SymbolType):
+        return 0, MOST_SYMBOLS - 1
+    return None if isinstance(type_, BoolType) else of_type(type_)

@@ -17,9 +17,10 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from fsmkit.analysis.accesses import NONE, Accesses, Names, accesses, reads_of
+from fsmkit.analysis.accesses import NONE, Accesses, Names, accesses
 from fsmkit.analysis.reachability import entered
 from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.content import variables
 from fsmkit.chart.statements import Block, Destination, Raise, Send
 from fsmkit.chart.walk import nodes
 from fsmkit.document.document import Direction, Kind, Trigger
@@ -123,7 +124,7 @@ class _Tree:
         found: dict[int, Names] = dict.fromkeys(self.leaves, NONE)
         for state in self.chart.states:
             reads = self.exits[state.index].reads
-            reads |= reads_of((state.invokes, state.done_data)) & self.names
+            reads |= variables((state.invokes, state.done_data)) & self.names
             for leaf in self.below(state.index) if reads else ():
                 found[leaf] |= reads
         return found
@@ -138,7 +139,7 @@ class _Tree:
         domain = self._domain(transition)
         return _Way(
             tuple((s, self._certain(self.exits, s, domain)) for s in self.below(transition.source)),
-            (reads_of(transition.guard) & self.names) | content.reads | (ahead - content.certain),
+            (variables(transition.guard) & self.names) | content.reads | (ahead - content.certain),
             content.certain,
             tuple(
                 (s, self._certain(self.entries, s, domain))
@@ -158,7 +159,7 @@ class _Tree:
         found = self.entries[state.index]
         if state.initial is not None:
             found = found.then(self.contents[state.initial])
-        return found.then(Accesses(reads_of(state.done_data) & self.names))
+        return found.then(Accesses(variables(state.done_data) & self.names))
 
     # --- what is entered -------------------------------------------------------------------------
 

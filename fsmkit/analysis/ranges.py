@@ -1,36 +1,98 @@
-"""The least and the greatest value of an expression, where `min` and `max` bound it."""
+"""Between which values an expression lies: where a result cannot leave its type, nothing wraps."""
 
 from __future__ import annotations
 
-from fsmkit.language import Apply, Conditional, Convert, Expr, Function, IntType, Literal
+from collections.abc import Callable
+
+from fsmkit.language import (
+    Apply,
+    Binary,
+    BinaryOp,
+    Conditional,
+    Convert,
+    Expr,
+    Function,
+    IntType,
+    Literal,
+    Overflow,
+    Unary,
+    UnaryOp,
+)
+from fsmkit.language.arithmetic import exact, interval
+from fsmkit.language.conversion import of_type
+
+Range = tuple[int, int]
+"""The least and the greatest value."""
 
 
-def range_of(expr: Expr) -> tuple[int, int] | None:
-    """Return bounds of the values of an integer expression; None for any other."""
+def range_of(expr: Expr) -> Range | None:
+    """Return what the value of an expression lies between; None if it is no whole number."""
+    own = of_type(expr.type)
+    found = raw_range(expr)
+    return own if own is None or found is None or not within(found, own) else found
+
+
+def raw_range(expr: Expr, of: Callable[[Expr], Range | None] = range_of) -> Range | None:
+    """Return what an expression lies between before it is reduced to its type; None: unknown.
+
+    ``of`` says it of its parts.
+    """
     match expr:
         case Literal(value) if isinstance(value, int):
             return int(value), int(value)
-        case Apply(Function.MIN | Function.MAX as function, arguments):
-            each = [range_of(argument) for argument in arguments]
-            known = [bounds for bounds in each if bounds is not None]
-            if len(known) < len(each):
-                return _of_type(expr)
-            choose = min if function is Function.MIN else max
-            return choose(lo for lo, _ in known), choose(hi for _, hi in known)
+        case Unary(UnaryOp.NEGATE, operand) if (found := of(operand)) is not None:
+            return -found[1], -found[0]
+        case Unary(UnaryOp.INVERT, operand) if (found := of(operand)) is not None:
+            return -found[1] - 1, -found[0] - 1
+        case Binary(op, left, right) if op in ARITHMETIC:
+            one, other = of(left), of(right)
+            return None if one is None or other is None else _of_operator(op, one, other)
         case Conditional(_, then, otherwise):
-            one, other = range_of(then), range_of(otherwise)
-            if one is None or other is None:
-                return _of_type(expr)
-            return min(one[0], other[0]), max(one[1], other[1])
-        case Convert(operand):
-            inner, outer = range_of(operand), _of_type(expr)
-            if inner is None or outer is None:
+            return _joined([of(then), of(otherwise)])
+        case Apply(function, arguments):
+            return _of_function(function, [of(argument) for argument in arguments])
+        case Convert(operand) if (outer := of_type(expr.type)) is not None:
+            inner = of(operand)
+            if inner is None or within(inner, outer):
+                return inner or outer
+            if isinstance(expr.type, IntType) and expr.type.overflow is Overflow.WRAP:
                 return outer
-            fits = outer[0] <= inner[0] and inner[1] <= outer[1]
-            return inner if fits else outer
+            return tuple(min(max(end, outer[0]), outer[1]) for end in inner)  # type: ignore[return-value]
         case _:
-            return _of_type(expr)
+            return of_type(expr.type)
 
 
-def _of_type(expr: Expr) -> tuple[int, int] | None:
-    return (expr.type.lo, expr.type.hi) if isinstance(expr.type, IntType) else None
+def within(inner: Range, outer: Range) -> bool:
+    """Whether a range lies in another."""
+    return outer[0] <= inner[0] and inner[1] <= outer[1]
+
+
+ARITHMETIC = frozenset(BinaryOp) - {
+    *(BinaryOp.OR, BinaryOp.AND, BinaryOp.EQ, BinaryOp.NE),
+    *(BinaryOp.LT, BinaryOp.LE, BinaryOp.GT, BinaryOp.GE),
+}
+
+
+def _of_operator(op: BinaryOp, left: Range, right: Range) -> Range | None:
+    found = interval(op, exact(*left), exact(*right))
+    if found is None and op is BinaryOp.SHIFT_RIGHT:  # by a count that is reduced to the width
+        return min(left[0], 0), max(left[1], -1)
+    return None if found is None else (found.lo, found.hi)
+
+
+def _of_function(function: Function, found: list[Range | None]) -> Range | None:
+    known = [bounds for bounds in found if bounds is not None]
+    if len(known) < len(found):
+        return None
+    if function is Function.ABS:
+        ((lo, hi),) = known
+        return (0 if lo <= 0 <= hi else min(abs(lo), abs(hi))), max(abs(lo), abs(hi))
+    choose = min if function is Function.MIN else max
+    return choose(lo for lo, _ in known), choose(hi for _, hi in known)
+
+
+def _joined(found: list[Range | None]) -> Range | None:
+    known = [bounds for bounds in found if bounds is not None]
+    if len(known) < len(found):
+        return None
+    return min(lo for lo, _ in known), max(hi for _, hi in known)

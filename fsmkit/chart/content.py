@@ -3,41 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import assert_never
+from dataclasses import fields
 
 from fsmkit.chart.chart import Chart
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Cancel,
-    Fail,
-    ForEach,
-    If,
-    Invoke,
-    Log,
-    Raise,
-    Reply,
-    Send,
-    Statement,
-)
-from fsmkit.language import (
-    Apply,
-    Binary,
-    Call,
-    Conditional,
-    Convert,
-    Element,
-    EventField,
-    EventName,
-    Expr,
-    InState,
-    Invalid,
-    Literal,
-    Member,
-    Unary,
-    Variable,
-)
+from fsmkit.chart.statements import Assign, Block, ForEach, If, Statement
+from fsmkit.chart.walk import nodes
+from fsmkit.language import Element, Expr, Location, Storage, Variable
+from fsmkit.language.walk import subexpressions
 
 
 def blocks(chart: Chart) -> Iterator[Block]:
@@ -58,14 +30,19 @@ def statements(block: Block) -> Iterator[Statement]:
     """Return the statements of a handler, those inside of others too."""
     for statement in block:
         yield statement
-        match statement:
-            case If(branches):
-                for branch in branches:
-                    yield from statements(branch.body)
-            case ForEach(body=body):
-                yield from statements(body)
-            case _:
-                pass
+        for body in bodies(statement):
+            yield from statements(body)
+
+
+def bodies(statement: Statement) -> tuple[Block, ...]:
+    """Return the blocks inside of a statement."""
+    match statement:
+        case If(branches):
+            return tuple(branch.body for branch in branches)
+        case ForEach(body=body):
+            return (body,)
+        case _:
+            return ()
 
 
 def all_statements(chart: Chart) -> Iterator[Statement]:
@@ -87,64 +64,41 @@ def conditions(chart: Chart) -> Iterator[Expr]:
 def values(statement: Statement) -> tuple[Expr, ...]:
     """Return the expressions a statement evaluates itself, its bodies left aside.
 
-    The variable that an assignment writes is not among them, but the indices in its location are.
+    The places that it writes are not among them, but the indices in these are.
     """
     match statement:
         case Assign(location, value):
             return (value, *_indices(location))
-        case Raise(arguments=arguments) | Invoke(arguments=arguments):
-            return arguments
-        case Send(arguments=arguments, delay=delay):
-            return arguments if delay is None else (*arguments, delay)
-        case Log(values=logged):
-            return logged
         case If(branches):
             return tuple(b.condition for b in branches if b.condition is not None)
         case ForEach(array=array):
             return (array,)
-        case Reply(value):
-            return (value,)
-        case CallOperation(call):
-            return (call,)
-        case Cancel() | Fail():
-            return ()
         case _:
-            assert_never(statement)
+            held = (getattr(statement, slot.name) for slot in fields(statement))
+            each = (part if isinstance(part, tuple) else (part,) for part in held)
+            return tuple(part for parts in each for part in parts if isinstance(part, Expr))
+
+
+def written(statement: Statement) -> tuple[Location, ...]:
+    """Return the places a statement writes itself."""
+    match statement:
+        case Assign(location):
+            return (location,)
+        case ForEach(_, item, index):
+            return (item,) if index is None else (item, index)
+        case _:
+            return ()
 
 
 def _indices(location: Expr) -> tuple[Expr, ...]:
-    match location:
-        case Element(array, index):
-            return (index, *_indices(array))
-        case Member(record):
-            return _indices(record)
-        case _:
-            return ()
+    return tuple(part.index for part in subexpressions(location) if isinstance(part, Element))
 
 
-def subexpressions(expr: Expr) -> Iterator[Expr]:
-    """Return an expression and all its parts."""
-    yield expr
-    for part in parts(expr):
-        yield from subexpressions(part)
+def variables(node: object) -> frozenset[str]:
+    """Return all variables that occur in a node of a chart."""
+    return frozenset(part.name for part in nodes(node) if isinstance(part, Variable))
 
 
-def parts(expr: Expr) -> tuple[Expr, ...]:
-    """Return the direct parts of an expression."""
-    match expr:
-        case Literal() | Variable() | EventField() | EventName() | InState() | Invalid():
-            return ()
-        case Unary(operand=operand) | Convert(operand=operand):
-            return (operand,)
-        case Binary(left=left, right=right):
-            return (left, right)
-        case Conditional(test, then, otherwise):
-            return (test, then, otherwise)
-        case Element(array, index):
-            return (array, index)
-        case Member(record):
-            return (record,)
-        case Apply(arguments=arguments) | Call(arguments=arguments):
-            return arguments
-        case _:
-            assert_never(expr)
+def reads_input(node: object) -> bool:
+    """Whether an input occurs anywhere in a node of a chart."""
+    return any(isinstance(n, Variable) and n.storage is Storage.INPUT for n in nodes(node))

@@ -21,6 +21,23 @@ def lcca(chart: Chart, states: Iterable[int]) -> int:
     return 0
 
 
+def meeting(chart: Chart, a: int, b: int) -> int:
+    """Return the least common ancestor of two states, each of which may be it."""
+    above = (a, *chart.ancestors(a))
+    return next(s for s in above if s == b or chart.is_descendant(b, s))
+
+
+def are_orthogonal(chart: Chart, a: int, b: int) -> bool:
+    """Whether two states lie in different regions of one parallel state."""
+    meet = meeting(chart, a, b)
+    return meet not in (a, b) and chart.states[meet].kind is Kind.PARALLEL
+
+
+def can_be_together(chart: Chart, a: int, b: int) -> bool:
+    """Whether a configuration can hold both of two states."""
+    return meeting(chart, a, b) in (a, b) or are_orthogonal(chart, a, b)
+
+
 def is_internal(chart: Chart, transition: Transition) -> bool:
     """Whether a transition keeps its source active: SCXML 3.5, ``type="internal"``.
 

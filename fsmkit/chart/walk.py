@@ -12,7 +12,10 @@ from fsmkit.diagnostics import Source, Span
 
 
 def nodes(node: object) -> Iterator[object]:
-    """Yield a node and all below it: dataclasses and tuples, in order, places left out."""
+    """Yield a node and all below it: dataclasses and tuples, in order.
+
+    Places and the types of expressions are left out.
+    """
     left: list[Any] = [node]
     while left:
         part = left.pop()
@@ -28,7 +31,8 @@ def _names_backwards(kind: type[Any]) -> tuple[str, ...] | None:
     """Return what a node holds, the last first; None for what is none."""
     if not is_dataclass(kind) or issubclass(kind, Span | Source):
         return None
-    return tuple(field.name for field in reversed(fields(kind)))
+    names = (field.name for field in reversed(fields(kind)))
+    return tuple(name for name in names if name not in ("span", "type"))
 
 
 def charts_within(chart: Chart) -> Iterator[Chart]:

@@ -55,6 +55,19 @@ def bounds(type_: IntType | DurationType) -> tuple[int, int, Overflow]:
     return type_.lo, type_.hi, type_.overflow
 
 
+def of_type(type_: Type | None) -> tuple[int, int] | None:
+    """Return the least and the greatest integer that stand for values; None where none do."""
+    match type_:
+        case IntType() | DurationType():
+            return bounds(type_)[:2]
+        case BoolType():
+            return 0, 1
+        case EnumType(_, members):
+            return 0, len(members) - 1
+        case _:
+            return None
+
+
 def rounded(value: float, bits: int) -> float:
     """Return the nearest value of a floating-point type."""
     if bits == 64 or math.isinf(value) or math.isnan(value):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import assert_never
 
 from fsmkit.language.conversion import convert
 from fsmkit.language.environment import ContentError, RangeFault
@@ -12,15 +11,10 @@ from fsmkit.language.tree import (
     Apply,
     Binary,
     BinaryOp,
-    Call,
     Conditional,
     Convert,
     Element,
-    EventField,
-    EventName,
     Expr,
-    InState,
-    Invalid,
     Literal,
     Location,
     Member,
@@ -28,6 +22,7 @@ from fsmkit.language.tree import (
     Variable,
 )
 from fsmkit.language.types import IntType, Overflow, Type, Value
+from fsmkit.language.walk import parts, with_parts
 
 
 class _NotConstant(Exception):  # noqa: N818  (never leaves this module)
@@ -66,10 +61,8 @@ def fold(expr: Expr) -> Expr:
     call, index and division whose evaluation can be noticed.
     """
     match expr:
-        case Literal() | Variable() | EventField() | EventName() | InState() | Invalid():
-            return expr
-        case Unary(_, operand):
-            return _computed(replace(expr, operand=fold(operand)))
+        case Unary() | Member() | Apply():
+            return _computed(with_parts(expr, fold))
         case Binary(_, left, right):
             return _binary(replace(expr, left=fold(left), right=fold(right)))
         case Conditional(test, then, otherwise):
@@ -77,20 +70,12 @@ def fold(expr: Expr) -> Expr:
             if isinstance(test, Literal):
                 return fold(then if test.value else otherwise)
             return replace(expr, test=test, then=fold(then), otherwise=fold(otherwise))
-        case Element(_, index):
-            return replace(expr, index=fold(index))
-        case Member(record):
-            return _computed(replace(expr, record=fold(record)))
-        case Apply(_, arguments):
-            return _computed(replace(expr, arguments=tuple(fold(a) for a in arguments)))
-        case Call(_, arguments):
-            return replace(expr, arguments=tuple(fold(a) for a in arguments))
         case Convert(operand, type_):
             inner = fold(operand)
             # an operand folded to a constant may be seen to fit now
             return _computed(convert(inner, type_))
         case _:
-            assert_never(expr)
+            return with_parts(expr, fold)
 
 
 def fold_location(location: Location) -> Location:
@@ -117,7 +102,7 @@ def _binary(expr: Binary) -> Expr:
 def _computed(expr: Expr) -> Expr:
     if isinstance(expr, Literal) or expr.type is None:
         return expr
-    if not all(isinstance(part, Literal) for part in _parts(expr)):
+    if not all(isinstance(part, Literal) for part in parts(expr)):
         return expr
     try:
         value = evaluate(expr, _Nothing())
@@ -135,17 +120,3 @@ def _narrow(value: Value, type_: Type) -> Type:
     ):
         return IntType(value, value)
     return type_
-
-
-def _parts(expr: Expr) -> tuple[Expr, ...]:
-    match expr:
-        case Unary(_, operand) | Convert(operand):
-            return (operand,)
-        case Binary(_, left, right):
-            return left, right
-        case Member(record):
-            return (record,)
-        case Apply(_, arguments):
-            return arguments
-        case _:
-            return (expr,)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from fsmkit.chart.chart import Chart, Data
-from fsmkit.chart.statements import Assign, ForEach
+from fsmkit.chart.content import all_statements, written
 from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.declaration_text import read_typed
@@ -30,6 +30,7 @@ from fsmkit.language import (
     read_type,
 )
 from fsmkit.language.constants import start_value
+from fsmkit.language.walk import root
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import InputLink, Machine, Slot
 from fsmkit.yaml.nodes import Node, require_mapping, require_text
@@ -149,7 +150,7 @@ def shared_links(machines: Sequence[Machine]) -> tuple[InputLink, ...]:
     for number, machine in enumerate(machines):
         for place, slot in enumerate(machine.shared):
             holders.setdefault((slot.name, slot.element), []).append((number, place))
-    written = [_written(machine.chart) for machine in machines]
+    changed = [_written(machine.chart) for machine in machines]
     return tuple(
         InputLink(
             source,
@@ -159,7 +160,7 @@ def shared_links(machines: Sequence[Machine]) -> tuple[InputLink, ...]:
         )
         for (name, _), found in holders.items()
         for source, place in found
-        if name in written[source]
+        if name in changed[source]
         for target, other in found
         if target != source
     )
@@ -167,16 +168,7 @@ def shared_links(machines: Sequence[Machine]) -> tuple[InputLink, ...]:
 
 def _written(chart: Chart) -> frozenset[str]:
     """Return the names of all variables that a chart assigns."""
-    found = set()
-    for node in nodes((chart.states, chart.transitions, chart.script)):
-        match node:
-            case Assign(location):
-                found |= {n.name for n in nodes(location) if isinstance(n, Variable)}
-            case ForEach(_, item, index):
-                found |= {item.name} | (set() if index is None else {index.name})
-            case _:
-                pass
-    return frozenset(found)
+    return frozenset(root(p).name for s in all_statements(chart) for p in written(s))
 
 
 # --- values ---------------------------------------------------------------------------------------

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fsmkit.analysis.effects import can_fail
 from fsmkit.analysis.exclusion import implies
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.chart.content import subexpressions
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Origin, Trigger
-from fsmkit.language import Binary, BinaryOp, Call, Element, Expr, Invalid, Literal
+from fsmkit.language import Literal
+from fsmkit.language.walk import calls
 
 MOST_COMPARED = 100
 """A transition is compared with so many before it: a state with more would take for ever."""
@@ -56,18 +57,9 @@ def _is_weaker(chart: Chart, earlier: Transition, later: Transition) -> bool:
     """Whether the guard of the earlier holds whenever that of the later does."""
     if is_unguarded(earlier) or earlier.guard is None:
         return True
-    if later.guard is None or may_fail(earlier.guard):
+    if later.guard is None or can_fail(earlier.guard) or calls(earlier.guard):
         return False
     return implies(chart, later.guard, earlier.guard)
-
-
-def may_fail(guard: Expr) -> bool:
-    """Whether evaluating may be a content error, which makes a guard false, or asks the host."""
-    return any(
-        isinstance(part, Call | Element | Invalid)
-        or (isinstance(part, Binary) and part.op in (BinaryOp.DIV, BinaryOp.REM))
-        for part in subexpressions(guard)
-    )
 
 
 def _report(transition: Transition, hiding: Transition, findings: Findings) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from fsmkit.chart.chart import Chart
-from fsmkit.chart.content import all_statements, conditions, subexpressions, values
-from fsmkit.chart.statements import Assign, ForEach
+from fsmkit.chart.content import all_statements, conditions, values, variables, written
+from fsmkit.chart.statements import ForEach
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Origin
 from fsmkit.language import Variable
+from fsmkit.language.walk import root
 
 
 def check(chart: Chart, findings: Findings) -> None:
@@ -17,20 +18,14 @@ def check(chart: Chart, findings: Findings) -> None:
     """
     if chart.abstract:
         return
-    read: set[str] = set()
-    for condition in conditions(chart):
-        read |= {e.name for e in subexpressions(condition) if isinstance(e, Variable)}
+    read = set(variables(tuple(conditions(chart))))
     for statement in all_statements(chart):
-        used = {
-            e.name
-            for value in values(statement)
-            for e in subexpressions(value)
-            if isinstance(e, Variable)
-        }
-        if isinstance(statement, Assign) and isinstance(statement.location, Variable):
-            used.discard(statement.location.name)
-        if isinstance(statement, ForEach):
-            used |= {v.name for v in (statement.item, statement.index) if v is not None}
+        used = variables(values(statement))
+        for place in written(statement):
+            if isinstance(statement, ForEach):
+                used |= {root(place).name}
+            elif isinstance(place, Variable):
+                used -= {place.name}
         read |= used
     for data in (*chart.data, *chart.inputs):
         if data.name not in read and data.origin is Origin.OWN:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
-
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Reply
-from fsmkit.diagnostics import Findings, Span
+from fsmkit.chart.walk import nodes
+from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
 from fsmkit.language import (
     ArrayType,
@@ -76,15 +74,15 @@ def report_limits(chart: Chart, findings: Findings) -> None:
                 "c-limit", "a delay that is an interval is for models of surroundings",
                 transition.span, help="give it one delay",
             )  # fmt: skip
-        for node in _nodes((transition.guard, transition.content)):
+        for node in nodes((transition.guard, transition.content)):
             _check(chart, node, transition.events, findings)
     for state in chart.states:
-        for node in _nodes((state.on_entry, state.on_exit, state.invokes, state.done_data)):
+        for node in nodes((state.on_entry, state.on_exit, state.invokes, state.done_data)):
             _check(chart, node, (), findings)
     for event in chart.events:
-        for node in _nodes(event.finalize):
+        for node in nodes(event.finalize):
             _check(chart, node, (event.index,), findings)
-    for node in _nodes(chart.script):
+    for node in nodes(chart.script):
         _check(chart, node, (), findings)
 
 
@@ -125,13 +123,3 @@ def _check(chart: Chart, node: object, events: tuple[int, ...], findings: Findin
                 )  # fmt: skip
         case _:
             pass
-
-
-def _nodes(node: object) -> Iterator[object]:
-    if isinstance(node, tuple):
-        for part in node:
-            yield from _nodes(part)
-    elif is_dataclass(node) and not isinstance(node, Span | type):
-        yield node
-        for part in fields(node):
-            yield from _nodes(getattr(node, part.name))

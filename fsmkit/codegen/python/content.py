@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
+from fsmkit.analysis.effects import can_end, can_fail, can_fault
 from fsmkit.chart.chart import Chart, State
 from fsmkit.chart.content import statements
 from fsmkit.chart.statements import (
@@ -24,23 +25,20 @@ from fsmkit.chart.statements import (
     Send,
     Statement,
 )
-from fsmkit.codegen.python.expressions import Printer, can_fail, parts_of, place, spell
+from fsmkit.codegen.python.expressions import Printer, place, spell
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.language import (
     ArrayType,
     BoolType,
-    Convert,
     DurationType,
     Element,
     EnumType,
     Expr,
     FloatType,
     IntType,
-    Literal,
     Location,
     Member,
-    Overflow,
     RecordType,
     SymbolType,
     Type,
@@ -99,7 +97,7 @@ class ContentPrinter:
     def block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
         """Print one handler."""
         printer = Printer(self.names, payload)
-        if not any(map(_can_fail, block)):
+        if not any(can_end(statement, can_fault) for statement in block):
             self._statements(out, block, printer)
             return
         with out.suite("try:"):
@@ -285,29 +283,3 @@ def _quoted(text: str) -> str:
 
 def _passed(printer: Printer, arguments: tuple[Expr, ...]) -> str:
     return ", ".join(printer.frozen(argument) for argument in arguments)
-
-
-def _can_fail(node: object) -> bool:
-    """Whether a statement can end its block. A condition that fails is only false."""
-    match node:
-        case Fail():
-            return True
-        case If(branches):
-            return any(_can_fail(statement) for b in branches for statement in b.body) or any(
-                _can_fault(branch.condition) for branch in branches
-            )
-        case ForEach(body=body):
-            return any(map(_can_fail, body))
-        case Send(delay=delay) if delay is not None and not isinstance(delay, Literal):
-            return True
-        case _:
-            return can_fail(node)
-
-
-def _can_fault(node: object) -> bool:
-    """Whether evaluating can put the machine into a fault."""
-    match node:
-        case Convert(type=IntType(overflow=Overflow.FAULT)):
-            return True
-        case _:
-            return any(map(_can_fault, parts_of(node)))

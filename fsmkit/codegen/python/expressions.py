@@ -6,13 +6,12 @@ Python's integers are exact, so a result is reduced only where its type says tha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
-from functools import cache
-from typing import Any, assert_never
+from dataclasses import dataclass
+from typing import assert_never
 
-from fsmkit.analysis import intervals
+from fsmkit.analysis.effects import is_inside
+from fsmkit.analysis.ranges import raw_range, within
 from fsmkit.codegen.python.names import Names
-from fsmkit.diagnostics import Span
 from fsmkit.language import (
     LONGEST_DURATION,
     Apply,
@@ -190,11 +189,11 @@ class Printer:
         None for anything else, and where a mask is as cheap as the question.
         """
         expr = fold(expr)
-        type_, raw = expr.type, intervals.exact(expr)
+        type_, raw = expr.type, raw_range(expr)
         is_sum = isinstance(expr, Binary) and expr.op in (BinaryOp.ADD, BinaryOp.SUB)
         if not is_sum or raw is None or not isinstance(type_, IntType) or type_.hi <= SMALL:
             return None
-        if type_.overflow is not Overflow.WRAP or intervals.within(raw, (type_.lo, type_.hi)):
+        if type_.overflow is not Overflow.WRAP or within(raw, (type_.lo, type_.hi)):
             return None
         assert isinstance(expr, Binary)  # noqa: S101
         least = f"{_hexadecimal(max(type_.lo, -SMALL))} <= " if raw[0] < type_.lo else ""
@@ -255,8 +254,8 @@ def reduced(text: Fragment, expr: Expr) -> Fragment:
     type_ = expr.type
     if not isinstance(type_, IntType) or type_.overflow is not Overflow.WRAP:
         return text
-    raw = intervals.exact(expr)
-    if raw is not None and intervals.within(raw, (type_.lo, type_.hi)):
+    raw = raw_range(expr)
+    if raw is not None and within(raw, (type_.lo, type_.hi)):
         return text
     return wrapped(text, type_.lo, type_.hi)
 
@@ -321,65 +320,3 @@ def place(type_: Type | None, name: str) -> int:
     """Return where in a record its field stands."""
     assert isinstance(type_, RecordType)  # noqa: S101
     return next(i for i, part in enumerate(type_.fields) if part.name == name)
-
-
-def is_inside(index: Expr, length: int) -> bool:
-    """Whether an index provably lies within an array."""
-    if isinstance(index, Literal) and isinstance(index.value, int):
-        return 0 <= index.value < length
-    return isinstance(index.type, IntType) and 0 <= index.type.lo <= index.type.hi < length
-
-
-def can_fail(node: object) -> bool:
-    """Whether evaluating may end in an error of content, or in a fault."""
-    match node:
-        case Binary(BinaryOp.DIV | BinaryOp.REM, left, right, type_):
-            if not isinstance(type_, FloatType) and not _is_never_zero(right):
-                return True
-            return can_fail(left) or can_fail(right)
-        case Element(array, index):
-            assert isinstance(array.type, ArrayType)  # noqa: S101
-            return not is_inside(index, array.type.length) or can_fail(index)
-        case Convert(type=IntType(overflow=Overflow.FAULT)):
-            return True
-        case Invalid():
-            return True
-        case _:
-            return any(map(can_fail, parts_of(node)))
-
-
-def has_effect(node: object) -> bool:
-    """Whether evaluating twice differs from once: it calls the host, or tells a range error."""
-    match node:
-        case Call():
-            return True
-        case Convert(type=IntType(overflow=Overflow.SATURATE) | DurationType()):
-            return True
-        case _:
-            return any(map(has_effect, parts_of(node)))
-
-
-def reads_event(node: object) -> bool:
-    """Whether a part of the payload at hand occurs anywhere."""
-    return isinstance(node, EventField) or any(map(reads_event, parts_of(node)))
-
-
-def parts_of(node: object) -> tuple[object, ...]:
-    """Return the nodes that a node of a tree is made of, and the tuples of them."""
-    if isinstance(node, tuple):
-        return node
-    kind: Any = type(node)
-    return tuple([getattr(node, name) for name in _part_names(kind)])
-
-
-@cache
-def _part_names(kind: type[Any]) -> tuple[str, ...]:
-    if kind is Span or not is_dataclass(kind):
-        return ()
-    return tuple(part.name for part in fields(kind) if part.name not in ("span", "type"))
-
-
-def _is_never_zero(expr: Expr) -> bool:
-    if isinstance(expr, Literal):
-        return expr.value != 0
-    return isinstance(expr.type, IntType) and not expr.type.lo <= 0 <= expr.type.hi

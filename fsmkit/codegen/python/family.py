@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
-from fsmkit.codegen.python.expressions import parts_of
 from fsmkit.codegen.python.names import Names, distinct, identifier, names_of
 from fsmkit.codegen.python.template import BASES
 
@@ -32,15 +32,11 @@ def is_alone(chart: Chart) -> bool:
     """Whether a machine neither invokes nor is invoked, nor tries to send where that would lead."""
     if chart.invocations or chart.done is not None or any(s.invokes for s in chart.states):
         return False
-    blocks = [b for s in chart.states for b in (*s.on_entry, *s.on_exit)]
-    blocks += [chart.script, *(t.content for t in chart.transitions)]
-    return not any(map(_is_sending_far, blocks))
-
-
-def _is_sending_far(node: object) -> bool:
-    if isinstance(node, Send):
-        return node.destination in (Destination.INVOKER, Destination.INVOKED)
-    return any(map(_is_sending_far, parts_of(node)))
+    return not any(
+        isinstance(statement, Send)
+        and statement.destination in (Destination.INVOKER, Destination.INVOKED)
+        for statement in all_statements(chart)
+    )
 
 
 def family_of(chart: Chart, prefix: str | None = None) -> Member:

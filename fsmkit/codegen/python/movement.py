@@ -6,11 +6,11 @@ from collections.abc import Callable, Collection
 from functools import partial
 from typing import assert_never
 
+from fsmkit.analysis.effects import can_fail
 from fsmkit.chart.chart import State, Transition
 from fsmkit.chart.statements import Assign, CallOperation, Cancel, Log, Raise, Send
 from fsmkit.codegen.python.clashes import print_clashes
 from fsmkit.codegen.python.content import ContentPrinter
-from fsmkit.codegen.python.expressions import can_fail
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import describe, is_dynamic, real_below, real_children

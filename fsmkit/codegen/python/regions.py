@@ -6,15 +6,17 @@ writes what another writes, and nobody else looks, one region after the other co
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
+from fsmkit.analysis.effects import can_fail, has_effect, is_plain
 from fsmkit.chart.chart import State, Transition
-from fsmkit.chart.statements import Assign
-from fsmkit.codegen.python.expressions import can_fail, has_effect, parts_of
+from fsmkit.chart.content import statements, variables, written
+from fsmkit.chart.statements import Block
+from fsmkit.chart.walk import nodes
 from fsmkit.codegen.python.relations import LONG
 from fsmkit.codegen.python.selection import Groups, is_needing_memo
 from fsmkit.document.document import Kind, Trigger
-from fsmkit.language import EventField, EventName, InState, Variable
+from fsmkit.language import EventField, EventName, InState
 from fsmkit.plan import Enter, Plan
 
 TIMED = (Trigger.AFTER, Trigger.EVERY)
@@ -33,9 +35,9 @@ def independent(plan: Plan, groups: Groups) -> list[Groups] | None:
     if not all(_is_apart(plan, by_region[region]) for region in regions):
         return None
     used = [_used(plan, by_region[region]) for region in regions]
-    for place, (_, written) in enumerate(used):
+    for place, (_, changed) in enumerate(used):
         others = used[:place] + used[place + 1 :]
-        if any(written & (read | also) for read, also in others):
+        if any(changed & (read | also) for read, also in others):
             return None
     return [by_region[region] for region in regions]
 
@@ -82,9 +84,8 @@ def _touched(plan: Plan, transition: Transition) -> Iterator[State]:
                 yield plan.chart.states[op.state]
 
 
-def _trees(plan: Plan, transition: Transition) -> Iterator[object]:
-    """Yield all that is evaluated or run by a transition."""
-    yield transition.guard
+def _blocks(plan: Plan, transition: Transition) -> Iterator[Block]:
+    """Yield all that is run by a transition."""
     yield transition.content
     if transition.targets:
         (variant,) = plan.moves[transition.index].variants
@@ -92,8 +93,8 @@ def _trees(plan: Plan, transition: Transition) -> Iterator[object]:
             if isinstance(op, Enter):
                 yield from (plan.chart.transitions[default].content for default in op.defaults)
     for state in _touched(plan, transition):
-        yield state.on_exit
-        yield state.on_entry
+        yield from state.on_exit
+        yield from state.on_entry
 
 
 def _is_pure(plan: Plan, transition: Transition) -> bool:
@@ -104,35 +105,18 @@ def _is_pure(plan: Plan, transition: Transition) -> bool:
         timed = any(plan.chart.transitions[t].trigger in TIMED for t in state.transitions)
         if timed or state.kind is Kind.FINAL or state.invokes:
             return False
-    trees = list(_trees(plan, transition))
-    return all(_only_assigns(tree) for tree in trees[1:]) and not any(
-        isinstance(node, InState | EventField | EventName) or can_fail(node) or has_effect(node)
-        for tree in trees
-        for node in _nodes(tree)
+    guard, blocks = transition.guard, tuple(_blocks(plan, transition))
+    asked = (InState, EventField, EventName)
+    return (
+        not (can_fail(guard) or has_effect(guard))
+        and all(map(is_plain, blocks))
+        and not any(isinstance(node, asked) for node in nodes((guard, blocks)))
     )
-
-
-def _only_assigns(blocks: object) -> bool:
-    if isinstance(blocks, tuple):
-        return all(map(_only_assigns, blocks))
-    return isinstance(blocks, Assign)
 
 
 def _used(plan: Plan, groups: Groups) -> tuple[Names, Names]:
     """Return the variables that a region reads, and those that it writes, for an event."""
     steps = [step for _, steps in groups for step in steps if step is not None]
-    nodes = [node for step in steps for tree in _trees(plan, step) for node in _nodes(tree)]
-    written = _variables(node.location for node in nodes if isinstance(node, Assign))
-    return _variables(nodes), written
-
-
-def _variables(trees: Iterable[object]) -> Names:
-    return frozenset(
-        node.name for tree in trees for node in _nodes(tree) if isinstance(node, Variable)
-    )
-
-
-def _nodes(tree: object) -> Iterator[object]:
-    yield tree
-    for part in parts_of(tree):
-        yield from _nodes(part)
+    blocks = tuple(block for step in steps for block in _blocks(plan, step))
+    changed = tuple(place for block in blocks for s in statements(block) for place in written(s))
+    return variables((tuple(step.guard for step in steps), blocks)), variables(changed)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.codegen.python.expressions import parts_of
+from fsmkit.chart.content import reads_input
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import has_regions
 from fsmkit.document.document import Trigger
-from fsmkit.language import Storage, Variable
 from fsmkit.plan import Plan
 from fsmkit.texts.lines import one_line
 
@@ -64,12 +63,7 @@ def _line(transition: Transition) -> str:
 
 def samples_inputs(chart: Chart) -> bool:
     """Whether the guard of an eventless transition reads an input."""
-    return any(t.trigger is Trigger.EVENTLESS and _reads_input(t.guard) for t in chart.transitions)
-
-
-def _reads_input(node: object) -> bool:
-    is_input = isinstance(node, Variable) and node.storage is Storage.INPUT
-    return is_input or any(map(_reads_input, parts_of(node)))
+    return any(t.trigger is Trigger.EVENTLESS and reads_input(t.guard) for t in chart.transitions)
 
 
 def conflict_tables(plan: Plan) -> dict[str, object]:

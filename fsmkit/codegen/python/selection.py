@@ -5,9 +5,10 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterable
 
+from fsmkit.analysis.effects import can_fail, has_effect, reads_event
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.deferral import shared_deferral
-from fsmkit.codegen.python.expressions import Printer, can_fail, has_effect, reads_event
+from fsmkit.codegen.python.expressions import Printer
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Kind, Trigger

@@ -11,7 +11,9 @@ from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 
+from fsmkit.analysis.effects import observes
 from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.structure import can_be_together
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.movement import Mover
@@ -29,7 +31,7 @@ from fsmkit.codegen.python.selection import (
     payload_of,
     print_selection,
 )
-from fsmkit.codegen.python.trees import Trees, observes
+from fsmkit.codegen.python.trees import Trees
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan import Content, Enter, Plan
 from fsmkit.texts.python import docstring, quoted
@@ -196,20 +198,13 @@ class Straight:
         if len(sources) > MANY and len({region_of[source] for source in sources}) > 1:
             return False
         return all(
-            region_of[one] == region_of[other] or self._are_exclusive(one, other)
+            region_of[one] == region_of[other] or not can_be_together(self.chart, one, other)
             for one in sources
             for other in sources
         ) and all(self.plan.moves[t].is_static for s in sources for t in self._own(s))
 
     def _own(self, state: int) -> Iterable[int]:
         return self.chart.states[state].transitions
-
-    def _are_exclusive(self, one: int, other: int) -> bool:
-        """Whether two states, of different regions, are never active at once."""
-        chart = self.chart
-        above = {one, *chart.ancestors(one)}
-        common = next(s for s in (other, *chart.ancestors(other)) if s in above)
-        return common not in (one, other) and chart.states[common].kind is not Kind.PARALLEL
 
     def _tests(self, groups: Groups) -> list[str]:
         """Return how to ask whether states are active; comparing costs less than a mask."""

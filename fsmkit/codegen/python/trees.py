@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from fsmkit.analysis.effects import observes
 from fsmkit.chart.chart import Chart, State
-from fsmkit.chart.statements import CallOperation, Destination, Log, Send
-from fsmkit.codegen.python.expressions import parts_of
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.movement import Mover
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import real_children
 from fsmkit.document.document import Kind
-from fsmkit.language import Call, InState
 from fsmkit.texts.python import quoted
 
 MOST = 8
@@ -127,14 +125,3 @@ class Trees:
             and self.mover.is_left_silently(self.chart.states[state])
             and all(map(self._is_silent, real_children(self.chart, state)))
         )
-
-
-def observes(node: object) -> bool:
-    """Whether content asks which states are active, or gives the host a chance to."""
-    match node:
-        case InState() | Call() | CallOperation() | Log():
-            return True
-        case Send(destination=Destination.PORT):
-            return True
-        case _:
-            return any(map(observes, parts_of(node)))

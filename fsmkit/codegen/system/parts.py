@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.c.expressions.effects import reads_input
+from fsmkit.chart.content import reads_input
 from fsmkit.codegen.c.names import Names, name_everything
 from fsmkit.codegen.c.reserved import KEYWORDS
 from fsmkit.document.document import Trigger

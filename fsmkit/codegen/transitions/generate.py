@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fsmkit.analysis.independence import NONE, done_event
+from fsmkit.analysis.effects import Effects, done_event
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.chart.content import all_statements, conditions, subexpressions
+from fsmkit.chart.content import all_statements, conditions
 from fsmkit.chart.statements import Destination, Log, Send
 from fsmkit.codegen.python import template
 from fsmkit.codegen.python.expressions import spell
@@ -23,6 +23,7 @@ from fsmkit.codegen.transitions.names import ModelNames, model_names, text
 from fsmkit.codegen.transitions.order import Order
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import ArrayType, EnumType, Field, RecordType
+from fsmkit.language.walk import subexpressions
 from fsmkit.texts import printing
 from fsmkit.texts.python import docstring, paragraph
 
@@ -80,7 +81,7 @@ def has_start(chart: Chart) -> bool:
     initial = _initial(chart)
     entered = order.entries(initial)
     return bool(chart.script or initial.content) or any(
-        any(state.on_entry) or order.entry_effects[state.index] != NONE for state in entered
+        any(state.on_entry) or order.entry_effects[state.index] != Effects() for state in entered
     )
 
 

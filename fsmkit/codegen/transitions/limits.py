@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fsmkit.analysis.independence import of_guard
+from fsmkit.analysis.effects import can_fail, of_guard
 from fsmkit.analysis.ranges import range_of
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.chart.content import statements, subexpressions, values
+from fsmkit.chart.content import statements, values
 from fsmkit.chart.statements import (
     Block,
     Cancel,
@@ -21,7 +20,8 @@ from fsmkit.chart.statements import (
     Send,
     Statement,
 )
-from fsmkit.codegen.python.expressions import can_fail, parts_of
+from fsmkit.chart.structure import are_orthogonal
+from fsmkit.chart.walk import nodes
 from fsmkit.codegen.transitions.order import Order, pairs
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import Kind, Trigger
@@ -37,6 +37,7 @@ from fsmkit.language import (
     Overflow,
     fold,
 )
+from fsmkit.language.walk import subexpressions
 
 KINDS = {
     Kind.SHALLOW_HISTORY: ("no history", "name the state to return to as the target"),
@@ -209,7 +210,7 @@ class Checker:
         if can_fail(fold(expr)):
             advice = "test it before: a divisor for zero, an index for its range"
             self._refuse("no `error.execution`, and this can fail", at, advice)
-        for part in _all_parts(fold(expr)):
+        for part in nodes(fold(expr)):
             if isinstance(part, Convert) and _is_saturating(part):
                 advice = "use `min` and `max`, a type that wraps, or a machine integer"
                 self._refuse(f"no `error.range`, and this can leave {part.type}", at, advice)
@@ -246,7 +247,7 @@ class Checker:
                 self._order_of_content(order, transition)
         occurring = frozenset(e.index for e in self.chart.events if is_raised(self.chart, e.index))
         for one, two, event in pairs(self.chart, occurring):
-            if order.is_orthogonal(one.source, two.source):
+            if are_orthogonal(self.chart, one.source, two.source):
                 self._both(order, one, two, event)
             elif self.chart.is_descendant(two.source, one.source):
                 self._nested(order, one, two, event)
@@ -344,12 +345,6 @@ def _is_saturating(part: Convert) -> bool:
         bounds = range_of(part.operand)
         return bounds is None or not type_.lo <= bounds[0] <= bounds[1] <= type_.hi
     return isinstance(type_, DurationType)
-
-
-def _all_parts(node: object) -> Iterator[object]:
-    yield node
-    for part in parts_of(node):
-        yield from _all_parts(part)
 
 
 def _without_bodies(statement: Statement) -> object:

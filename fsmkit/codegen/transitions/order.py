@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 
-from fsmkit.analysis.independence import Effects, of_blocks, of_entry, of_guard, union
+from fsmkit.analysis.effects import Effects, of_blocks, of_entry, of_guard, union
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.chart.structure import is_internal, lcca
+from fsmkit.chart.structure import are_orthogonal, can_be_together, is_internal, lcca, meeting
 from fsmkit.document.document import Kind, Trigger
 
 
@@ -26,20 +26,6 @@ class Order:
     chart: Chart
 
     # --- the tree ---------------------------------------------------------------------------
-
-    def meeting(self, a: int, b: int) -> int:
-        """Return the least common ancestor of two states, each of which may be it."""
-        above = (a, *self.chart.ancestors(a))
-        return next(s for s in above if s == b or self.chart.is_descendant(b, s))
-
-    def is_orthogonal(self, a: int, b: int) -> bool:
-        """Whether two states lie in different regions of one parallel state."""
-        meeting = self.meeting(a, b)
-        return meeting not in (a, b) and self.chart.states[meeting].kind is Kind.PARALLEL
-
-    def can_be_together(self, a: int, b: int) -> bool:
-        """Whether two states can be active at the same time."""
-        return self.meeting(a, b) in (a, b) or self.is_orthogonal(a, b)
 
     def domain(self, transition: Transition) -> int | None:
         """Return the state below which all exits and entries lie (getTransitionDomain)."""
@@ -62,7 +48,7 @@ class Order:
         if domain is None or transition.trigger is Trigger.INITIAL:
             return ()
         below = self.chart.states[domain + 1 : self.chart.states[domain].last_descendant + 1]
-        return tuple(s for s in below if self.can_be_together(s.index, transition.source))
+        return tuple(s for s in below if can_be_together(self.chart, s.index, transition.source))
 
     def entries(self, transition: Transition) -> tuple[State, ...]:
         """Return the states that a transition enters, in the order of the library."""
@@ -111,7 +97,7 @@ class Order:
     def confused_exits(self, transition: Transition) -> tuple[State, State] | None:
         """Return two states that the library would leave in the other order."""
         for early, late in combinations(self.exits(transition), 2):
-            if early.depth >= late.depth and self.is_orthogonal(early.index, late.index):
+            if early.depth >= late.depth and are_orthogonal(self.chart, early.index, late.index):
                 both = self.exit_effects[early.index], self.exit_effects[late.index]
                 if not both[0].commutes(both[1]):
                     return early, late
@@ -131,7 +117,7 @@ class Order:
     def is_within_region(self, transition: Transition, other: int) -> bool:
         """Whether a transition leaves nothing outside of its region, beside another state."""
         domain = self.domain(transition)
-        parallel = self.meeting(transition.source, other)
+        parallel = meeting(self.chart, transition.source, other)
         return domain is None or self.chart.is_descendant(domain, parallel)
 
     def do_commute(self, one: Transition, two: Transition) -> bool:

@@ -13,7 +13,7 @@ from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Span
 from fsmkit.export.uppaal.entries import FIRST_SLOT, Assigned, Entry, Picked, Test, scratch
-from fsmkit.export.uppaal.terms import fitting, rebuilt, refuse, safety, saturating, staying
+from fsmkit.export.uppaal.terms import fitting, refuse, safety, saturating, staying
 from fsmkit.language import (
     BOOL,
     SYMBOL,
@@ -41,6 +41,7 @@ from fsmkit.language import (
     default_value,
     fold,
 )
+from fsmkit.language.walk import rebuilt
 from fsmkit.verify.statespace.actions import Chooser
 
 NUMBER = IntType(-(2**30), -1)

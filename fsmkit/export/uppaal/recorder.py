@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from fsmkit.chart.chart import Chart, Data
+from fsmkit.chart.content import statements, written
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -28,7 +29,6 @@ from fsmkit.chart.statements import (
     Send,
     Statement,
 )
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Span
 from fsmkit.export.uppaal.entries import FIRST_SLOT, Posted, Told
 from fsmkit.export.uppaal.evaluator import (
@@ -55,13 +55,13 @@ from fsmkit.language import (
     Expr,
     Field,
     Literal,
-    Member,
     Storage,
     Value,
     Variable,
     fold,
 )
 from fsmkit.language.arithmetic import exact
+from fsmkit.language.walk import root
 
 
 class Recorder(Evaluator):
@@ -287,7 +287,8 @@ class Recorder(Evaluator):
         """Return the rounds of a loop one after the other."""
         array = loop.array
         assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
-        if any(isinstance(n, Assign) and _root(n.location) == array.name for n in nodes(loop.body)):
+        changed = (place for inner in statements(loop.body) for place in written(inner))
+        if any(root(place).name == array.name for place in changed):
             raise refuse("this loop changes its array", loop.span, "loop over a copy")
         found: list[Statement] = []
         for place in range(array.type.length):
@@ -298,9 +299,3 @@ class Recorder(Evaluator):
                 found.append(Assign(loop.index, index, loop.span))
             found += loop.body
         return list(self._block(tuple(found)))
-
-
-def _root(location: Expr) -> str:
-    while isinstance(location, Member):
-        location = location.record
-    return location.array.name if isinstance(location, Element) else getattr(location, "name", "")

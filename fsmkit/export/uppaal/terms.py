@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import assert_never
 
+from fsmkit.analysis.ranges import raw_range
 from fsmkit.diagnostics import Span, fail
 from fsmkit.language import (
     BOOL,
@@ -13,30 +12,25 @@ from fsmkit.language import (
     ArrayType,
     Binary,
     BinaryOp,
-    BoolType,
     Call,
     Conditional,
     Convert,
     DurationType,
     Element,
-    EnumType,
-    EventField,
-    EventName,
     Expr,
-    Function,
-    InState,
     IntType,
     Invalid,
     Literal,
     Member,
     Overflow,
     SymbolType,
+    Type,
     Unary,
     UnaryOp,
-    Variable,
 )
-from fsmkit.language.arithmetic import exact, interval
-from fsmkit.language.conversion import bounds
+from fsmkit.language.arithmetic import exact
+from fsmkit.language.conversion import bounds, of_type
+from fsmkit.language.walk import rebuilt
 
 LEAST, GREATEST = -(2**31), 2**31 - 1
 """The numbers that UPPAAL computes with (docs.uppaal.org, Types)."""
@@ -57,34 +51,6 @@ def require_small(lo: int, hi: int, place: Span | None) -> None:
         )
 
 
-def rebuilt(expr: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
-    """Return an expression in which what ``change`` gives stands for the nodes it gives it for."""
-    changed = change(expr)
-    if changed is not None:
-        return changed
-
-    def down(part: Expr) -> Expr:
-        return rebuilt(part, change)
-
-    match expr:
-        case Literal() | Variable() | EventField() | EventName() | InState() | Invalid():
-            return expr
-        case Unary(_, operand) | Convert(operand):
-            return replace(expr, operand=down(operand))
-        case Binary(_, left, right):
-            return replace(expr, left=down(left), right=down(right))
-        case Conditional(test, then, otherwise):
-            return replace(expr, test=down(test), then=down(then), otherwise=down(otherwise))
-        case Element(_, index):
-            return replace(expr, index=down(index))
-        case Member(record):
-            return replace(expr, record=down(record))
-        case Apply(_, arguments) | Call(_, arguments):
-            return replace(expr, arguments=tuple(map(down, arguments)))
-        case _:
-            assert_never(expr)
-
-
 # --- bounds ---------------------------------------------------------------------------------------
 
 
@@ -93,71 +59,25 @@ def range_of(expr: Expr) -> tuple[int, int]:
 
     Refuses what has no bounds within 32 bits.
     """
-    found = _range(expr)
+    found = raw_range(expr, range_of)
+    if found is None and isinstance(expr, Binary):
+        raise refuse("this has no bounds", expr.span, "use a narrower range")
+    found = found or range_of_type(expr.type, expr.span)
     require_small(*found, expr.span)
     return found
 
 
-def _range(expr: Expr) -> tuple[int, int]:
-    match expr:
-        case Literal(value) if isinstance(value, int):
-            return int(value), int(value)
-        case Unary(UnaryOp.NEGATE, operand):
-            lo, hi = range_of(operand)
-            return -hi, -lo
-        case Unary(UnaryOp.INVERT, operand):
-            lo, hi = range_of(operand)
-            return -hi - 1, -lo - 1
-        case Binary(op, left, right) if isinstance(expr.type, IntType):
-            found = interval(op, exact(*range_of(left)), exact(*range_of(right)))
-            if found is None:
-                raise refuse("this has no bounds", expr.span, "use a narrower range")
-            return found.lo, found.hi
-        case Conditional(_, then, otherwise):
-            one, other = range_of(then), range_of(otherwise)
-            return min(one[0], other[0]), max(one[1], other[1])
-        case Apply(function, arguments):
-            return _range_of_function(function, [range_of(a) for a in arguments])
-        case Convert(operand, IntType() | DurationType() as type_):
-            lo, hi, overflow = bounds(type_)
-            least, greatest = range_of(operand)
-            if lo <= least and greatest <= hi:
-                return least, greatest
-            if overflow is Overflow.WRAP:
-                return lo, hi
-            return min(max(least, lo), hi), min(max(greatest, lo), hi)
-        case _:
-            return range_of_type(expr.type, expr.span)
-
-
-def _range_of_function(function: Function, found: list[tuple[int, int]]) -> tuple[int, int]:
-    if function is Function.ABS:
-        ((lo, hi),) = found
-        return (0 if lo <= 0 <= hi else min(abs(lo), abs(hi))), max(abs(lo), abs(hi))
-    choose = min if function is Function.MIN else max
-    return choose(lo for lo, _ in found), choose(hi for _, hi in found)
-
-
-def range_of_type(type_: object, place: Span | None) -> tuple[int, int]:
+def range_of_type(type_: Type | None, place: Span | None) -> tuple[int, int]:
     """Return the least and greatest value of a scalar type; symbols are numbered elsewhere."""
-    match type_:
-        case BoolType():
-            found = (0, 1)
-        case EnumType(_, members):
-            found = (0, len(members) - 1)
-        case IntType() | DurationType():
-            lo, hi, _ = bounds(type_)
-            found = (lo, hi)
-        case SymbolType():
-            found = (0, GREATEST)
-        case ArrayType(element):
-            found = range_of_type(element, place)
-        case _:
-            raise refuse(
-                f"a value of type `{type_}` cannot be said",
-                place,
-                "use whole numbers, truth values or enumerations, in small units",
-            )
+    if isinstance(type_, ArrayType):
+        type_ = type_.element
+    found = (0, GREATEST) if isinstance(type_, SymbolType) else of_type(type_)
+    if found is None:
+        raise refuse(
+            f"a value of type `{type_}` cannot be said",
+            place,
+            "use whole numbers, truth values or enumerations, in small units",
+        )
     require_small(*found, place)
     return found
 

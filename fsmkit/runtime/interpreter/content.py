@@ -24,16 +24,15 @@ from fsmkit.chart.statements import (
 )
 from fsmkit.language import (
     ContentError,
-    Element,
     Expr,
     Location,
-    Member,
     RangeFault,
     Value,
     Variable,
     evaluate,
     store,
 )
+from fsmkit.language.walk import root
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.invocation import pass_on, start_invoked
@@ -145,19 +144,6 @@ def assign(g: Globals, location: Location, value: Value) -> None:
         return
     slot = g.index.slots[root(location).name]
     g.data[slot] = store(g.data[slot], location, value, g)
-
-
-def root(location: Expr) -> Variable:
-    """Return the variable that a location is a part of."""
-    match location:
-        case Variable():
-            return location
-        case Element(array):
-            return array
-        case Member(record):
-            return root(record)
-        case _:
-            raise ContentError("this is not a location")
 
 
 def send(g: Globals, statement: Send) -> None:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.content import reads_input
 from fsmkit.chart.deferral import shared_deferral
 from fsmkit.chart.histories import forgotten_histories
 from fsmkit.chart.structure import is_internal, lcca
-from fsmkit.diagnostics import Span
 from fsmkit.document.document import Trigger
-from fsmkit.language import Storage, Value, Variable, default_value
+from fsmkit.language import Value, default_value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 
 MEMO = "_interpreter_index"
@@ -115,7 +115,7 @@ def _build(chart: Chart) -> Index:
             tuple(default_value(part.type) for part in event.fields) for event in chart.events
         ),
         samples_inputs=any(
-            _reads_input(transition.guard) for found in eventless for transition in found
+            reads_input(transition.guard) for found in eventless for transition in found
         ),
         initial=Snapshot(
             frozenset(),
@@ -158,18 +158,3 @@ def _by_event(chart: Chart, state: State) -> Mapping[int, tuple[Transition, ...]
 
 def _children(chart: Chart, state: State, *, histories: bool) -> tuple[int, ...]:
     return tuple(child for child in state.children if chart.states[child].is_history is histories)
-
-
-def _reads_input(node: object) -> bool:
-    """Whether an input occurs anywhere in an expression."""
-    match node:
-        case Variable(storage=Storage.INPUT):
-            return True
-        case tuple():
-            return any(map(_reads_input, node))
-        case Span():
-            return False
-        case _ if is_dataclass(node):
-            return any(_reads_input(getattr(node, part.name)) for part in fields(node))
-        case _:
-            return False

@@ -8,15 +8,12 @@ from enum import Enum
 from functools import cached_property
 
 from fsmkit.language import (
-    LONGEST_DURATION,
     BoolType,
-    DurationType,
-    EnumType,
     FloatType,
-    IntType,
     Type,
     Value,
 )
+from fsmkit.language.conversion import of_type
 from fsmkit.runtime.links.event_map import LEVELS, EventMap
 
 MAGIC = b"FK"
@@ -61,19 +58,10 @@ class Frame:
 
 def bounds(type_: Type) -> tuple[int, int] | None:
     """Return the least and the greatest integer that stand for values; None for floats."""
-    match type_:
-        case BoolType():
-            return 0, 1
-        case IntType(lo, hi):
-            return lo, hi
-        case EnumType(_, members):
-            return 0, len(members) - 1
-        case DurationType():
-            return 0, LONGEST_DURATION
-        case FloatType():
-            return None
-        case _:
-            raise ValueError(f"`{type_}` does not cross nodes")
+    found = of_type(type_)
+    if found is None and not isinstance(type_, FloatType):
+        raise ValueError(f"`{type_}` does not cross nodes")
+    return found
 
 
 def code_of(type_: Type) -> str:

@@ -58,10 +58,11 @@ from fsmkit.analysis.alphabet import (
     values_of,
 )
 from fsmkit.chart.chart import Chart, Event
-from fsmkit.chart.walk import charts_within, nodes
+from fsmkit.chart.content import reads_input
+from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import fail
 from fsmkit.document.document import Direction, Trigger
-from fsmkit.language import Storage, Value, Variable
+from fsmkit.language import Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.system.monitors import as_observer, with_monitors
@@ -196,7 +197,7 @@ def close(
         tuple(possible),
         free_inputs,
         results,
-        keeps_inputs=system.is_open and any(_reads_input(p.condition) for p in system.properties),
+        keeps_inputs=system.is_open and any(reads_input(p.condition) for p in system.properties),
         untimed=untimed,
         silent=silent,
         unit=unit,
@@ -302,7 +303,3 @@ def _results(machine: Machine, uses: Uses, samples: list[str]) -> Mapping[str, t
             samples.append(f"the result of `{operation.name}` of `{machine.name}`")
         found[operation.name] = values.values
     return found
-
-
-def _reads_input(node: object) -> bool:
-    return any(isinstance(n, Variable) and n.storage is Storage.INPUT for n in nodes(node))

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.accesses import Names, reads_of
+from fsmkit.analysis.accesses import Names
 from fsmkit.analysis.live_variables import live_variables
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import variables
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import Possible, System, judged
@@ -68,9 +69,9 @@ def _looked_at(system: System, machine: int, chart: Chart) -> Names:
     for property_ in judged(system.properties):
         found |= {atom.variable for _, atom in property_.atoms if atom.machine == machine}
         if property_.owner == machine:
-            found |= reads_of(property_.condition)
-    found |= reads_of(tuple(state.invariant for state in chart.states))
-    return frozenset(found) | reads_of(tuple(event.finalize for event in chart.events))
+            found |= variables(property_.condition)
+    found |= variables(tuple(state.invariant for state in chart.states))
+    return frozenset(found) | variables(tuple(event.finalize for event in chart.events))
 
 
 def _observed(

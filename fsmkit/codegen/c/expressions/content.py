@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import assert_never
 
+from fsmkit.analysis.effects import can_end, can_fail, needs_order
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -24,7 +25,6 @@ from fsmkit.chart.statements import (
     Send,
     Statement,
 )
-from fsmkit.codegen.c.expressions.effects import can_fail, fails, needs_order
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy
 from fsmkit.codegen.c.expressions.types import storage
@@ -67,7 +67,7 @@ class ContentPrinter:
             return
         printer = Printer(self._names, events)
         body = Emitter()
-        is_failing = any(map(fails, block))
+        is_failing = any(map(can_end, block))
         for statement in block:
             self._statement(body, statement, printer, failing=is_failing)
         texts = body.finish().rstrip("\n").split("\n")

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from fsmkit.analysis.effects import can_fail, has_effect, needs_order
+from fsmkit.analysis.exclusion import joint_outcome, outcome
 from fsmkit.chart.chart import Event
-from fsmkit.codegen.c.expressions.constancy import joint_outcome, outcome
-from fsmkit.codegen.c.expressions.effects import can_fail, has_effect, needs_order
 from fsmkit.codegen.c.expressions.fragments import (
     AND,
     ATOM,

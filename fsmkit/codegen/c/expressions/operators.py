@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fsmkit.codegen.c.expressions.effects import is_never_zero
+from fsmkit.analysis.effects import is_never_zero
 from fsmkit.codegen.c.expressions.fragments import (
     BITS,
     COMPARE,
@@ -108,7 +108,7 @@ class Operators:
         ctype = self.common(type_, interval(expr.left.type), interval(expr.right.type))
         a, b = self.as_type(left, ctype), self.as_type(right, ctype)
         if op in (BinaryOp.DIV, BinaryOp.REM):
-            if is_never_zero(expr.right):
+            if is_never_zero(expr.right) and -1 not in interval(expr.right.type):
                 return Fragment(f"{a} {op.value} {b}", ctype, PRODUCT)
             name = f"fsm_{'div' if op is BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
             return Fragment(f"{name}(&m->failed, {a}, {b})", result_type(ctype))

@@ -20,6 +20,7 @@ from fsmkit.language import (
     SymbolType,
     Type,
 )
+from fsmkit.language.conversion import of_type
 
 STORAGE = tuple(
     (f"{prefix}int{bits}_t", lo, hi, bits // 8)
@@ -99,19 +100,9 @@ def wrapping(type_: IntType) -> str:
 
 def interval(type_: Type | None) -> IntType:
     """Return the integers that a value of a discrete type is stored as."""
-    match type_:
-        case IntType(lo, hi):
-            return IntType(lo, hi)
-        case EnumType(_, members):
-            return IntType(0, len(members) - 1)
-        case BoolType():
-            return IntType(0, 1)
-        case SymbolType():
-            return IntType(0, 65535)
-        case DurationType():
-            return IntType(0, 2**31 - 1)
-        case _:
-            raise AssertionError(type_)
+    found = (0, 65535) if isinstance(type_, SymbolType) else of_type(type_)
+    assert found is not None  # noqa: S101  (discrete)
+    return IntType(*found)
 
 
 SUFFIX = {"int": "i32", "int32_t": "i32", "int64_t": "i64", "uint32_t": "u32", "uint64_t": "u64"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.codegen.c.expressions.effects import can_fail
+from fsmkit.analysis.effects import can_fail
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
 from fsmkit.codegen.c.names import Names

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fsmkit.analysis.effects import is_plain
 from fsmkit.codegen.c.expressions.content import ContentPrinter
-from fsmkit.codegen.c.expressions.effects import observes
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Kind, Trigger
@@ -137,7 +137,7 @@ class LeavePrinter:
 
     def is_seen(self, state: int) -> bool:
         """Whether it can be told what is active while a state is left."""
-        return any(map(observes, self.chart.states[state].on_exit)) or any(
+        return not all(map(is_plain, self.chart.states[state].on_exit)) or any(
             invocation.state == state for invocation in self.chart.invocations
         )
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from fsmkit.analysis.effects import can_fail, has_effect, is_plain
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.content import ContentPrinter
-from fsmkit.codegen.c.expressions.effects import can_fail, has_effect, observes
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.reactions.answers import print_answers
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
@@ -132,7 +132,7 @@ class ReactionPrinter:
             for state in path:
                 self._leave(leave, state, is_deepest=state == leaf)
             first = variant.entry[0] if variant.entry else None
-            if observes(transition.content) or not isinstance(first, Enter):
+            if not is_plain(transition.content) or not isinstance(first, Enter):
                 leave.line(self._moves.set_active(variant.domain))
         enter = Emitter()
         self._moves.ops(enter, variant.entry)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import re
 
+from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.chart.chart import Transition
 from fsmkit.chart.deferral import shared_deferral
 from fsmkit.codegen.c.expressions.content import ContentPrinter
-from fsmkit.codegen.c.expressions.effects import can_fail, has_effect
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.forms import Form

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fsmkit.analysis.effects import can_fail, has_effect
+from fsmkit.chart.content import reads_input
 from fsmkit.codegen.c.expressions.content import ContentPrinter
-from fsmkit.codegen.c.expressions.effects import can_fail, has_effect, reads_input
 from fsmkit.codegen.c.helpers import called, fill
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.deferral import is_kept

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.codegen.c.expressions.cases import default
-from fsmkit.codegen.c.expressions.effects import can_fail, has_effect
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.invocation import COMMUNICATION, InvocationPrinter
