@@ -10,7 +10,8 @@ from fsmkit.diagnostics import Findings
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.network import Network
 from fsmkit.export.promela.trail import counterexample_of
-from fsmkit.system.system import Property, System
+from fsmkit.system.properties.property import Property
+from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Counterexample, as_json
 from fsmkit.verify.report.show import counterexample
 from fsmkit.verify.report.verdict import Report, Result, Verdict

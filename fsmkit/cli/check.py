@@ -375,7 +375,7 @@ def time_of(found: Report) -> str:
 def _judged(one: Result) -> Mapping[str, object]:
     told: dict[str, object] = {
         "name": one.name,
-        "kind": one.kind.value if one.kind is not None else one.name.rpartition(".")[2],
+        "kind": one.kind.key if one.kind is not None else one.name.rpartition(".")[2],
         "verdict": one.verdict.value,
     }
     if one.reason:

@@ -13,7 +13,8 @@ from fsmkit.diagnostics import fail
 from fsmkit.export.network import Network
 from fsmkit.language import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Variable
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.system.system import Atom, Property, PropertyKind
+from fsmkit.system.properties.kinds import never
+from fsmkit.system.properties.property import Atom, Property
 from fsmkit.texts import plain
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 
@@ -123,7 +124,7 @@ class _Reader:
                 help="declare narrower ranges, or let a chart compare",
             )
         some = [automaton.locals[0].snapshot for automaton in self._network.automata]
-        asked = replace(self._property, condition=expr, kind=PropertyKind.NEVER)
+        asked = replace(self._property, condition=expr, kind=never.KIND)
         found: list[Formula] = []
         for combination in product(*(group.values() for group in groups)):
             snapshots = list(some)

@@ -16,7 +16,8 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.emit import legal
 from fsmkit.language import BOOL, ArrayType, Literal, Scope, Storage, Type, type_expression
 from fsmkit.system.indices import INDEXED, canonical
-from fsmkit.system.system import Atom, Condition, Machine
+from fsmkit.system.properties.property import Atom, Condition
+from fsmkit.system.system import Machine
 
 OCCURS = rf"occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>[A-Za-z_][\w.]*)\s*\)"
 TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"

@@ -7,12 +7,13 @@ something leaves it: an event (its index in the chart) or an operation (after al
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from enum import Enum
+from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span
-from fsmkit.language import BOOL, Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Value
+from fsmkit.language import Value
+from fsmkit.system.properties.kinds.invariant import invariants_of
+from fsmkit.system.properties.property import Property
 from fsmkit.texts import guard, telling
 
 OBSERVED = 1 << 16
@@ -55,7 +56,7 @@ class Machine:
     is_channel: bool = False
     """This is a connection that holds or loses messages (see `system.links`)."""
     is_monitor: bool = False
-    """It only watches the others, and moves before them (see `system.monitors`)."""
+    """It only watches the others, and moves before them (see `system.properties.kinds.monitor`)."""
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -105,120 +106,12 @@ class Possible:
     spontaneous: bool = False
 
 
-class PropertyKind(Enum):
-    """The kinds of properties."""
-
-    INVARIANT = "invariant"
-    NEVER = "never"
-    REACHABLE = "reachable"
-    DEADLOCK_FREE = "deadlock_free"
-    LIVELOCK_FREE = "livelock_free"
-    LEADS_TO = "leads_to"
-    WITHIN = "within"
-    RECOVERABLE = "recoverable"
-    MONITOR = "monitor"
-
-
-JUDGED_AT_STATES = {
-    PropertyKind.INVARIANT,
-    PropertyKind.NEVER,
-    PropertyKind.REACHABLE,
-    PropertyKind.MONITOR,
-}
-"""Those that are decided by whether a state is ever marked."""
-TEMPORAL = {PropertyKind.RECOVERABLE, PropertyKind.LEADS_TO, PropertyKind.WITHIN}
-"""Those that are decided over the graph; the states where their conditions hold are marked."""
-
-
-@dataclass(frozen=True, slots=True)
-class Atom:
-    """What a name in a condition means: a state (``state``) or a variable of a machine.
-
-    ``event``: whether the machine takes this event in the step that is judged.
-    """
-
-    machine: int
-    state: int | None = None
-    variable: str = ""
-    event: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """A condition, typed, and what its variables stand for."""
-
-    expression: Expr
-    atoms: tuple[tuple[str, Atom], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Property:
-    """Something that shall hold. ``condition`` is given for those judged at states.
-
-    ``goal`` is what one that is temporal must come to from where the condition holds.
-
-    The variables of the condition are the names in ``atoms``, or, for the invariant of a state,
-    those of the machine that is its ``owner``. ``unexplored`` says why no verdict can be given.
-    """
-
-    name: str
-    kind: PropertyKind
-    text: str
-    condition: Expr | None = None
-    atoms: tuple[tuple[str, Atom], ...] = ()
-    owner: int | None = None
-    unexplored: str = ""
-    goal: Condition | None = None
-    ticks: int = 0
-    """Of `within`: the most that it may take."""
-    span: Span | None = field(default=None, compare=False, repr=False)
-
-    def __post_init__(self) -> None:
-        guard(self, "name", "text", "unexplored")
-
-    @property
-    def is_of_steps(self) -> bool:
-        """Whether this is judged by steps and the states after them."""
-        return any(atom.event is not None for _, atom in self.atoms)
-
-
-def asked_events(properties: tuple[Property, ...]) -> tuple[tuple[int, int], ...]:
-    """Return the events, by machine and number, of which some property asks whether they occur."""
-    atoms = (atom for property_ in properties for _, atom in property_.atoms)
-    return tuple(sorted({(a.machine, a.event) for a in atoms if a.event is not None}))
-
-
-def judged(properties: tuple[Property, ...]) -> tuple[Property, ...]:
-    """Return what states are marked for, in the order of the marks: properties, then goals."""
-    goals = (
-        replace(p, condition=p.goal.expression, atoms=p.goal.atoms)
-        for p in properties
-        if p.goal is not None
-    )
-    return (*properties, *goals)
-
-
-def temporal_properties(
-    properties: tuple[Property, ...], *, untimed: bool = False
-) -> tuple[int, ...]:
-    """Return the numbers of the properties that the graph decides; untimed: no times."""
-    return tuple(
-        number
-        for number, p in enumerate(properties)
-        if p.kind in TEMPORAL
-        and not p.unexplored
-        and not (untimed and p.kind is PropertyKind.WITHIN)
-    )
-
-
-def goal_place(properties: tuple[Property, ...], index: int) -> int:
-    """Return the place of the goal of a property among what is judged."""
-    return len(properties) + sum(p.goal is not None for p in properties[:index])
-
-
 @dataclass(frozen=True, slots=True)
 class Monitor:
-    """A machine that watches for a property, and its wires; `system.monitors` gives it a number."""
+    """A machine that watches for a property, and its wires.
+
+    `system.properties.kinds.monitor` gives it a number.
+    """
 
     property: str
     machine: Machine
@@ -270,30 +163,5 @@ def operation_port(chart: Chart, operation: str) -> int:
 
 def system_of(chart: Chart) -> System:
     """Return the system of one chart alone, with the invariants of its states as properties."""
-    properties = tuple(_invariants(0, Machine(chart.name, chart), prefix=""))
+    properties = tuple(invariants_of(chart, 0, prefix=""))
     return System(chart.name, (Machine(chart.name, chart),), properties=properties, is_open=True)
-
-
-def state_invariants(machines: tuple[Machine, ...]) -> tuple[Property, ...]:
-    """Return a property for each ``invariant`` of a state of one of several machines."""
-    return tuple(
-        found
-        for index, machine in enumerate(machines)
-        for found in _invariants(index, machine, prefix=f"{machine.name}.")
-    )
-
-
-def _invariants(index: int, machine: Machine, *, prefix: str) -> list[Property]:
-    found = []
-    for state in machine.chart.states:
-        if state.invariant is None:
-            continue
-        span = state.invariant.span
-        left = Unary(UnaryOp.NOT, InState(state.index, state.id, span), BOOL, span)
-        condition = Binary(BinaryOp.OR, left, state.invariant, BOOL, span)
-        name = f"{prefix}{state.id}.invariant"
-        text = f"the invariant of `{prefix}{state.id}`"
-        found.append(
-            Property(name, PropertyKind.INVARIANT, text, condition, owner=index, span=span)
-        )
-    return found

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.diagnostics.nearest import nearest
-from fsmkit.system.system import JUDGED_AT_STATES, PropertyKind, System
+from fsmkit.system.properties.property import AtStates, Builtin
+from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.properties.dense import cycle_place, temporal_answers
@@ -290,11 +291,12 @@ def _awaited(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
     for number, property_ in enumerate(closed.system.properties):
         if property_.name not in names:
             continue
-        if property_.kind is PropertyKind.DEADLOCK_FREE and not closed.is_open:
+        decided = property_.kind.decided
+        if decided is Builtin.DEADLOCK and not closed.is_open:
             found.add(DEADLOCK)
         elif property_.is_of_steps and closed.zones:
             return frozenset()
-        elif property_.kind in JUDGED_AT_STATES and not property_.unexplored:
+        elif isinstance(decided, AtStates):
             found.add(1 + number)
         else:
             return frozenset()

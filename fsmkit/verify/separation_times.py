@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from fsmkit.analysis.alphabet import delays_of
 from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.system.conditions import read_condition
-from fsmkit.system.system import Property, PropertyKind, System
+from fsmkit.system.properties.kinds import reachable
+from fsmkit.system.properties.property import Property
+from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.explore import Limits
 from fsmkit.verify.report.verdict import ENDS
@@ -97,7 +99,7 @@ def _reached(system: System, texts: tuple[str, ...], findings: Findings) -> list
             found.append(
                 Property(
                     str(number),
-                    PropertyKind.REACHABLE,
+                    reachable.KIND,
                     text,
                     condition.expression,
                     condition.atoms,

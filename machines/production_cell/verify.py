@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 import fsmkit
-from fsmkit.system.system import PropertyKind
+from fsmkit.system.properties.kinds import leads_to
 
 CELL = Path(__file__).resolve().parent
 HOLDS, VIOLATED = fsmkit.Verdict.HOLDS, fsmkit.Verdict.VIOLATED
@@ -238,7 +238,7 @@ def is_temporal(run: Run) -> bool:
 
 def without_temporal(system: fsmkit.System) -> fsmkit.System:
     """Return a system without the properties that say that something happens some time."""
-    kept = tuple(p for p in system.properties if p.kind is not PropertyKind.LEADS_TO)
+    kept = tuple(p for p in system.properties if p.kind is not leads_to.KIND)
     return replace(system, properties=kept)
 
 

@@ -19,7 +19,9 @@ from fsmkit.export.jani.properties import FORESEEN
 from fsmkit.export.names import identifiers
 from fsmkit.export.network import Network
 from fsmkit.export.promela.model import written
-from fsmkit.system.system import Property, PropertyKind, System
+from fsmkit.system.properties.kinds import deadlock_free, leads_to, reachable
+from fsmkit.system.properties.property import Property
+from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
@@ -87,9 +89,9 @@ class Compared:
 
 def with_deadlock(system: System) -> System:
     """Return a system that asks for deadlocks; a chart alone has traps instead (see `check`)."""
-    if system.is_open or any(p.kind is PropertyKind.DEADLOCK_FREE for p in system.properties):
+    if system.is_open or any(p.kind is deadlock_free.KIND for p in system.properties):
         return system
-    more = Property(FREE_OF_DEADLOCK, PropertyKind.DEADLOCK_FREE, "no deadlock")
+    more = Property(FREE_OF_DEADLOCK, deadlock_free.KIND, "no deadlock")
     return replace(system, properties=(*system.properties, more))
 
 
@@ -123,7 +125,7 @@ def compare(
         ours,
         theirs,
         stormy,
-        frozenset(p for p, kind in kinds.items() if kind is PropertyKind.LEADS_TO),
+        frozenset(p for p, kind in kinds.items() if kind is leads_to.KIND),
         frozenset(kinds) - asked,
     )
 
@@ -153,7 +155,7 @@ def by_explorer(report: Report) -> Judged:
         if result.verdict is not Verdict.UNDECIDED
     }
     for property_ in report.closed.system.properties:
-        if property_.kind is PropertyKind.DEADLOCK_FREE:
+        if property_.kind is deadlock_free.KIND:
             holds[property_.name] = found.mark(DEADLOCK) is None
     return Judged(found.states, holds)
 
@@ -178,7 +180,7 @@ def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> J
         holds = {}
         for claim in re.findall(r"^never (\w+) ", text, re.MULTILINE):
             _, errors = run_pan(folder, seconds, deepest, "-a", "-N", claim)
-            wanted = names[claim].kind is PropertyKind.REACHABLE
+            wanted = names[claim].kind is reachable.KIND
             holds[names[claim].name] = (errors > 0) is wanted
     return Judged(found, holds)
 

@@ -22,7 +22,8 @@ from fsmkit.export.cspm.identifiers import listed
 from fsmkit.export.cspm.model import written
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.transition_system import START, TICK, _label
-from fsmkit.system.system import PropertyKind, System
+from fsmkit.system.properties.kinds import deadlock_free
+from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.replay import load_any
 from fsmkit.verify.statespace.actions import Who
@@ -177,7 +178,7 @@ def is_seen(closed: ClosedSystem, found: Exploration, name: str) -> bool:
     """Whether the explorer marks a state for a property."""
     (number,) = [n for n, p in enumerate(closed.system.properties) if p.name == name]
     property_ = closed.system.properties[number]
-    mark = 0 if property_.kind is PropertyKind.DEADLOCK_FREE else 1 + number
+    mark = 0 if property_.kind is deadlock_free.KIND else 1 + number
     return found.mark(mark) is not None
 
 

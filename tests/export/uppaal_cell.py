@@ -15,7 +15,8 @@ from functools import partial
 
 from fsmkit.diagnostics import Findings
 from fsmkit.export.uppaal.translate import translated
-from fsmkit.system.system import PropertyKind, System
+from fsmkit.system.properties.kinds import deadlock_free, reachable
+from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.statespace.closed_system import close
 from tests.export.agreement import CELL, CHARTS, PAIRS, disturbances, disturbed, loaded
@@ -54,9 +55,9 @@ def agreement(
         if not query.formula or "-->" in query.formula:
             continue
         kind = property_.kind
-        seen = found.mark(0 if kind is PropertyKind.DEADLOCK_FREE else 1 + number) is not None
+        seen = found.mark(0 if kind is deadlock_free.KIND else 1 + number) is not None
         judged += 1
-        expected = seen is (kind is PropertyKind.REACHABLE)
+        expected = seen is (kind is reachable.KIND)
         if meaning.verdict(query.formula, states) is not expected:
             differing.append(property_.name)
     return Agreement(found.states, stable, judged, tuple(differing))

@@ -37,7 +37,7 @@ def compared(closed: ClosedSystem, most: int = 10**6, *, paced: bool = True) -> 
     ):
         if not query.formula or "-->" in query.formula:
             continue
-        kind = property_.kind.value
+        kind = property_.kind.key
         mark = found.mark(0 if kind == "deadlock_free" else 1 + number)
         seen = mark is not None
         assert meaning.verdict(query.formula, states) is (seen is (kind == "reachable")), (

@@ -24,7 +24,7 @@ def system_tree(system: System) -> Tree:
             for p in system.possible
         ],
         "properties": [
-            f"{p.name}: {p.kind.value}" + (f" {p.text}" if p.text != p.kind.value else "")
+            f"{p.name}: {p.kind.key}" + (f" {p.text}" if p.text != p.kind.key else "")
             for p in system.properties
         ],
     }
@@ -89,6 +89,6 @@ def system_document(system: System) -> dict[str, object]:
             {"event": _port(system, p.machine, p.event), "owed": p.owed} for p in system.possible
         ],
         "properties": [
-            {"name": p.name, "kind": p.kind.value, "text": p.text} for p in system.properties
+            {"name": p.name, "kind": p.kind.key, "text": p.text} for p in system.properties
         ],
     }

@@ -23,7 +23,7 @@ from fsmkit.export.formula import (
     simplified,
 )
 from fsmkit.export.network import Network
-from fsmkit.system.system import JUDGED_AT_STATES, Property, PropertyKind
+from fsmkit.system.properties.property import AtStates, Builtin, OverGraph, Property
 
 MOST_CASES = 2048
 """Combinations in which one property can be violated; with more, it is not carried over."""
@@ -53,7 +53,7 @@ class Asserted:
     @property
     def is_livelock(self) -> bool:
         """Whether this is asserted by itself, without events."""
-        return self.of.kind is PropertyKind.LIVELOCK_FREE
+        return self.of.kind.decided is Builtin.LIVELOCK
 
     @property
     def is_carried(self) -> bool:
@@ -70,32 +70,29 @@ def asserted(network: Network, names: Names) -> tuple[Asserted, ...]:
 
 
 def _asserted(network: Network, name: str, property_: Property) -> Asserted:
-    kind = property_.kind
-    if property_.unexplored:
-        return Asserted(name, property_, missing=property_.unexplored)
-    if kind is PropertyKind.LIVELOCK_FREE:
+    decided = property_.kind.decided
+    if decided is Builtin.LIVELOCK:
         return Asserted(name, property_)
-    if kind is PropertyKind.LEADS_TO:
+    if isinstance(decided, OverGraph) and decided.is_fair:
         why = "it asks of fair runs what comes some time, which no refusal tells"
         return Asserted(name, property_, missing=why)
-    if kind is not PropertyKind.DEADLOCK_FREE and kind not in JUDGED_AT_STATES:
-        return Asserted(name, property_, missing=f"`{kind.value}` is not a set of traces")
+    if decided is not Builtin.DEADLOCK and not isinstance(decided, AtStates):
+        why = f"`{property_.kind.key}` is not a set of traces"
+        return Asserted(name, property_, missing=why)
     try:
         condition = (
-            deadlock(network)
-            if kind is PropertyKind.DEADLOCK_FREE
-            else condition_of(network, property_)
+            deadlock(network) if decided is Builtin.DEADLOCK else condition_of(network, property_)
         )
     except FsmkitError as error:
         return Asserted(name, property_, missing=error.diagnostics[0].message)
-    bad = simplified(positive(network, condition, negated=kind is PropertyKind.INVARIANT))
+    bad = simplified(positive(network, condition, negated=property_.is_negated))
     distinct = _cases(bad)
     if distinct is None:
         return Asserted(name, property_, missing=f"it has more than {MOST_CASES:,} cases")
     if Case((), frozenset()) in distinct:
         always = frozenset(range(len(network.automata[0].locals)))
         distinct = (Case(((0, always),), frozenset()),)
-    return Asserted(name, property_, distinct, wanted=kind is PropertyKind.REACHABLE)
+    return Asserted(name, property_, distinct, wanted=property_.is_wanted)
 
 
 def _cases(formula: Formula) -> tuple[Case, ...] | None:

@@ -7,7 +7,7 @@ from fsmkit.export.formula import condition_of, deadlock, goal_of
 from fsmkit.export.jani.identifiers import UNFORESEEN, Spelling
 from fsmkit.export.jani.terms import Json, binary, conjunction, negated
 from fsmkit.export.network import Network
-from fsmkit.system.system import JUDGED_AT_STATES, Property, PropertyKind
+from fsmkit.system.properties.property import AtStates, Builtin, OverGraph, Property
 from fsmkit.texts import plain
 
 FORESEEN = "foreseen"
@@ -28,9 +28,10 @@ def properties_of(network: Network, spelling: Spelling) -> tuple[list[Json], lis
         if isinstance(values, str):
             remarks.append(_left_out(property_, values))
             continue
-        unfair = property_.kind is PropertyKind.LEADS_TO
+        decided = property_.kind.decided
+        unfair = isinstance(decided, OverGraph) and decided.is_fair
         note = " (no fairness: what is owed may never come)" if unfair else ""
-        some = property_.kind is PropertyKind.REACHABLE
+        some = property_.is_wanted
         found.append(_property(property_.name, values, property_.text + note, some=some))
     name = FORESEEN
     while name in {property_.name for property_ in properties}:
@@ -47,24 +48,22 @@ def _left_out(property_: Property, why: str) -> str:
 
 def _values(network: Network, spelling: Spelling, property_: Property) -> dict[str, Json] | str:
     """Return when a property holds, or why that is not said."""
-    kind = property_.kind
-    if property_.unexplored:
-        return property_.unexplored
-    if kind is PropertyKind.DEADLOCK_FREE:
-        return never(spelling.formula(deadlock(network)))
-    if kind not in JUDGED_AT_STATES | {PropertyKind.LEADS_TO, PropertyKind.RECOVERABLE}:
-        return f"`{kind.value}` is no formula over states"
-    condition = spelling.formula(condition_of(network, property_))
-    if kind is PropertyKind.INVARIANT:
-        return never(negated(condition))
-    if kind is PropertyKind.REACHABLE:
-        return sometimes(condition)
-    if kind is PropertyKind.RECOVERABLE:
-        return never(never(condition))
-    if kind is PropertyKind.LEADS_TO:
-        goal = spelling.formula(goal_of(network, property_))
-        return never(conjunction((condition, _may_stay_away(goal))))
-    return never(condition)
+    match property_.kind.decided:
+        case Builtin.DEADLOCK:
+            return never(spelling.formula(deadlock(network)))
+        case AtStates(negated=is_negated, wanted=is_wanted):
+            condition = spelling.formula(condition_of(network, property_))
+            if is_wanted:
+                return sometimes(condition)
+            return never(negated(condition) if is_negated else condition)
+        case OverGraph(procedure="recoverable"):
+            return never(never(spelling.formula(condition_of(network, property_))))
+        case OverGraph(procedure="leads-to"):
+            condition = spelling.formula(condition_of(network, property_))
+            goal = spelling.formula(goal_of(network, property_))
+            return never(conjunction((condition, _may_stay_away(goal))))
+        case _:
+            return f"`{property_.kind.key}` is no formula over states"
 
 
 def never(bad: Json) -> dict[str, Json]:

@@ -17,7 +17,7 @@ from fsmkit.export.local_states import word
 from fsmkit.export.names import identifiers
 from fsmkit.export.network import Network
 from fsmkit.export.parts import Parts
-from fsmkit.system.system import Property
+from fsmkit.system.properties.property import Property
 
 WORDS = KEYWORDS | {
     *("active", "always", "assert", "atomic", "bit", "bool", "byte", "chan", "d_proctype"),

@@ -16,7 +16,7 @@ from fsmkit.export.formula import condition_of, deadlock, goal_of
 from fsmkit.export.network import Automaton, Move, Network, Place, Sent
 from fsmkit.export.promela.identifiers import Spelling, claims
 from fsmkit.export.promela.options import options
-from fsmkit.system.system import JUDGED_AT_STATES, Property, PropertyKind
+from fsmkit.system.properties.property import AtStates, Builtin, OverGraph, Property
 from fsmkit.texts import notating
 from fsmkit.texts.c import comment
 from fsmkit.verify.statespace.actions import Action
@@ -320,23 +320,22 @@ class _Writer:
 
     def _property(self, name: str, property_: Property) -> Iterator[str]:
         network, spelling = self._network, self._spelling
-        kind = property_.kind
-        if property_.unexplored:
-            yield f"/* not carried over: {comment(property_.unexplored)} */"
-        elif kind is PropertyKind.DEADLOCK_FREE:
-            yield from _never(name, spelling.formula(deadlock(network)))
-        elif kind in JUDGED_AT_STATES:
-            wanted = spelling.formula(condition_of(network, property_))
-            if kind is PropertyKind.REACHABLE:
-                yield "/* its violation is the way there */"
-            yield from _never(name, f"!{wanted}" if kind is PropertyKind.INVARIANT else wanted)
-        elif kind is PropertyKind.LEADS_TO:
-            begins = spelling.formula(condition_of(network, property_))
-            goal = spelling.formula(goal_of(network, property_))
-            yield "/* no fairness: in a violation something that is owed may never come */"
-            yield from _never_comes(name, begins, goal)
-        else:
-            yield f"/* not carried over: `{kind.value}` is no formula of linear time */"
+        match property_.kind.decided:
+            case Builtin.DEADLOCK:
+                yield from _never(name, spelling.formula(deadlock(network)))
+            case AtStates(negated=is_negated, wanted=is_wanted):
+                marked = spelling.formula(condition_of(network, property_))
+                if is_wanted:
+                    yield "/* its violation is the way there */"
+                yield from _never(name, f"!{marked}" if is_negated else marked)
+            case OverGraph(procedure="leads-to"):
+                begins = spelling.formula(condition_of(network, property_))
+                goal = spelling.formula(goal_of(network, property_))
+                yield "/* no fairness: in a violation something that is owed may never come */"
+                yield from _never_comes(name, begins, goal)
+            case _:
+                key = property_.kind.key
+                yield f"/* not carried over: `{key}` is no formula of linear time */"
 
 
 def _never(name: str, bad: str) -> Iterator[str]:

@@ -19,7 +19,8 @@ from fsmkit.export.network import Network
 from fsmkit.export.promela.identifiers import Spelling, claims
 from fsmkit.export.promela.model import written
 from fsmkit.export.promela.options import Walk, performers
-from fsmkit.system.system import Property, System
+from fsmkit.system.properties.property import Property
+from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.report.counterexample import Counterexample, ReplayError, write
 from fsmkit.verify.statespace.actions import Action, Step

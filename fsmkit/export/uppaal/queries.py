@@ -15,8 +15,15 @@ from fsmkit.export.uppaal.printing import Printer
 from fsmkit.export.uppaal.space import Space
 from fsmkit.export.uppaal.terms import both, denied, safety
 from fsmkit.language import Expr, Fragment, InState, Variable
+from fsmkit.system.properties.property import (
+    Atom,
+    AtStates,
+    Builtin,
+    Condition,
+    OverGraph,
+    Property,
+)
 from fsmkit.system.readiness import resting
-from fsmkit.system.system import Atom, Condition, Property, PropertyKind
 
 MANY = 6
 """A state that is active in more locations is asked for by a variable of its own."""
@@ -24,10 +31,9 @@ UNFAIR = (
     "UPPAAL knows no fairness: what it proves holds, but what it refutes may hold in all fair runs"
 )
 UNASKED = {
-    PropertyKind.LIVELOCK_FREE: "UPPAAL cannot be asked for cycles in which no time passes",
-    PropertyKind.RECOVERABLE: "UPPAAL does not nest path quantifiers (AG EF)",
-    PropertyKind.WITHIN: "it needs a clock that runs from one condition to the other: "
-    "write a monitor",
+    "livelock_free": "UPPAAL cannot be asked for cycles in which no time passes",
+    "recoverable": "UPPAAL does not nest path quantifiers (AG EF)",
+    "within": "it needs a clock that runs from one condition to the other: write a monitor",
 }
 
 
@@ -49,41 +55,42 @@ class Queries:
 
     def _of(self, property_: Property) -> Query:
         name = property_.name
-        if property_.unexplored:
-            return Query("", f"{name}: not asked: {property_.unexplored}")
         if property_.is_of_steps:
             return Query("", f"{name}: not asked: `occurs` is judged at steps, not at states")
-        if property_.kind in UNASKED:
-            return Query("", f"{name} ({property_.text}): not asked: {UNASKED[property_.kind]}")
         try:
-            return self._asked(property_)
+            return self._asked(property_) or Query(
+                "", f"{name} ({property_.text}): not asked: {_unasked(property_)}"
+            )
         except FsmkitError as error:
             return Query("", f"{name}: not asked: {error.diagnostics[0].message}")
 
-    def _asked(self, property_: Property) -> Query:
+    def _asked(self, property_: Property) -> Query | None:
+        """Return the query of a property; None where UPPAAL has none of its kind."""
         comment = f"{property_.name}: {property_.text}"
-        if property_.kind is PropertyKind.DEADLOCK_FREE:
+        if property_.kind.decided is Builtin.DEADLOCK:
             if self.space.closed.is_open:
                 return Query("", f"{property_.name}: not asked: traps of one chart are no states")
             if any(builder.owes_by_payload for builder in self.builders):
                 told = "what is owed depends on what an event carries"
                 return Query("", f"{property_.name}: not asked: {told}")
             return Query(f"A[] !({self.deadlock()})", comment)
-        assert property_.condition is not None  # noqa: S101  (judged at states)
+        if property_.condition is None:
+            return None
         condition = Condition(property_.condition, property_.atoms)
-        match property_.kind:
-            case PropertyKind.INVARIANT:
+        match property_.kind.decided:
+            case AtStates(negated=True):
                 return Query(f"A[] {self._unless(self.text(condition, property_))}", comment)
-            case PropertyKind.NEVER | PropertyKind.MONITOR:
+            case AtStates(wanted=True):
+                return Query(f"E<> {self._stable(self.text(condition, property_))}", comment)
+            case AtStates():
                 text = self.text(condition, property_)
                 return Query(f"A[] !({self._stable(text)})", comment)
-            case PropertyKind.REACHABLE:
-                return Query(f"E<> {self._stable(self.text(condition, property_))}", comment)
-            case _:
-                assert property_.goal is not None  # noqa: S101  (leads_to)
+            case OverGraph(procedure="leads-to") if property_.goal is not None:
                 left = self._stable(self.text(condition, property_))
                 right = self._stable(self.text(property_.goal, property_))
                 return Query(f"({left}) --> ({right})", f"{comment}. {UNFAIR}")
+            case _:
+                return None
 
     def _stable(self, text: str) -> str:
         return f"{self.space.stable} && ({text})" if self.has_steps else f"({text})"
@@ -226,3 +233,8 @@ class Queries:
             self.space.symbol,
         )
         return printer.fragment(condition if holds else denied(condition)).at_least(4)
+
+
+def _unasked(property_: Property) -> str:
+    key = property_.kind.key
+    return UNASKED.get(key, f"UPPAAL has no query for `{key}`: use `fsmkit check`")

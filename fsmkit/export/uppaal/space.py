@@ -23,7 +23,7 @@ from fsmkit.language import (
     Type,
     Value,
 )
-from fsmkit.system.monitors import look_event
+from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 
 MOST_SYMBOLS = 2**15

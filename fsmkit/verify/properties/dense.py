@@ -1,6 +1,6 @@
 """Temporal properties where time is dense, each kind in an exploration of its own.
 
-`within` is measured by one more clock. `recoverable` and `leads_to` are decided by zones none of
+A time is measured by one more clock. The others are decided by zones none of
 which is passed over for a larger one (``core/zones/timed_model.h``).
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from fsmkit.system.system import TEMPORAL, Property, PropertyKind, goal_place
+from fsmkit.system.properties.property import OverGraph, Property, goal_place
 from fsmkit.verify.engines.c.engine import CEngine, Progress
 from fsmkit.verify.report.verdict import ENDS
 from fsmkit.verify.statespace.actions import Action
@@ -35,7 +35,7 @@ def temporal_answers(
     """
     properties = closed.system.properties
     asked = [n for n, p in enumerate(properties) if _is_asked(p, names)]
-    within = [n for n in asked if properties[n].kind is PropertyKind.WITHIN]
+    within = [n for n in asked if _is_timed(properties[n])]
     of_runs = [n for n in asked if n not in within and found.end is End.COMPLETE]
     answers = [_delay(built, closed, number, memory) for number in within]
     return (*answers, *_of_runs(built, of_runs, memory, progress))
@@ -43,7 +43,12 @@ def temporal_answers(
 
 def _is_asked(property_: Property, names: frozenset[str]) -> bool:
     asked = not names or property_.name in names
-    return asked and property_.kind in TEMPORAL and not property_.unexplored
+    return asked and isinstance(property_.kind.decided, OverGraph)
+
+
+def _is_timed(property_: Property) -> bool:
+    decided = property_.kind.decided
+    return isinstance(decided, OverGraph) and decided.is_timed
 
 
 def _delay(built: CEngine, closed: ClosedSystem, number: int, memory: int) -> Answer:
@@ -63,7 +68,7 @@ def _delay(built: CEngine, closed: ClosedSystem, number: int, memory: int) -> An
 def _of_runs(
     built: CEngine, numbers: list[int], memory: int, progress: Progress | None
 ) -> Iterator[Answer]:
-    """Decide `recoverable` and `leads_to`."""
+    """Decide those that measure no time."""
     if not numbers:
         return
     command = [str(built.program), "--memory", str(memory), *built.temporal_options(numbers)]

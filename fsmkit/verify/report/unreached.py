@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.document.document import Trigger
 from fsmkit.runtime.cycles import cycle_text, taken_in
-from fsmkit.system.monitors import errors_of
+from fsmkit.system.properties.kinds.monitor import errors_of
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import TraceStep
 from fsmkit.verify.statespace.closed_system import ClosedSystem

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import assert_never
 
 from fsmkit.analysis.alphabet import delays_of
 from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.language.microseconds import duration_text
-from fsmkit.system.system import JUDGED_AT_STATES, TEMPORAL, Property, PropertyKind
+from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph, Property
 from fsmkit.verify.report.assumptions import assumptions
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.spread import tell_spread
@@ -47,7 +48,7 @@ class Result:
     """
 
     name: str
-    kind: PropertyKind | None
+    kind: Kind | None
     text: str
     verdict: Verdict
     reason: str = ""
@@ -94,11 +95,6 @@ NO_WAY = (
     "it is not shown: memory or time for the way there ran out; allow more with `--memory` or "
     "`--timeout`"
 )
-LATER = {
-    PropertyKind.RECOVERABLE: "from the end of this path on it never holds again",
-    PropertyKind.LEADS_TO: "on this path, and as it goes on, the second never follows the first",
-}
-"""What the end of a path means."""
 
 
 def conclude(
@@ -128,8 +124,8 @@ def tell(result: Result, findings: Findings) -> None:
         message = f"`{result.name}` is undecided: {result.reason}"
         findings.add("undecided", message, result.span)
     elif result.verdict is Verdict.VIOLATED and result.kind is not None:
-        what = "cannot be reached" if result.kind is PropertyKind.REACHABLE else "does not hold"
-        findings.add("violated-property", f"`{result.name}` {what}: {result.text}", result.span)
+        message = f"`{result.name}` {result.kind.refuted}: {result.text}"
+        findings.add("violated-property", message, result.span)
 
 
 def _told(result: Result) -> Result:
@@ -177,7 +173,7 @@ class _Judge:
         return ""
 
     def _absent(
-        self, name: str, kind: PropertyKind | None, text: str, span: Span | None, doubt: str
+        self, name: str, kind: Kind | None, text: str, span: Span | None, doubt: str
     ) -> Result:
         """Return the verdict on something bad that was not seen."""
         verdict = Verdict.UNDECIDED if doubt else Verdict.HOLDS
@@ -194,19 +190,21 @@ class _Judge:
 
     def property(self, index: int, property_: Property) -> Result:
         """Return the verdict on a property of the system file."""
+        match property_.kind.decided:
+            case Builtin.DEADLOCK:
+                return self._deadlock(property_.name, property_.kind, property_.span)
+            case Builtin.LIVELOCK:
+                return self._livelock(property_.name, property_.kind, property_.span)
+            case OverGraph() as decided:
+                return self._temporal(index, property_, decided)
+            case AtStates():
+                return self._at_states(index, property_)
+            case _ as never:
+                assert_never(never)
+
+    def _at_states(self, index: int, property_: Property) -> Result:
+        """Return the verdict on what is decided by whether a state is marked."""
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
-        if property_.unexplored:
-            reason = property_.unexplored
-            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
-        if kind is PropertyKind.DEADLOCK_FREE:
-            return self._deadlock(name, kind, span)
-        if kind is PropertyKind.LIVELOCK_FREE:
-            return self._livelock(name, kind, span)
-        if kind in TEMPORAL:
-            return self._temporal(index, property_)
-        if kind not in JUDGED_AT_STATES:
-            reason = f"`{kind.value}` is not explored yet"
-            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
         if property_.is_of_steps and self.closed.zones:
             reason = "`occurs` is not judged by zones; try `--time discrete` or `--time untimed`"
             return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
@@ -214,7 +212,7 @@ class _Judge:
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
         mark = self.found.mark(1 + index)
-        if kind is PropertyKind.REACHABLE:
+        if property_.is_wanted:
             if mark is not None:
                 trace = self._seen(mark)
                 return _told(Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span))
@@ -229,9 +227,9 @@ class _Judge:
 
     def _doubt_of_monitor(self, index: int, property_: Property) -> str:
         """Return why nothing can be told of a monitor; empty if it can, or it is none."""
-        if property_.kind is not PropertyKind.MONITOR:
+        number = property_.atoms[0][1].machine if property_.atoms else 0
+        if not self.closed.system.machines[number].is_monitor:
             return ""
-        number = property_.atoms[0][1].machine
         first = first_mark(self.closed, number)
         if self.found.mark(first + FULL) is not None:
             return "its queue can overflow: it does not see everything"
@@ -242,20 +240,20 @@ class _Judge:
             return "its timeouts come at any time when untimed"
         return ""
 
-    def _temporal(self, index: int, property_: Property) -> Result:
+    def _temporal(self, index: int, property_: Property, decided: OverGraph) -> Result:
         """Return the verdict on what the graph decides; of a part of the graph there is none."""
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
         found = self.found.answer(index)
         doubt = self._doubt_of_graph
-        if kind is PropertyKind.WITHIN and self.closed.untimed:
+        if decided.is_timed and self.closed.untimed:
             doubt = doubt or "time does not count when untimed"
-        if not doubt and found.violated and kind is PropertyKind.LEADS_TO:
+        if not doubt and found.violated and decided.is_fair:
             doubt = self._doubt_of_turns()
         if not doubt and not found.known:
             doubt = found.why or self.found.doubt or MEMORY_RAN_OUT
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
-        reason = self._seen_of(property_, found)
+        reason = self._seen_of(decided, found)
         if not found.violated:
             return Result(name, kind, text, Verdict.HOLDS, reason, span=span)
         trace = self._trace(found.path, found.cycle)
@@ -269,16 +267,16 @@ class _Judge:
             return "an event under `will` waits for a turn here, and may wait for ever"
         return ""
 
-    def _seen_of(self, property_: Property, found: Answer) -> str:
+    def _seen_of(self, decided: OverGraph, found: Answer) -> str:
         """Return what is told beside the verdict."""
-        if property_.kind is not PropertyKind.WITHIN:
-            return LATER[property_.kind] if found.violated else ""
+        if not decided.is_timed:
+            return decided.violation if found.violated else ""
         if found.greatest is None:
             return "there is no bound" if found.violated else ""
         tick = self.closed.charts[0].capacities.tick
         return f"it takes at most {duration_text(found.greatest * tick)}"
 
-    def _deadlock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+    def _deadlock(self, name: str, kind: Kind | None, span: Span | None) -> Result:
         text = "no deadlock"
         if self.closed.is_open:
             return self._trap(name, kind, span)
@@ -288,7 +286,7 @@ class _Judge:
         trace = self._seen(mark)
         return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
 
-    def _trap(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+    def _trap(self, name: str, kind: Kind | None, span: Span | None) -> Result:
         text = "no traps"
         doubt = "" if self.found.traps_known else self.found.doubt or MEMORY_RAN_OUT
         for path in sorted(self.found.traps, key=len):
@@ -300,7 +298,7 @@ class _Judge:
             # the chart has never been anywhere else: it works without states
         return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
 
-    def _livelock(self, name: str, kind: PropertyKind | None, span: Span | None) -> Result:
+    def _livelock(self, name: str, kind: Kind | None, span: Span | None) -> Result:
         text = "no livelock"
         if self.found.livelock is not None:
             trace = self._trace(*self.found.livelock)
@@ -312,11 +310,11 @@ class _Judge:
 
     def unasked(self) -> Iterator[Result]:
         """Yield what is always judged, unless the system asks for it by name."""
-        asked = {p.kind for p in self.closed.system.properties}
-        if PropertyKind.DEADLOCK_FREE not in asked:
+        asked = {p.kind.decided for p in self.closed.system.properties}
+        if Builtin.DEADLOCK not in asked:
             name = "trap" if self.closed.is_open else "deadlock"
             yield self._unasked(self._deadlock(name, None, None), name)
-        if PropertyKind.LIVELOCK_FREE not in asked:
+        if Builtin.LIVELOCK not in asked:
             yield self._unasked(self._livelock("livelock", None, None), "livelock")
         for machine, instance in enumerate(self.closed.system.machines):
             first = first_mark(self.closed, machine)

@@ -65,7 +65,7 @@ from fsmkit.document.document import Direction, Trigger
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
-from fsmkit.system.monitors import as_observer, with_monitors
+from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
 from fsmkit.system.schedule import turns_of, with_scheduler
 from fsmkit.system.system import Machine, Possible, System
 from fsmkit.system.ticks import unit_of

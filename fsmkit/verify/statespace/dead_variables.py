@@ -15,7 +15,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import variables
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.system.system import Possible, System, judged
+from fsmkit.system.properties.property import judged
+from fsmkit.system.system import Possible, System
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from fsmkit.system.system import judged
+from fsmkit.system.properties.property import judged
 from fsmkit.verify.statespace.actions import UNHANDLED, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.spread import UNKNOWN, Spread

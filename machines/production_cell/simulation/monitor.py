@@ -16,13 +16,13 @@ import numpy as np
 
 import fsmkit
 from fsmkit.language import ContentError, Value, evaluate
-from fsmkit.system.system import Property, PropertyKind, System
+from fsmkit.system.properties.property import AtStates, Property
+from fsmkit.system.system import System
 
 from .observed import Observed
 from .recording import Recording
 
 RING = Path(__file__).resolve().parents[1] / "ring.yaml"
-JUDGED = {PropertyKind.NEVER, PropertyKind.INVARIANT, PropertyKind.REACHABLE}
 OF_FAULTS = {"P9", "P9_count", "P9_faults"}
 """Those that a fault may break; that none occurs is assumed where they are proved."""
 
@@ -97,7 +97,8 @@ def _judged(property_: Property, observed: Observed, homed: int) -> Judged:
     condition = property_.condition
     columns = [observed.column(a.machine, a.state, a.variable) for _, a in property_.atoms]
     known = [column[homed:] for column in columns if column is not None]
-    if property_.kind not in JUDGED or condition is None or len(known) < len(columns):
+    by_states = isinstance(property_.kind.decided, AtStates)
+    if not by_states or condition is None or len(known) < len(columns):
         return Judged(property_.name, property_.text, None)
     table = np.stack(known, axis=1)
     if not len(table):
@@ -109,8 +110,8 @@ def _judged(property_: Property, observed: Observed, homed: int) -> Judged:
     marks = []
     for values, place in zip(distinct.tolist(), places.tolist(), strict=True):
         holds = bool(evaluate(condition, _Row(dict(zip(names, values, strict=True)))))
-        if holds is not (property_.kind is PropertyKind.INVARIANT):
+        if holds is not property_.is_negated:
             marks.append(int(fresh[place]))
     first = (homed + min(marks) + 1) / 1000 if marks else None
-    is_wanted = property_.kind is PropertyKind.REACHABLE
+    is_wanted = property_.is_wanted
     return Judged(property_.name, property_.text, bool(marks) is is_wanted, first)

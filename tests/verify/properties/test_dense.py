@@ -13,7 +13,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.system import System, temporal_properties
+from fsmkit.system.properties.property import temporal_properties
+from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, Progress
 from fsmkit.verify.explore import ExplorationOptions, Limits, check
 from fsmkit.verify.properties.dense import temporal_answers

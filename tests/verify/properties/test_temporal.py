@@ -7,14 +7,9 @@ from contextlib import closing
 import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.system import (
-    Property,
-    PropertyKind,
-    System,
-    goal_place,
-    judged,
-    temporal_properties,
-)
+from fsmkit.system.properties.kinds import leads_to
+from fsmkit.system.properties.property import Property, goal_place, judged, temporal_properties
+from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.oracle import Oracle, explore_in_python
@@ -374,7 +369,7 @@ def compare(system: System, *, untimed: bool) -> None:
         ]
         for number, ours, theirs in zip(numbers, in_c.temporal, in_python.temporal, strict=True):
             assert (len(ours.path) > 0) == ours.violated
-            if system.properties[number].kind is not PropertyKind.LEADS_TO:
+            if system.properties[number].kind is not leads_to.KIND:
                 assert len(ours.path) == len(theirs.path)
             elif ours.violated:
                 _Run(closed, ours, engine.trail(ours.path + ours.cycle)).check()

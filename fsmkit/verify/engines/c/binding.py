@@ -7,8 +7,8 @@ events that leave it; `verify.engines.c.binding_system` writes the file of the s
 from __future__ import annotations
 
 from fsmkit.chart.chart import OPEN_ENDED, Transition
+from fsmkit.system.properties.property import asked_events
 from fsmkit.system.readiness import tries_eventless
-from fsmkit.system.system import asked_events
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment, quoted
 from fsmkit.verify.engines.c.binding_regions import configuration_size

@@ -8,7 +8,7 @@ from fsmkit.chart.chart import Data
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.reactions.sharing import number_of
 from fsmkit.language import ArrayType, RecordType, Type, Value
-from fsmkit.system.monitors import look_event
+from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.shared import type_of_slot
 from fsmkit.system.system import Slot
 from fsmkit.texts.c import quoted

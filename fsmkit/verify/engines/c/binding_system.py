@@ -19,7 +19,7 @@ from fsmkit.language import (
     Value,
 )
 from fsmkit.language import Variable as Named
-from fsmkit.system.system import Atom, Property, PropertyKind, asked_events, judged
+from fsmkit.system.properties.property import Atom, Property, asked_events, judged
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 from fsmkit.verify.engines.c.binding_values import MOST_VALUES, Built
@@ -178,8 +178,8 @@ def _judge_one(
         return built[used[0]].names.symbol(text)
 
     condition = ConditionPrinter(access, test, symbol).print(property_.condition)  # type: ignore[arg-type]
-    sign = "!" if property_.kind is PropertyKind.INVARIANT else ""
-    out.line(f"/* {comment(property_.name)}: {property_.kind.value} */")
+    sign = "!" if property_.is_negated else ""
+    out.line(f"/* {comment(property_.name)}: {property_.kind.key} */")
     more = ", const bool *occurs" if property_.is_of_steps else ""
     with out.block(f"static bool judge_{number}(const void *const *machines{more})\n{{"):
         for index in used:

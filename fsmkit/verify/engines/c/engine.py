@@ -21,7 +21,7 @@ from typing import Any
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.system.system import PropertyKind, goal_place, temporal_properties
+from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
 from fsmkit.verify.engines.c.binding import MachineBinding
 from fsmkit.verify.engines.c.binding_sessions import session_files
 from fsmkit.verify.engines.c.binding_system import system_file
@@ -153,14 +153,14 @@ class CEngine:
         properties = self._closed.system.properties
         found = ["--timeless"] if self._closed.is_timeless else []
         for number in numbers or self._decidable:
-            goal = 1 + goal_place(properties, number)
-            if properties[number].kind is PropertyKind.RECOVERABLE:
-                found += ["--recoverable", str(1 + number)]
-            elif properties[number].kind is PropertyKind.WITHIN:
-                units = properties[number].ticks // (self._closed.unit or 1)
-                found += ["--within", f"{1 + number},{goal},{units}"]
-            else:
-                found += ["--leads-to", f"{1 + number},{goal}"]
+            property_ = properties[number]
+            decided = property_.kind.decided
+            if not isinstance(decided, OverGraph):
+                continue
+            operands = [1 + number]
+            operands += [1 + goal_place(properties, number)] * (property_.goal is not None)
+            operands += [property_.ticks // (self._closed.unit or 1)] * decided.is_timed
+            found += [f"--{decided.procedure}", ",".join(map(str, operands))]
         return found
 
     def watch(

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from fsmkit.language import ContentError, Value, evaluate
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.system.system import Atom, Property, PropertyKind
+from fsmkit.system.properties.property import Atom, Property
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
@@ -86,4 +86,4 @@ def evaluate_property(
         holds = bool(evaluate(property_.condition, _World(closed, property_, snapshots, occurring)))
     except ContentError:
         holds = False
-    return holds is not (property_.kind is PropertyKind.INVARIANT)
+    return holds is not property_.is_negated

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 
-from fsmkit.system.system import Property, asked_events, judged, temporal_properties
+from fsmkit.system.properties.property import Property, asked_events, judged, temporal_properties
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.graph import find_cycle, find_traps
 from fsmkit.verify.engines.python.temporal import Arc, action_of, answers, armed_between_turns

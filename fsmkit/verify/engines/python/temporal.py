@@ -8,7 +8,13 @@ from dataclasses import dataclass, field
 from math import inf
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.system.system import Property, PropertyKind, goal_place, judged, temporal_properties
+from fsmkit.system.properties.property import (
+    OverGraph,
+    Property,
+    goal_place,
+    judged,
+    temporal_properties,
+)
 from fsmkit.verify.statespace.actions import Action, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Answer
@@ -315,6 +321,51 @@ def armed_between_turns(closed: ClosedSystem, snapshots: Sequence[Snapshot]) -> 
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A property over a finite graph; states are numbered in the order they were found."""
+
+    graph: Graph
+    holds: list[bool]
+    """Where the condition holds."""
+    goal: list[bool]
+    """Where the goal holds, of a property that has one."""
+    ticks: int
+    path_to: Callable[[int], tuple[int, ...]]
+    initial: Container[int]
+    timeless: bool
+    armed: Callable[[int], frozenset[Hashable]]
+
+
+def _recoverable(number: int, asked: Asked) -> Answer:
+    lost = cannot_reach(asked.graph, asked.holds)
+    return Answer(number, True, bool(lost), asked.path_to(min(lost)) if lost else ())
+
+
+def _within(number: int, asked: Asked) -> Answer:
+    delays = Delays(asked.graph, asked.holds, asked.goal, asked.initial)
+    delays.measure()
+    times = [delays.longest[to] for _, to in delays.beginnings()]
+    greatest = max(times, default=inf)
+    violated = bool(times) and greatest > asked.ticks
+    path = delays.late(asked.ticks, asked.path_to) if violated else ()
+    return Answer(number, True, violated, path, greatest=None if greatest == inf else int(greatest))
+
+
+def _leads_to(number: int, asked: Asked) -> Answer:
+    open_ = [a and not b for a, b in zip(asked.holds, asked.goal, strict=True)]
+    unanswered = Unanswered(asked.graph, open_, asked.goal, asked.timeless, asked.armed)
+    hopeless = unanswered.hopeless()
+    if not hopeless:
+        return Answer(number, True)
+    lasso = unanswered.lasso(min(hopeless))
+    return Answer(number, True, True, (*asked.path_to(lasso.state), *lasso.path), lasso.cycle)
+
+
+PROCEDURES = {"recoverable": _recoverable, "within": _within, "leads-to": _leads_to}
+"""How the oracle decides over a graph, by the name of the procedure (`OverGraph`)."""
+
+
 def answers(
     closed: ClosedSystem,
     graph: Graph,
@@ -328,30 +379,14 @@ def answers(
     all_judged = judged(properties)
     found = []
     for number in temporal_properties(properties, untimed=closed.untimed):
-        holds = where(all_judged[number])
-        if properties[number].kind is PropertyKind.RECOVERABLE:
-            lost = cannot_reach(graph, holds)
-            path = path_to(min(lost)) if lost else ()
-            found.append(Answer(number, True, bool(lost), path))
+        property_, decided = properties[number], properties[number].kind.decided
+        if not isinstance(decided, OverGraph):
             continue
-        goal = where(all_judged[goal_place(properties, number)])
-        if properties[number].kind is PropertyKind.WITHIN:
-            delays = Delays(graph, holds, goal, initial)
-            delays.measure()
-            times = [delays.longest[to] for _, to in delays.beginnings()]
-            greatest = max(times, default=inf)
-            violated = bool(times) and greatest > properties[number].ticks
-            path = delays.late(properties[number].ticks, path_to) if violated else ()
-            shown = None if greatest == inf else int(greatest)
-            found.append(Answer(number, True, violated, path, greatest=shown))
-            continue
-        asked = [a and not b for a, b in zip(holds, goal, strict=True)]
-        unanswered = Unanswered(graph, asked, goal, closed.is_timeless, armed)
-        hopeless = unanswered.hopeless()
-        if not hopeless:
-            found.append(Answer(number, True))
-            continue
-        lasso = unanswered.lasso(min(hopeless))
-        path = (*path_to(lasso.state), *lasso.path)
-        found.append(Answer(number, True, True, path, lasso.cycle))
+        holds = where(property_)
+        has_goal = property_.goal is not None
+        goal = where(all_judged[goal_place(properties, number)]) if has_goal else []
+        asked = Asked(
+            graph, holds, goal, property_.ticks, path_to, initial, closed.is_timeless, armed
+        )
+        found.append(PROCEDURES[decided.procedure](number, asked))
     return tuple(found)

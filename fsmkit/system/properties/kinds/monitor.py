@@ -1,4 +1,4 @@
-"""Monitors: charts that watch the machines of a system and must not reach their state ``error``.
+"""``monitor: CHART``: a chart that watches the machines never comes to its state ``error``.
 
 ::
 
@@ -20,7 +20,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from pathlib import Path
 
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.diagnostics import Findings, Text
@@ -29,19 +28,18 @@ from fsmkit.language import BOOL, Field, Storage, Type, Variable
 from fsmkit.system.connections import arguments_of, find_machine, misfit, tell_unconnected
 from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
 from fsmkit.system.machines import read_machine
+from fsmkit.system.properties.property import Atom, AtStates, Kind, Property
+from fsmkit.system.properties.reading import Reading
 from fsmkit.system.system import (
     OBSERVED,
-    Atom,
     EventLink,
     InputLink,
     Machine,
     Monitor,
-    Property,
-    PropertyKind,
     System,
     operation_port,
 )
-from fsmkit.yaml.nodes import Mapping, Node, check_keys, require_sequence, require_text
+from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_sequence, require_text
 
 ERROR = "error"
 """The state that a monitor must not reach."""
@@ -196,19 +194,15 @@ class _Watch:
         self.findings.add("unknown-name", f"{what} `{name}`", name, help=help_)
 
 
-def read_monitor(
-    name: Text,
-    node: Mapping,
-    machines: tuple[Machine, ...],
-    folder: Path,
-    findings: Findings,
-    *,
-    strict: bool = False,
-) -> Monitor | None:
-    """Read a property that is a monitor; None after telling what is wrong with it."""
-    check_keys(node, frozenset({"monitor", "watch"}), f"the property `{name}`", findings)
-    parts: dict[str, Node] = {key.value: value for key, value in node.entries}
-    machine = read_machine(name, parts["monitor"], folder, findings, strict=strict)
+def read(name: Text, node: Node, reading: Reading) -> Property | None:
+    """Read a property that is a monitor, and add the monitor; None after a finding."""
+    machines, findings = reading.machines, reading.findings
+    mapping = require_mapping(node, f"the property `{name}`", findings)
+    if mapping is None:
+        return None
+    check_keys(mapping, frozenset({"monitor", "watch"}), f"the property `{name}`", findings)
+    parts: dict[str, Node] = {key.value: value for key, value in mapping.entries}
+    machine = read_machine(name, parts["monitor"], reading.folder, findings, strict=reading.strict)
     if machine is None:
         return None
     if any(machine.name == other.name for other in machines):
@@ -225,7 +219,13 @@ def read_monitor(
     events = tuple(link for link, _ in watch.events.values())
     inputs = tuple(link for links, _ in watch.inputs.values() for link in links)
     tell_unconnected((machine,), events, inputs, (), findings)
-    return Monitor(name.value, replace(machine, environment=True, is_monitor=True), events, inputs)
+    watching = replace(machine, environment=True, is_monitor=True)
+    reading.monitors.append(Monitor(name.value, watching, events, inputs))
+    text_of = f"`{machine.chart.name}` never comes to `{ERROR}`"
+    return Property(name.value, KIND, text_of, span=name.span)
+
+
+KIND = Kind("monitor", AtStates(), read=read)
 
 
 def _require_fit(machine: Machine, name: Text, findings: Findings) -> None:
@@ -281,8 +281,8 @@ def with_monitors(system: System) -> System:
             *(replace(link, target=n) for n, m in watching for link in m.input_links),
         ),
         properties=tuple(
-            _judged(p, system.monitors[numbers[p.name] - first].machine.chart, numbers[p.name])
-            if p.kind is PropertyKind.MONITOR and p.name in numbers
+            _watched_by(p, system.monitors[numbers[p.name] - first].machine.chart, numbers[p.name])
+            if p.kind is KIND and p.name in numbers
             else p
             for p in system.properties
         ),
@@ -290,8 +290,8 @@ def with_monitors(system: System) -> System:
     )
 
 
-def _judged(property_: Property, chart: Chart, number: int) -> Property:
-    """Return a property that is judged by whether its monitor, so numbered, is in error."""
+def _watched_by(property_: Property, chart: Chart, number: int) -> Property:
+    """Return a property that is violated where its monitor, so numbered, is in error."""
     state = chart.states[chart.state_index[ERROR]]
     condition = Variable(ERROR, BOOL, Storage.DATA, state.span)
     atoms = ((ERROR, Atom(number, state.index)),)

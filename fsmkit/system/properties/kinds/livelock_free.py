@@ -1,0 +1,7 @@
+"""``livelock_free``: machines are never busy for ever without time passing."""
+
+from __future__ import annotations
+
+from fsmkit.system.properties.property import Builtin, Kind
+
+KIND = Kind("livelock_free", Builtin.LIVELOCK, form=())

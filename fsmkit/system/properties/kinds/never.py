@@ -1,0 +1,7 @@
+"""``never: P``: P holds in no state that can be reached."""
+
+from __future__ import annotations
+
+from fsmkit.system.properties.property import AtStates, Kind
+
+KIND = Kind("never", AtStates())

@@ -1,0 +1,142 @@
+"""Reads ``properties:`` of a system file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.language import Scope, read_duration
+from fsmkit.system.conditions import constants_of, read_condition
+from fsmkit.system.indices import unquantified
+from fsmkit.system.properties.kinds import kinds
+from fsmkit.system.properties.property import Condition, Kind, OverGraph, Part, Property
+from fsmkit.system.system import Machine, Monitor
+from fsmkit.yaml.nodes import Mapping, Node, Scalar, Sequence, require_mapping, require_text
+
+
+@dataclass(slots=True)
+class Reading:
+    """What the properties of a system are read with; ``monitors``: the machines they add to it."""
+
+    machines: tuple[Machine, ...]
+    folder: Path
+    findings: Findings
+    strict: bool = False
+    monitors: list[Monitor] = field(default_factory=list)
+
+    def properties(self, node: Node | None) -> Iterator[Property]:
+        """Yield the properties that can be read, in their order."""
+        mapping = None if node is None else require_mapping(node, "`properties`", self.findings)
+        for name, value in mapping.entries if mapping is not None else ():
+            found = self._property(name, value)
+            if found is not None:
+                yield found
+
+    def _property(self, name: Text, node: Node) -> Property | None:
+        if isinstance(node, Scalar):
+            kind = self._kind(node.text)
+            if kind is None:
+                return None
+            if kind.form:
+                self.findings.add(
+                    "missing-condition",
+                    f"`{kind.key}` needs a condition",
+                    node.text,
+                    help=f"write `{name}: {{{kind.key}: ...}}`",
+                )
+                return None
+            return Property(name.value, kind, kind.key, span=name.span)
+        mapping = require_mapping(node, f"the property `{name}`", self.findings)
+        if mapping is None:
+            return None
+        own = self._with_own_form(mapping)
+        if own is not None and own.read is not None:
+            return own.read(name, mapping, self)
+        if len(mapping.entries) != 1:
+            self.findings.add(
+                "unexpected-shape",
+                f"the property `{name}` must be one kind with its condition",
+                node.span,
+                help="for instance `{never: feeder.In(pushing) and not plant.door_closed}`",
+            )
+            return None
+        key, value = mapping.entries[0]
+        kind = self._kind(key)
+        return None if kind is None else self._of_form(name, kind, value)
+
+    def _with_own_form(self, mapping: Mapping) -> Kind | None:
+        found = (kinds().get(key.value) for key, _ in mapping.entries)
+        return next((kind for kind in found if kind is not None and kind.read is not None), None)
+
+    def _of_form(self, name: Text, kind: Kind, node: Node) -> Property | None:
+        """Read the parts of a property, one by itself or several in a list."""
+        parts: tuple[Node, ...] | None = (node,)[: len(kind.form)]
+        if len(kind.form) > 1:
+            parts = node.items if isinstance(node, Sequence) else None
+        if parts is None or len(parts) != len(kind.form):
+            timed = ", and a duration between them" if Part.DURATION in kind.form else ""
+            self.findings.add(
+                "unexpected-shape",
+                f"`{name}` needs two conditions{timed}",
+                node.span,
+                help=f"for instance `{kind.example}`",
+            )
+            return None
+        read = [self.condition(name, n) for n, of in zip(parts, kind.form, strict=True)
+                if of is Part.CONDITION]  # fmt: skip
+        times = [self._duration(name, n) for n, of in zip(parts, kind.form, strict=True)
+                 if of is Part.DURATION]  # fmt: skip
+        conditions = [condition for condition in read if condition is not None]
+        if len(conditions) < len(read) or None in times:
+            return None
+        atoms = [atom for condition in conditions for _, atom in condition.atoms]
+        if isinstance(kind.decided, OverGraph) and any(a.event is not None for a in atoms):
+            self.findings.add(
+                "unexpected-value",
+                f"`{kind.key}` is about states, `occurs` in `{name}` about a step",
+                name,
+                help="use `occurs` in `never`, `invariant` or `reachable`",
+            )
+        return Property(
+            name.value,
+            kind,
+            written(node),
+            conditions[0].expression if conditions else None,
+            conditions[0].atoms if conditions else (),
+            goal=conditions[1] if len(conditions) > 1 else None,
+            ticks=next((ticks for ticks in times if ticks is not None), 0),
+            span=name.span,
+        )
+
+    def condition(self, name: Text, node: Node) -> Condition | None:
+        """Read a condition of the property of that name; None after a finding."""
+        text = require_text(node, f"the condition of `{name}`", self.findings)
+        machines, findings = self.machines, self.findings
+        written_out = None if text is None else unquantified(text, machines, findings)
+        return None if written_out is None else read_condition(written_out, machines, findings)
+
+    def _duration(self, name: Text, node: Node) -> int | None:
+        text = require_text(node, f"the time of `{name}`", self.findings)
+        tick = self.machines[0].chart.capacities.tick
+        scope = Scope(constants=constants_of(self.machines), tick=tick)
+        return None if text is None else read_duration(text, scope, self.findings)
+
+    def _kind(self, text: Text) -> Kind | None:
+        known = kinds()
+        if text.value not in known:
+            close = get_close_matches(text.value, known, 1)
+            self.findings.add(
+                "unknown-name",
+                f"there is no kind of property `{text}`",
+                text,
+                help=f"did you mean `{close[0]}`?" if close else f"use one of {', '.join(known)}",
+            )
+        return known.get(text.value)
+
+
+def written(node: Node) -> str:
+    """Return how a property was written, on one line."""
+    return " ".join(node.span.source.text[node.span.start : node.span.end].split())

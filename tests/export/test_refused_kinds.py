@@ -1,0 +1,34 @@
+"""A kind of property that no notation has heard of is refused by each, beside its name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from fsmkit.export.exporter import Exporter, ExportOptions
+from fsmkit.plugins import plugin
+from fsmkit.system.properties.property import Kind, OverGraph
+from tests.verify.conftest import Load
+from tests.verify.systems import AXIS, DRIVE, DRIVER
+
+UNHEARD = Kind("unheard", OverGraph("unheard-of"))
+REFUSED = {
+    "jani": "is not carried over: `unheard` is no formula over states",
+    "promela": "not carried over: `unheard` is no formula of linear time",
+    "cspm": "`unheard` is not a set of traces",
+    "uppaal": "UPPAAL has no query for `unheard`: use `fsmkit check`",
+    "uppaal-flat": "UPPAAL has no query for `unheard`: use `fsmkit check`",
+}
+
+
+@pytest.mark.parametrize("notation", REFUSED)
+def test_an_unknown_kind_is_refused(load: Load, notation: str) -> None:
+    system = load(drive=DRIVE, axis=AXIS, driver=DRIVER)
+    known = next(p for p in system.properties if p.condition is not None)
+    asked = replace(known, name="strange", kind=UNHEARD)
+    text = plugin(Exporter, notation).export(
+        replace(system, properties=(asked,)), ExportOptions()
+    ).text  # fmt: skip
+    (line,) = [line for line in text.split("\n") if REFUSED[notation] in line]
+    assert "strange" in line or f"/* {asked.name}:" in text
