@@ -36,13 +36,14 @@ def _lean(text: str = PLAIN, *extras: str) -> Program:
 
 
 def _traced(*macros: str) -> Program:
-    made = replace(_lean(PLAIN, "trace"), sources=("pump_trace.c", "fsm_trace.c", "fsm.c"))
+    sources = ("pump_trace.c", "fsm_trace.c", "pump_info.c", "fsm.c")
+    made = replace(_lean(PLAIN, "trace"), sources=sources)
     return replace(made, macros=macros)
 
 
 def _saving() -> Program:
     made = _lean(PLAIN, "save")
-    return replace(made, sources=(*made.sources, "pump_save.c"))
+    return replace(made, sources=(*made.sources, "pump_info.c", "fsm_save.c"))
 
 
 def _counters() -> Pair:

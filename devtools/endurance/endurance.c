@@ -69,6 +69,8 @@ static uint64_t stopped_dispatches;
 static uint64_t elapsed; /* ticks */
 static const uint32_t second = 1000000u / X_TICK_US;
 
+enum { SAMPLED = 1 << 22 };
+
 /* ---- chance ------------------------------------------------------------------------------------ */
 
 static uint64_t chance_state;
@@ -91,6 +93,56 @@ static inline uint32_t next_random(void)
 {
     host_state = (1103515245u * host_state + 12345u) & 0x7fffffffu;
     return host_state;
+}
+
+/* A value of a scalar type: of a number often a bound, else one of the least 2^22. */
+static void draw_value(const fsm_type *type, void *place)
+{
+    const uint64_t span = type->hi - type->lo;
+    switch (type->kind) {
+    case FSM_BOOL:
+        fsm_set_bits(type, place, one_in(2));
+        break;
+    case FSM_ENUMERATION:
+        fsm_set_bits(type, place, random_below(type->count));
+        break;
+    case FSM_DURATION:
+        fsm_set_bits(type, place, random_below(1001u));
+        break;
+    case FSM_FLOAT:
+        fsm_set_float(type, place, ((double)random_below(2001u) - 1000.0) / 8.0);
+        break;
+    default:
+        if (one_in(8))
+            fsm_set_bits(type, place, one_in(2) ? type->lo : type->hi);
+        else
+            fsm_set_bits(type, place,
+                         type->lo + random_below(span < SAMPLED ? (uint32_t)span + 1u : SAMPLED));
+        break;
+    }
+}
+
+/* What an operation returns: the next value as `SeededHost` makes it. */
+static void make(const fsm_type *type, void *result)
+{
+    for (uint32_t k = 0; k < type->scalars; k++) {
+        uint32_t offset = 0;
+        const fsm_type *scalar = fsm_scalar(type, k, &offset);
+        void *place = fsm_place_at(result, offset);
+        const uint32_t drawn = next_random();
+        const uint64_t span = scalar->hi - scalar->lo;
+        if (scalar->kind == FSM_BOOL)
+            fsm_set_bits(scalar, place, drawn >> 16 & 1u);
+        else if (scalar->kind == FSM_FLOAT)
+            fsm_set_float(scalar, place, ((double)((drawn >> 8) % 2001u) - 1000.0) / 8.0);
+        else if (scalar->kind == FSM_DURATION)
+            fsm_set_bits(scalar, place, (drawn >> 8) % 1001u);
+        else if (scalar->kind == FSM_SYMBOL)
+            fsm_set_bits(scalar, place, 0);
+        else
+            fsm_set_bits(scalar, place,
+                         scalar->lo + (drawn >> 8) % (span < SAMPLED ? span + 1u : SAMPLED));
+    }
 }
 
 /* ---- the machine and what is known of it from outside ------------------------------------------ */
@@ -146,7 +198,15 @@ static void draw_event(x_event *e)
         }
     for (uint32_t at = random_below(sum); at >= chances[kind]; kind++)
         at -= chances[kind];
-    fill_event(kind, e);
+    memset(e, 0, sizeof *e);
+    for (uint32_t number = 1; number <= x_info.event_count; number++)
+        if ((x_info.events[number - 1].flags & FSM_EVENT_IN) != 0 && kind-- == 0) {
+            const fsm_event_info *event = &x_info.events[number - 1];
+            fsm_store_bits(fsm_place_at(e, x_info.event_number), x_info.event_width, number);
+            for (unsigned i = 0; i < event->field_count; i++)
+                draw_value(event->fields[i].type, fsm_place_at(e, event->fields[i].offset));
+            break;
+        }
 }
 
 static uint32_t now;
@@ -168,6 +228,28 @@ static bool transition_seen[TRANSITIONS + 1], state_seen[STATES + 1];
 static unsigned long session_number;
 static FILE *script;
 static uint64_t digest;
+
+static uint32_t machine_now(const x *m)
+{
+    return x_info.now == FSM_ABSENT ? now : *(const uint32_t *)fsm_at(m, x_info.now);
+}
+
+/* How much of a list is in use. */
+static uint64_t held(const x *m, const fsm_list_info *list)
+{
+    return list->count == FSM_ABSENT ? 0u : *(const uint8_t *)fsm_at(m, list->count);
+}
+
+static void tell_value(const fsm_type *type, const void *place)
+{
+    const uint64_t bits = fsm_bits_at(type, place);
+    if (type->kind == FSM_FLOAT)
+        fprintf(script, " %.17g", fsm_float_at(type, place));
+    else if (type->kind == FSM_SIGNED)
+        fprintf(script, " %" PRId64, (int64_t)bits);
+    else
+        fprintf(script, " %" PRIu64, bits);
+}
 
 static void wrong(const char *law, uint64_t one, uint64_t other)
 {
@@ -217,7 +299,7 @@ static void settle_outcome(x *m, uint64_t *outcome)
 {
     if (open_event == 0)
         return;
-    if (DEFERRED_COUNT(m) > deferred) {
+    if (held(m, &x_info.deferred) > deferred) {
         deferred++;
         all.deferrals++;
     } else {
@@ -258,14 +340,15 @@ static void fire(x *m, unsigned transition)
 {
     if (transition >= TRANSITIONS || !armed[transition])
         wrong("a timeout fired that was not armed", transition, 0);
-    equal("a timeout fires at its deadline", MACHINE_NOW(m), due[transition]);
+    equal("a timeout fires at its deadline", machine_now(m), due[transition]);
     for (unsigned t = 0; t < TRANSITIONS; t++)
         if (armed[t] && !fsm_reached(due[t], due[transition]))
             wrong("timeouts fire in the order of their deadlines", due[t], due[transition]);
     disarm(transition, &all.fired);
     fired_in_call++;
-    if (every[transition] != 0)
-        arm(transition, due[transition] + every[transition]);
+    for (unsigned i = 0; i < x_info.timeout_count; i++)
+        if (x_info.timeouts[i].transition == transition && x_info.timeouts[i].is_periodic)
+            arm(transition, due[transition] + x_info.timeouts[i].delay);
     (void)m;
 }
 
@@ -305,8 +388,9 @@ static void noted_exit(x *m, unsigned state)
     really();
     settle_outcome(m, &all.taken);
     note(EXITED, state);
-    for (const timed *t = timed_of[state]; t->delay != 0; t++)
-        disarm(t->transition, &all.cancelled);
+    for (unsigned i = 0; i < x_info.timeout_count; i++)
+        if (x_info.timeouts[i].source == state)
+            disarm(x_info.timeouts[i].transition, &all.cancelled);
     if (one_in(64))
         interrupt(1);
 }
@@ -325,8 +409,9 @@ static void noted_enter(x *m, unsigned state)
     really();
     note(ENTERED, state);
     state_seen[state] = true;
-    for (const timed *t = timed_of[state]; t->delay != 0; t++)
-        arm(t->transition, MACHINE_NOW(m) + t->delay);
+    for (unsigned i = 0; i < x_info.timeout_count; i++)
+        if (x_info.timeouts[i].source == state)
+            arm(x_info.timeouts[i].transition, machine_now(m) + x_info.timeouts[i].delay);
     (void)m;
 }
 
@@ -335,7 +420,7 @@ static void begun(x *m, unsigned event)
     note(BEGAN_EVENT, event);
     if (is_dispatching) {
         is_dispatching = false;
-    } else if (deferred > DEFERRED_COUNT(m)) {
+    } else if (deferred > held(m, &x_info.deferred)) {
         deferred--;
         all.recalls++;
     } else {
@@ -399,9 +484,11 @@ static void noted_text(x *m, int what, const char *text)
 static void tell_event(const char *verb, const x_event *e)
 {
     if (script != NULL) {
-        char text[TEXT];
-        show_event(e, text);
-        fprintf(script, "%s %s\n", verb, text);
+        const fsm_event_info *event = &x_info.events[e->event - 1];
+        fprintf(script, "%s %s", verb, event->name);
+        for (unsigned i = 0; i < event->field_count; i++)
+            tell_value(event->fields[i].type, fsm_at(e, event->fields[i].offset));
+        fprintf(script, "\n");
     }
 }
 
@@ -416,14 +503,14 @@ static void check_laws(void)
     const x *m = &machine;
     all.checks++;
     equal("waiting in the queue", waiting, m->queue_count);
-    equal("deferred", deferred, DEFERRED_COUNT(m));
+    equal("deferred", deferred, held(m, &x_info.deferred));
     equal("refused since the start", refused_since < 65535 ? refused_since : 65535, m->rejected);
     equal("unhandled since the start", unhandled_since < 65535 ? unhandled_since : 65535,
           m->unhandled);
     equal("in the mailbox", in_mailbox, fsm_ring_count(&mailbox.ring));
     equal("lost at the mailbox", all.lost, watched_mailbox_lost(&mailbox));
-    equal("armed timers", armed_now, TIMER_COUNT(m));
-    equal("internal events between steps", 0, INTERNAL_COUNT(m));
+    equal("armed timers", armed_now, held(m, &x_info.timers));
+    equal("internal events between steps", 0, held(m, &x_info.internal));
     equal("an event is offered in one way", all.offered,
           all.posted + all.posted_within + all.put + all.dispatched + all.dispatched_within +
               all.sent);
@@ -453,7 +540,7 @@ static bool answered(bool is_accepted, uint64_t *otherwise)
 
 static uint64_t *reason(void)
 {
-    return RUNNING(&machine) ? &all.full : &all.stopped;
+    return fsm_is_running(&x_info, &machine) ? &all.full : &all.stopped;
 }
 
 /* The mailbox posts and runs: what it cannot post stays in it. */
@@ -476,10 +563,10 @@ static void watched_run(x *m, uint32_t at)
     x_run(m, at);
     if (fired_in_call > 1)
         all.jumped_over += fired_in_call - 1;
-    if (RUNNING(m) && sent == all.sent && within == all.posted_within)
+    if (fsm_is_running(&x_info, m) && sent == all.sent && within == all.posted_within)
         equal("what was posted before `run` was taken", waiting, 0);
     for (unsigned t = 0; t < TRANSITIONS; t++)
-        if (armed[t] && RUNNING(m) && fsm_reached(at, due[t]))
+        if (armed[t] && fsm_is_running(&x_info, m) && fsm_reached(at, due[t]))
             wrong("a timeout is overdue", due[t], at);
 }
 
@@ -517,8 +604,9 @@ static void dispatch(void)
 }
 
 /* An operation of the host calls the machine that called it. */
-static void call_back(x *m, unsigned operation)
+static void call_back(x *m, unsigned operation, void *result)
 {
+    const fsm_type *type = x_info.operations[operation].result;
     really();
     note(CALLED, operation);
     all.operations++;
@@ -539,18 +627,24 @@ static void call_back(x *m, unsigned operation)
     }
     if (one_in(16))
         interrupt(2);
+    if (type != NULL)
+        make(type, result);
 }
 
 /* ---- a session --------------------------------------------------------------------------------- */
 
 static void change_inputs(bool is_all)
 {
-    char text[TEXT];
-    for (unsigned i = 0; i < INPUTS; i++)
-        if (is_all || one_in(INPUTS)) {
-            draw_input(&machine, i, text);
-            if (script != NULL)
-                fprintf(script, "input %s\n", text);
+    const fsm_field *inputs = &x_info.variables[x_info.data_count + x_info.output_count];
+    for (unsigned i = 0; i < x_info.input_count; i++)
+        if (is_all || one_in(x_info.input_count)) {
+            void *place = fsm_place_at(&machine, inputs[i].offset);
+            draw_value(inputs[i].type, place);
+            if (script != NULL) {
+                fprintf(script, "input %s", inputs[i].name);
+                tell_value(inputs[i].type, place);
+                fprintf(script, "\n");
+            }
         }
 }
 
@@ -629,7 +723,7 @@ static void session(uint64_t length)
             default: post(); break;
             }
         }
-        if (one_in(RUNNING(&machine) ? 50000 : 50)) {
+        if (one_in(fsm_is_running(&x_info, &machine) ? 50000 : 50)) {
             all.restarts++;
             start();
         }

@@ -9,5 +9,8 @@
 #define FSM_HOOK_ENTER(m, state) noted_enter(m, (unsigned)(state))
 #define FSM_HOOK_EVENT(m, what, e) noted_event(m, what, (unsigned)(e)->event)
 #define FSM_HOOK_TEXT(m, what, text, number) noted_text(m, what, text)
+#define FSM_HOST_CALL(m, operation, given, result) \
+    ((void)(given), call_back(m, operation, result))
+#define FSM_HOST_SEND(m, event, given) ((void)(m), (void)(given))
 
 #endif

@@ -37,8 +37,7 @@ EMULATED = (
 """The board; each instruction takes a nanosecond, sleep none."""
 NEWLIB = ("-D__int64_t_defined=1", "-D__int_least64_t_defined=1")
 """Its <inttypes.h> asks for these to define PRId64, but the <stdint.h> of gcc defines neither."""
-MEMORY = """\
-static {p} {p}_machine;
+BOARD_DRIVER = """\
 FSM_MAILBOX({p}, {upper}_QUEUE, 2)
 static {p}_mailbox {p}_box;
 static {p}_event {p}_came;
@@ -48,15 +47,34 @@ static void {p}_handler(void)
     if (!{p}_mailbox_put(&{p}_box, &{p}_came))
         wrong("full mailbox");
 }}
-static bool {p}_post_by_interrupt(const {p}_event *e)
+static bool {p}_post_by_interrupt(void *m, const void *e)
 {{
-    {p}_came = *e;
+    {p}_came = *(const {p}_event *)e;
     board_interrupt({p}_handler);
-    if ({p}_mailbox_drain(&{p}_box, &{p}_machine) == 1u)
+    if ({p}_mailbox_drain(&{p}_box, ({p} *)m) == 1u)
         return true;
     fsm_ring_release(&{p}_box.ring);
     return false;
 }}
+static void {p}_start_timer(void *m, uint32_t now)
+{{
+    {p}_driver.start(m, board_start(now));
+}}
+static void {p}_wait_and_run(void *m, uint32_t now)
+{{
+    {p}_driver.run(m, board_wait(now));
+}}
+static fsm_restored {p}_restore_timer(void *m, uint32_t now, const uint8_t *bytes, size_t size)
+{{
+    return {p}_driver.restore(m, board_start(now), bytes, size);
+}}
+"""
+ON_BOARD = """\
+    fsm_driver driver = {p}_driver;
+    driver.start = {p}_start_timer;
+    driver.run = {p}_wait_and_run;
+    driver.post = {p}_post_by_interrupt;
+    driver.restore = {p}_restore_timer;
 """
 
 
@@ -113,11 +131,12 @@ def _use_board(path: Path, machine: Machine) -> None:
     p, upper = machine.names.prefix, machine.names.upper
     text = '#include "board_player.h"\n' + path.read_text(encoding="utf-8")
     for before, after in (
-        (f"static {p} {p}_machine;\n", MEMORY.format(p=p, upper=upper)),
-        (f"{p}_start(&{p}_machine, {p}_now)", f"{p}_start(&{p}_machine, board_start({p}_now))"),
-        (f"{p}_run(&{p}_machine, {p}_now)", f"{p}_run(&{p}_machine, board_wait({p}_now))"),
-        (f"{p}_restore(&{p}_machine, {p}_now,", f"{p}_restore(&{p}_machine, board_start({p}_now),"),
-        (f"{p}_post(&{p}_machine, &e)", f"{p}_post_by_interrupt(&e)"),
+        (
+            f"void play_{p}(void)\n",
+            BOARD_DRIVER.format(p=p, upper=upper) + f"void play_{p}(void)\n",
+        ),
+        ("    play_script(", ON_BOARD.format(p=p) + "    play_script("),
+        (f"&{p}_driver,", "&driver,"),
     ):
         assert text.count(before) == 1, before
         text = text.replace(before, after)

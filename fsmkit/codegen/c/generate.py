@@ -7,18 +7,15 @@ from pathlib import Path
 
 import fsmkit
 from fsmkit.chart.chart import Chart
-from fsmkit.chart.content import all_statements
-from fsmkit.chart.statements import Reply
-from fsmkit.codegen.c.expressions.types import computed
+from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
-from fsmkit.codegen.c.layout import Member, Needs, members, timers_needed
+from fsmkit.codegen.c.info import info_source
+from fsmkit.codegen.c.layout import Member, Needs, members, reply_type, timers_needed
 from fsmkit.codegen.c.names import Names, name_everything
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.pruning import touched
-from fsmkit.codegen.c.recording.saving import saving_source
-from fsmkit.codegen.c.recording.tracing import tracing_source
 from fsmkit.codegen.c.source import SourcePrinter
-from fsmkit.language import Expr, FloatType, IntType
+from fsmkit.codegen.c.tracing import tracing_source
 from fsmkit.plan import lower
 from fsmkit.plan.image import image_of
 from fsmkit.texts import printing
@@ -51,12 +48,15 @@ def generate_machine(
     machine = _generate(name_everything(lower(chart), prefix, options), extras)
     library = ["fsm.h", "fsm.c"]
     if extras:
-        library.append("fsm_bytes.h")
+        machine.files[f"{machine.names.prefix}_info.c"] = info_source(machine.family)
+        library += ["fsm_info.h"]
+    if extras - {"info"}:
+        library += ["fsm_bytes.h"]
     if "save" in extras:
-        machine.files[f"{machine.names.prefix}_save.c"] = saving_source(machine.family)
+        library += ["fsm_save.h", "fsm_save.c"]
     if "trace" in extras:
         machine.files[f"{machine.names.prefix}_trace.c"] = tracing_source(machine.family)
-        library += ["fsm_trace.h", "fsm_trace.c"]
+        library += ["fsm_trace.h", "fsm_traced.h", "fsm_trace.c"]
     for name in library:
         machine.files[name] = (LIBRARY / name).read_text(encoding="utf-8")
     return machine
@@ -72,11 +72,12 @@ def _generate(names: Names, extras: frozenset[str]) -> Machine:
             names.symbol(symbol)
     text = source.text()
     payload, alignment = payload_storage(names)
+    reply = reply_type(chart)
     width = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4, "uint64_t": 8}[event_type(names)]
     needs = Needs(
         remembered=len(source.selection.remembered),
         delayed=names.delays,
-        reply=reply_type(chart),
+        reply="" if reply is None else storage(reply, {}).text,
         event_size=payload + width,
         event_alignment=max(alignment, width),
         touched=touched([text]),
@@ -111,18 +112,3 @@ def _figures(names: Names, layout: list[Member], needs: Needs) -> dict[str, int]
     for slot, (size, _) in zip(names.slots, needs.inside, strict=True):
         figures[f"slot_{slot}_bytes"] = size
     return figures
-
-
-def reply_type(chart: Chart) -> str:
-    """Return the C type that holds every reply; empty without any."""
-    types = [value.type for value in _replies(chart)]
-    if not types:
-        return ""
-    if any(isinstance(type_, FloatType) for type_ in types):
-        return "double"
-    is_wide = any(isinstance(t, IntType) and computed(t) == "uint64_t" for t in types)
-    return "uint64_t" if is_wide else "int64_t"
-
-
-def _replies(chart: Chart) -> list[Expr]:
-    return [s.value for s in all_statements(chart) if isinstance(s, Reply)]

@@ -179,9 +179,16 @@ def _functions(out: Emitter, names: Names) -> None:
     fsm_result {p}_dispatch({p} *m, const {p}_event *e, uint32_t now);
     """)
     out.line()
+    if names.options.extras:
+        out.text(f"""
+        /* In {p}_info.c: what the machine is, for what drives any machine. See fsm_info.h. */
+        extern const struct fsm_machine_info {p}_info;
+        extern const struct fsm_driver {p}_driver;
+        """)
+        out.line()
     if "save" in names.options.extras:
         out.text(f"""
-        /* In {p}_save.c. Write the machine to {names.upper}_SAVED_BYTES bytes, timers with the time
+        /* In {p}_info.c. Write the machine to {names.upper}_SAVED_BYTES bytes, timers with the time
          * they have left; false from within a step. And the reverse, into a machine that was made
          * with {p}_init: bytes that are refused leave it as it is, or as that made it. */
         bool {p}_save(const {p} *m, uint32_t now, uint8_t *bytes);

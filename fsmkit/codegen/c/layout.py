@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Reply
+from fsmkit.codegen.c.expressions.types import computed, storage
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.reserved import TO_INVOKE
+from fsmkit.language import INT64, UINT64, FloatType, IntType, Type
 from fsmkit.plan.image import timeouts_at_once
 
 WIDTH = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4}
@@ -139,3 +143,14 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
         spare = largest - total % largest
         ordered.append(Member(f"uint8_t spare_[{spare}]", spare, 1, "so that no byte is undefined"))
     return ordered
+
+
+def reply_type(chart: Chart) -> Type | None:
+    """Return a type that holds every reply; None without any."""
+    types = [s.value.type for s in all_statements(chart) if isinstance(s, Reply)]
+    if not types:
+        return None
+    if any(isinstance(type_, FloatType) for type_ in types):
+        return FloatType(64)
+    is_wide = any(isinstance(t, IntType) and computed(t) == "uint64_t" for t in types)
+    return UINT64 if is_wide else INT64

@@ -17,7 +17,8 @@ PARTS = {
 """What a machine can be made without, and what that is."""
 
 EXTRAS = {
-    "save": "a source that saves the machine to bytes and restores it",
+    "info": "a source that describes the machine, for what drives any machine",
+    "save": "the same, and functions that save the machine to bytes and restore it",
     "trace": "a source with a trace and a log, to be compiled instead of the machine's own",
 }
 """What a machine can be made with, and what that is."""

@@ -78,7 +78,7 @@ FUNCTIONS = _words(
     "guard_of select_at row_table row_event row_guard row_first region_at grid enters "
     "is_deferred is_allowed select_event select_eventless event_symbol no_event last_below "
     "source_of is_answered is_kept "
-    "save restore put_event get_event put_machine get_machine head routes ids peers texts"
+    "save restore info driver"
 )
 """What follows the prefix in the names of functions and types that every machine has."""
 

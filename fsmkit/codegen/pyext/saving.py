@@ -1,18 +1,10 @@
 """How machines are saved and restored, as C; see `stepping` for its marks."""
 
 SAVING = """
-#include "fsm_bytes.h"
 static bool @_is_foreign; /* whether a string was saved that the chart does not know */
-static inline void @_put_symbol(
-    fsm_writer *w, const uint16_t *table, uint32_t length, uint32_t symbol)
-{
-    if (fsm_find(table, length, symbol) == length)
-        @_is_foreign = true;
-    fsm_put_symbol(w, table, length, symbol);
-}
-#define fsm_put_symbol @_put_symbol
-#include "$P_save.c"
-#undef fsm_put_symbol
+#define FSM_HOOK_FOREIGN(symbol) (@_is_foreign = true)
+#include "fsm_save.c"
+#include "$P_info.c"
 """
 
 SAVED_METHODS = """

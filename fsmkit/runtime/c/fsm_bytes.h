@@ -7,7 +7,11 @@
 #ifndef FSM_BYTES_H
 #define FSM_BYTES_H
 
-#include "fsm.h"
+#include "fsm_info.h"
+
+#ifndef FSM_HOOK_FOREIGN /* a symbol is written that the chart does not mention */
+#define FSM_HOOK_FOREIGN(symbol) ((void)0)
+#endif
 
 enum { FSM_SAVED_HEAD = 12, FSM_SAVED_CRC = 4 };
 
@@ -31,26 +35,6 @@ static inline void fsm_put_wide(fsm_writer *w, uint64_t value)
     fsm_put(w, (uint32_t)(value >> 32), 4u);
 }
 
-static inline void fsm_put_float(fsm_writer *w, float value)
-{
-    union {
-        float value;
-        uint32_t bits;
-    } of;
-    of.value = value;
-    fsm_put(w, of.bits, 4u);
-}
-
-static inline void fsm_put_double(fsm_writer *w, double value)
-{
-    union {
-        double value;
-        uint64_t bits;
-    } of;
-    of.value = value;
-    fsm_put_wide(w, of.bits);
-}
-
 /* Zeros up to a place. */
 static inline void fsm_fill(fsm_writer *w, const uint8_t *end)
 {
@@ -67,12 +51,39 @@ static inline uint32_t fsm_find(const uint16_t *table, uint32_t length, uint32_t
     return place;
 }
 
-/* A symbol as its place in a table; one that the host made as what it is, from 0x10000. */
-static inline void fsm_put_symbol(fsm_writer *w, const uint16_t *table, uint32_t length,
-                                  uint32_t symbol)
+/* A value: its scalars in order, symbols as places in the list of the chart, but a symbol that the
+ * host made as what it is, from 0x10000. */
+static inline void fsm_put_value(fsm_writer *w, const fsm_machine_info *info, const fsm_type *type,
+                                 const void *value)
 {
-    uint32_t place = fsm_find(table, length, symbol);
-    fsm_put(w, place < length ? place : 0x10000u + symbol, 4u);
+    for (uint32_t k = 0u; k < type->scalars; k++) {
+        uint32_t offset = 0u;
+        const fsm_type *scalar = fsm_scalar(type, k, &offset);
+        const uint64_t bits = fsm_bits_at(scalar, fsm_at(value, offset));
+        if (scalar->kind == FSM_SYMBOL) {
+            const uint32_t symbol = (uint32_t)(bits & 0xFFFFu);
+            const uint32_t place = fsm_find(info->texts.numbers, info->texts.count, symbol);
+            if (place == info->texts.count)
+                FSM_HOOK_FOREIGN(symbol);
+            fsm_put(w, place < info->texts.count ? place : 0x10000u + symbol, 4u);
+        } else if (scalar->size == 8u) {
+            fsm_put_wide(w, bits);
+        } else {
+            fsm_put(w, (uint32_t)(bits & 0xFFFFFFFFu), scalar->size);
+        }
+    }
+}
+
+/* An event: its number, and its fields. */
+static inline void fsm_put_event(fsm_writer *w, const fsm_machine_info *info, const void *e)
+{
+    const uint32_t number = fsm_event_of(info, e);
+    fsm_put(w, number, 2u);
+    if (number == 0u || number > info->event_count)
+        return;
+    const fsm_event_info *event = &info->events[number - 1u];
+    for (uint32_t i = 0u; i < event->field_count; i++)
+        fsm_put_value(w, info, event->fields[i].type, fsm_at(e, event->fields[i].offset));
 }
 
 /* ---- reading -----------------------------------------------------------------------------------
@@ -100,72 +111,43 @@ static inline uint32_t fsm_take(fsm_reader *r, unsigned size, uint32_t lo, uint3
     return lo;
 }
 
-static inline uint64_t fsm_take_wide(fsm_reader *r, uint64_t lo, uint64_t hi)
-{
-    uint64_t low = fsm_get(r, 4u);
-    uint64_t value = low | (uint64_t)fsm_get(r, 4u) << 32;
-    if (value >= lo && value <= hi)
-        return value;
-    r->sound = false;
-    return lo;
-}
-
-static inline int32_t fsm_take_signed(fsm_reader *r, unsigned size, int32_t lo, int32_t hi)
-{
-    uint32_t sign = (uint32_t)1u << (8u * size - 1u);
-    uint32_t bits = fsm_get(r, size);
-    /* below zero: all bits inverted give one less than the distance from zero */
-    int32_t value = (bits & sign) != 0u ? -(int32_t)(~bits & (sign - 1u)) - 1 : (int32_t)bits;
-    if (value >= lo && value <= hi)
-        return value;
-    r->sound = false;
-    return lo;
-}
-
-static inline int64_t fsm_take_wide_signed(fsm_reader *r, int64_t lo, int64_t hi)
-{
-    uint64_t bits = fsm_take_wide(r, 0u, UINT64_MAX);
-    int64_t value = (bits >> 63) != 0u ? -(int64_t)(~bits) - 1 : (int64_t)bits;
-    if (value >= lo && value <= hi)
-        return value;
-    r->sound = false;
-    return lo;
-}
-
-static inline float fsm_take_float(fsm_reader *r)
-{
-    union {
-        float value;
-        uint32_t bits;
-    } of;
-    of.bits = fsm_get(r, 4u);
-    return of.value;
-}
-
-static inline double fsm_take_double(fsm_reader *r)
-{
-    union {
-        double value;
-        uint64_t bits;
-    } of;
-    of.bits = fsm_take_wide(r, 0u, UINT64_MAX);
-    return of.value;
-}
-
 static inline uint16_t fsm_take_place(fsm_reader *r, const uint16_t *table, uint32_t length)
 {
     return table[fsm_take(r, 2u, 0u, length - 1u)];
 }
 
-static inline uint16_t fsm_take_symbol(fsm_reader *r, const uint16_t *table, uint32_t length)
+static inline uint16_t fsm_take_symbol(fsm_reader *r, const fsm_number_list *texts)
 {
-    uint32_t place = fsm_take(r, 4u, 0u, 0x1FFFFu);
+    const uint32_t place = fsm_take(r, 4u, 0u, 0x1FFFFu);
     if (place >= 0x10000u)
         return (uint16_t)(place - 0x10000u);
-    if (place < length)
-        return table[place];
+    if (place < texts->count)
+        return texts->numbers[place];
     r->sound = false;
     return 0u;
+}
+
+static inline void fsm_take_value(fsm_reader *r, const fsm_machine_info *info, const fsm_type *type,
+                                  void *value)
+{
+    for (uint32_t k = 0u; k < type->scalars; k++) {
+        uint32_t offset = 0u;
+        uint64_t bits;
+        const fsm_type *scalar = fsm_scalar(type, k, &offset);
+        if (scalar->kind == FSM_SYMBOL) {
+            bits = fsm_take_symbol(r, &info->texts);
+        } else {
+            bits = fsm_get(r, scalar->size < 4u ? scalar->size : 4u);
+            if (scalar->size == 8u)
+                bits |= (uint64_t)fsm_get(r, 4u) << 32;
+            bits = fsm_extended(scalar, bits);
+            if (!fsm_is_of(scalar, bits)) {
+                r->sound = false;
+                bits = scalar->lo;
+            }
+        }
+        fsm_set_bits(scalar, fsm_place_at(value, offset), bits);
+    }
 }
 
 /* ---- whole images ------------------------------------------------------------------------------ */

@@ -106,3 +106,62 @@ void fsm_log_restored(uint16_t instance, uint32_t now, const uint8_t *bytes, siz
     (void)size;
 #endif
 }
+
+static void log_from(fsm_log_kind kind, const uint8_t *bytes, const fsm_writer *w)
+{
+    fsm_log_record(kind, bytes, (size_t)(w->at - bytes));
+}
+
+void fsm_log_call(fsm_log_kind kind, const fsm_machine_info *info, uint16_t instance, const void *m,
+                  const void *e, uint32_t now, uint8_t *bytes)
+{
+    fsm_writer w = {bytes};
+    const fsm_field *inputs = &info->variables[info->data_count + info->output_count];
+    fsm_put(&w, instance, 2u);
+    fsm_put(&w, now, 4u);
+    for (uint16_t i = 0u; i < info->input_count; i++)
+        fsm_put_value(&w, info, inputs[i].type, fsm_at(m, inputs[i].offset));
+    if (kind == FSM_LOG_START)
+        for (unsigned i = 4u; i < FSM_SAVED_HEAD; i++)
+            *w.at++ = info->head[i];
+    if (e != NULL)
+        fsm_put_event(&w, info, e);
+    log_from(kind, bytes, &w);
+}
+
+void fsm_log_post(const fsm_machine_info *info, uint16_t instance, const void *e, bool fits,
+                  uint8_t *bytes)
+{
+    fsm_writer w = {bytes};
+    fsm_put(&w, instance, 2u);
+    fsm_put(&w, fits ? 1u : 0u, 1u);
+    fsm_put_event(&w, info, e);
+    log_from(FSM_LOG_POST, bytes, &w);
+}
+
+void fsm_log_called(const fsm_machine_info *info, uint16_t machine, uint16_t operation,
+                    const void *result, uint8_t *bytes)
+{
+    fsm_writer w = {bytes};
+    fsm_put(&w, machine, 2u);
+    fsm_put(&w, operation, 2u);
+    if (result != NULL)
+        fsm_put_value(&w, info, info->operations[operation].result, result);
+    log_from(FSM_LOG_CALLED, bytes, &w);
+}
+
+static bool is_empty(const fsm_list_info *list, const void *m)
+{
+    return list->offset == FSM_ABSENT || *(const uint8_t *)fsm_at(m, list->count) == 0u;
+}
+
+bool fsm_is_idle(const fsm_machine_info *info, const void *m, uint32_t now)
+{
+    if (info->slot_count > 0u || info->input_count > 0u)
+        return false;
+    if (!is_empty(&info->queue, m) || !is_empty(&info->deferred, m))
+        return false;
+    if (is_empty(&info->timers, m))
+        return true;
+    return !fsm_reached(now, ((const fsm_timer *)fsm_at(m, info->timers.offset))->deadline);
+}

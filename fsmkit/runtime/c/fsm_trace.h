@@ -3,7 +3,8 @@
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
  *
- * Compile X_trace.c instead of X.c, and fsm_trace.c; the machine X is used as ever.
+ * Compile X_trace.c instead of X.c, and fsm_trace.c; to log, X_info.c too. The machine X is used as
+ * ever.
  *
  *   FSM_TRACE_RECORDS  transitions that the ring holds, 12 bytes each; a power of two, or 0: no ring
  *   FSM_LOGGED            defined: everything is told to fsm_log_write, which the host defines
@@ -75,6 +76,17 @@ void fsm_trace_take(uint16_t instance, uint16_t machine, uint32_t time, uint16_t
 uint32_t fsm_trace_time(void);
 void fsm_log_record(fsm_log_kind kind, const uint8_t *bytes, size_t size);
 void fsm_log_restored(uint16_t instance, uint32_t now, const uint8_t *bytes, size_t size);
+
+/* `bytes`: room for the record. `m`: with its inputs; `e`: NULL for a call without an event. */
+void fsm_log_call(fsm_log_kind kind, const fsm_machine_info *info, uint16_t instance, const void *m,
+                  const void *e, uint32_t now, uint8_t *bytes);
+void fsm_log_post(const fsm_machine_info *info, uint16_t instance, const void *e, bool fits,
+                  uint8_t *bytes);
+void fsm_log_called(const fsm_machine_info *info, uint16_t machine, uint16_t operation,
+                    const void *result, uint8_t *bytes);
+
+/* Whether a run finds nothing to do; false where that is unknown. */
+bool fsm_is_idle(const fsm_machine_info *info, const void *m, uint32_t now);
 
 #ifdef __cplusplus
 }

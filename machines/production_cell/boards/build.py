@@ -117,7 +117,7 @@ def link(
         (generated / f"{name}_trace.c", (f"-DFSM_INSTANCE(m)={number}u",))
         for number, name in enumerate(MACHINES[node])
     ]
-    names = ("fsm", "fsm_trace", f"ring_{node}")
+    names = ("fsm", "fsm_trace", *(f"{name}_info" for name in MACHINES[node]), f"ring_{node}")
     jobs += [(generated / f"{name}.c", ()) for name in names]
     jobs += [(RUNTIME / "links" / f"{name}.c", ()) for name in LINKS]
     jobs += [(CELL / "controller" / f"{name}.c", ()) for name in CONTROLLER]

@@ -35,7 +35,7 @@ def prove(frama_c: str, machine: Machine, folder: Path) -> Proof:
     """Analyse a machine under any host, without end; everything that it may do is covered."""
     p = machine.names.prefix
     sources = [name for name in machine.files if name.endswith(".c")]
-    sources = [name for name in sources if not name.endswith("_save.c")]
+    sources = [name for name in sources if not name.endswith(("_info.c", "_save.c"))]
     texts = machine.files | {"any.h": CHOICES, "choices.c": PROVED, "host.c": any_host(machine)}
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -86,7 +86,7 @@ def chart_of(folder: Path, text: str) -> Chart:
 def host(tmp_path: Path, write: Write, compile_with: Compile) -> Path:
     machine = generate_machine(chart_of(tmp_path, OVEN), None, Options(extras=frozenset({"save"})))
     write(tmp_path, {**machine.files, "host.c": HOST})
-    sources = ("host.c", "oven.c", "oven_save.c", "fsm.c")
+    sources = ("host.c", "oven.c", "oven_info.c", "fsm_save.c", "fsm.c")
     compile_with(
         tmp_path, "gcc", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-o", "host",
         *sources,

@@ -12,7 +12,7 @@ import pytest
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
-from fsmkit.codegen.c.generate import LIBRARY, generate_machine
+from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import FsmkitError
@@ -67,26 +67,20 @@ def logged(
     """
     machines = [generate_machine(chart, f"x{i}", TRACED) for i, (chart, _) in enumerate(jobs)]
     harness._write(folder, machines)
-    for name in ("fsm_trace.h", "fsm_trace.c"):
-        (folder / name).write_text((LIBRARY / name).read_text())
     main = (folder / "main.c").read_text()
-    main = main.replace('#include "fsm.c"\n', '#include "fsm.c"\n' + LOG)
+    main = main.replace('#include "fsm_save.c"\n', '#include "fsm_save.c"\n' + LOG)
     for machine in machines:
         prefix = machine.names.prefix
         driver = folder / f"run_{prefix}.c"
         text = driver.read_text()
         for names, _ in machine.family[:-1]:
             text = text.replace(f'#include "{names.prefix}.c"\n', "")
-        inner = [f"{names.prefix}_texts" for names, _ in machine.family[:-1]]
-        before = "".join(f"#define {table} {table}_traced\n" for table in inner)
-        after = "".join(f"#undef {table}\n" for table in inner)  # of files that are one here
-        traced = f'{before}#include "{prefix}_trace.c"\n{after}'
-        text = text.replace(f'#include "{prefix}.c"\n', traced)
+        text = text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_trace.c"\n')
         for old, new in hosts.items():
             assert old in text
             text = text.replace(old, new)
         driver.write_text(text)
-        play = f"{prefix}_play();"
+        play = f"play_{prefix}();"
         main = main.replace(play, f'open_log("{prefix}.log"); {play} close_log("{prefix}.ring");')
     (folder / "main.c").write_text(main)
     subprocess.run(["gcc", *harness.FLAGS, "main.c", "-o", "player"], cwd=folder, check=True)
@@ -163,7 +157,7 @@ def test_what_is_refused_within_a_step_is_not_logged(tmp_path: Path) -> None:
     (tmp_path / "lamp.yaml").write_text(LAMP)
     chart = load(tmp_path / "lamp.yaml")
     script = ["start 5", "input dark 1", "post press 9", "run 6", "run 30", "post ask", "run 31"]
-    within = """op %s", "click");
+    within = """FSM_HOST_CALL(m, 1u, NULL, NULL);
     x0_event ask = {0};
     ask.event = X0_EVENT_ASK;
     x0_start(m, 1u);
@@ -171,7 +165,7 @@ def test_what_is_refused_within_a_step_is_not_logged(tmp_path: Path) -> None:
     if (x0_dispatch(m, &ask, 1000u) != FSM_BUSY)
         abort();
 """
-    misused = {'op %s", "click");\n': within}
+    misused = {"FSM_HOST_CALL(m, 1u, NULL, NULL);\n": within}
     (plain,) = logged(tmp_path, [(chart, script)])
     assert logged(tmp_path, [(chart, script)], misused) == [plain]
     assert list(replay(chart, plain[0])) == run_script(chart, script)
@@ -270,4 +264,5 @@ def test_no_warning(
 ) -> None:
     machine = generate_machine(load(SHOP), None, TRACED)
     write(tmp_path, machine.files)
-    compile_with(tmp_path, compiler, *defined, "-c", "shop_trace.c", "shop_save.c", "fsm_trace.c")
+    sources = ("shop_trace.c", "shop_info.c", "fsm_save.c", "fsm_trace.c")
+    compile_with(tmp_path, compiler, *defined, "-c", *sources)

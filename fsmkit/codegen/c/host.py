@@ -1,0 +1,52 @@
+"""The functions that a host provides, each handing its arguments on: for hosts of any machine.
+
+Whoever includes them defines ``FSM_HOST_CALL(m, operation, given, result)`` and
+``FSM_HOST_SEND(m, event, given)``: operations and events by number, ``given`` the places of the
+arguments (an array of pointers, or NULL), ``result`` the place of the result, or NULL.
+"""
+
+from __future__ import annotations
+
+from fsmkit.analysis.host_events import sent_events
+from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.header import parameters
+from fsmkit.codegen.c.names import Names
+from fsmkit.emit import Emitter
+from fsmkit.language import ArrayType, Field
+
+
+def print_host(out: Emitter, names: Names) -> None:
+    """Print the operations of a machine, and what takes the events that leave it."""
+    p = names.prefix
+    for number, operation in enumerate(names.chart.operations):
+        result = operation.result
+        ctype = "void" if result is None else storage(result, names.records).text
+        taken = parameters(operation.parameters, names)
+        out.line(f"{ctype} {p}_{names.operations[operation.name]}({p} *m{taken})")
+        with out.block("{"):
+            if result is not None:
+                out.line(f"{ctype} result;")
+            given = _given(out, names, operation.parameters)
+            place = "NULL" if result is None else "&result"
+            out.line(f"FSM_HOST_CALL(m, {number}u, {given}, {place});")
+            if result is not None:
+                out.line("return result;")
+        out.line()
+    for index in sent_events(names.chart):
+        event = names.chart.events[index]
+        taken = parameters(event.fields, names)
+        out.line(f"void {p}_send_{names.event_names[index]}({p} *m{taken})")
+        with out.block("{"):
+            given = _given(out, names, event.fields)
+            out.line(f"FSM_HOST_SEND(m, {index}u, {given});")
+        out.line()
+
+
+def _given(out: Emitter, names: Names, fields: tuple[Field, ...]) -> str:
+    """Print the places of the arguments; return what they are called."""
+    if not fields:
+        return "NULL"
+    places = ((names.field(part.name), isinstance(part.type, ArrayType)) for part in fields)
+    listed = ", ".join(name if is_pointer else f"&{name}" for name, is_pointer in places)
+    out.line(f"const void *const given_[] = {{{listed}}};")
+    return "given_"

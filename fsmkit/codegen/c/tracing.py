@@ -1,0 +1,111 @@
+"""The source that is compiled instead of a machine's own to have a trace and a log of it.
+
+It includes the machine's source under hooks and other names for what the host calls, so that the
+machine itself holds nothing of all that. What does not depend on the chart is in ``fsm_traced.h``.
+"""
+
+from __future__ import annotations
+
+from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.header import NOTICE, parameters
+from fsmkit.codegen.c.info import Machines, within
+from fsmkit.codegen.c.names import Names
+from fsmkit.emit import Emitter
+from fsmkit.language import Field
+from fsmkit.plan.image import codes, image_of, size_of
+from fsmkit.texts.c import comment
+
+CALL = 18
+"""Bytes of the record of a call besides inputs and event, at most."""
+
+
+def tracing_source(machines: Machines) -> str:
+    """Return the text for machines, those in the slots before those that hold them."""
+    outer = machines[-1][0]
+    out = Emitter()
+    what = comment("the machine " + outer.chart.name + ", with a trace and a log")
+    out.line(f"/* {outer.prefix}_trace.c: {what}. {NOTICE}")
+    out.line(" * Compile it instead of the sources that it includes. */")
+    out.line(f'#include "{outer.prefix}.h"')
+    out.lines(['#include "fsm_info.h"', '#include "fsm_trace.h"', ""])
+    room = max(_room(names) for names, _ in machines)
+    bytes_ = f"static uint8_t fsm_{outer.prefix}_bytes[{room}]; /* of one record */"
+    out.lines(["#ifdef FSM_LOGGED", bytes_, "#endif", ""])
+    numbers = {each.prefix: number for number, each in enumerate((outer, *within(outer)))}
+    for names, members in machines:
+        has = frozenset(member.name for member in members)
+        _print(out, names, has, numbers[names.prefix])
+    return out.finish()
+
+
+def _print(out: Emitter, names: Names, members: frozenset[str], number: int) -> None:
+    """Print one machine with what surrounds its source."""
+    p, chart = names.prefix, names.chart
+    used = [o for o in chart.operations if "call " + o.name in names.used]
+    defined = {
+        "": p,
+        "_NUMBER": f"{number}u",
+        "_BYTES": f"fsm_{names.outermost}_bytes",
+        "_NOW(m)": "(m)->now" if "now" in members else "fsm_trace_time()",
+        "_BUSY(m)": "(m)->busy" if "busy" in members else "false",
+    }
+    if not names.is_invoked and names.does["queued"]:
+        defined["_POSTS"] = ""
+    if not names.is_invoked and names.does["runs"]:
+        defined["_RUNS"] = ""
+    out.lines(f"#define FSM_TRACED{name} {value}".rstrip() for name, value in defined.items())
+    out.lines([f"extern const fsm_machine_info {p}_info;", '#include "fsm_traced.h"', ""])
+    for operation in used:
+        name = names.operations[operation.name]
+        place = chart.operations.index(operation)
+        _logged(out, names, name, place)
+    if names.is_invoked:
+        out.line(f'#include "{p}.c"')
+    else:
+        _calls(out, names)
+    out.lines(f"#undef {p}_{names.operations[operation.name]}" for operation in used)
+    out.lines(f"#undef FSM_TRACED{name.removesuffix('(m)')}" for name in defined)
+    out.line()
+
+
+def _room(names: Names) -> int:
+    """Return the bytes of the longest record."""
+    inputs = tuple(Field(v.name, v.type) for v in names.chart.inputs)
+    results = (o.result for o in names.chart.operations if o.result is not None)
+    called = max((size_of(codes((Field("result", result),))) for result in results), default=0)
+    return max(CALL + size_of(codes(inputs)) + image_of(names.chart).payload, 4 + called)
+
+
+def _logged(out: Emitter, names: Names, name: str, number: int) -> None:
+    """Print a function that calls an operation and logs that, and let it be called so."""
+    operation, p = names.chart.operations[number], names.prefix
+    result, fields = operation.result, operation.parameters
+    ctype = "void" if result is None else storage(result, names.records).text
+    logged = f"fsm_{p}_logged_{name}"
+    out.line(f"static {ctype} {logged}({p} *m{parameters(fields, names)})")
+    with out.block("{"):
+        passed = "".join(f", {names.field(part.name)}" for part in fields)
+        call = f"{p}_{name}(m{passed})"
+        out.line(f"{call};" if result is None else f"{ctype} result = {call};")
+        out.line(f"FSM_TRACED_RESULT({number}u, {'NULL' if result is None else '&result'});")
+        if result is not None:
+            out.line("return result;")
+    out.lines([f"#define {p}_{name} {logged}", ""])
+
+
+def _calls(out: Emitter, names: Names) -> None:
+    """Print the source with other names for what the host calls, then what the host calls."""
+    p = names.prefix
+    verbs = ["start", *(["run"] if names.does["runs"] else []), "dispatch"]
+    out.line("/* What the host calls, as it is in the machine's own source. */")
+    out.line(f"static void fsm_{p}_plain_start({p} *m, uint32_t now);")
+    if "run" in verbs:
+        out.line(f"static void fsm_{p}_plain_run({p} *m, uint32_t now);")
+    taken = f"{p} *m, const {p}_event *e, uint32_t now"
+    out.line(f"static fsm_result fsm_{p}_plain_dispatch({taken});")
+    out.lines(f"#define {p}_{verb} fsm_{p}_plain_{verb}" for verb in verbs)
+    out.line(f'#include "{p}.c"')
+    out.lines(f"#undef {p}_{verb}" for verb in verbs)
+    out.lines(
+        ["", "#define FSM_TRACED_CALLS", '#include "fsm_traced.h"', "#undef FSM_TRACED_CALLS"]
+    )

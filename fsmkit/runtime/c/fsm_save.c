@@ -1,0 +1,331 @@
+/* fsm_save.c: a machine as bytes, and back: what its description says, in the order of the format
+ * of saved machines. See fsm_save.h. */
+#include "fsm_save.h"
+
+#include "fsm_bytes.h"
+
+/* ---- writing ----------------------------------------------------------------------------------- */
+
+/* The place of an entry in a list. */
+static uint32_t entry(const fsm_list_info *list, uint32_t size, uint32_t i)
+{
+    return list->offset + size * i;
+}
+
+static uint8_t count_of(const fsm_list_info *list, const void *m)
+{
+    return *(const uint8_t *)fsm_at(m, list->count);
+}
+
+static void put_queue(fsm_writer *w, const fsm_machine_info *info, const void *m, const fsm_list_info *list)
+{
+    const uint32_t each = 2u + info->payload;
+    if (list->room == 0u)
+        return;
+    if (list->offset == FSM_ABSENT) {
+        fsm_fill(w, w->at + 1u + each * list->room);
+        return;
+    }
+    fsm_put(w, count_of(list, m), 1u);
+    for (uint32_t i = 0u; i < list->room; i++) {
+        const uint8_t *end = w->at + each;
+        fsm_put_event(w, info, fsm_at(m, entry(list, info->event_size, i)));
+        fsm_fill(w, end);
+    }
+}
+
+static const fsm_timer *timers_of(const fsm_machine_info *info, const void *m)
+{
+    return (const fsm_timer *)fsm_at(m, info->timers.offset);
+}
+
+static void put_timers(fsm_writer *w, const fsm_machine_info *info, const void *m, uint32_t now)
+{
+    const fsm_list_info *list = &info->timers;
+    if (list->room == 0u)
+        return;
+    const uint8_t *end = w->at + 1u + 6u * list->room;
+    if (list->offset != FSM_ABSENT) {
+        const fsm_timer *timers = timers_of(info, m);
+        const uint8_t count = count_of(list, m);
+        fsm_put(w, count, 1u);
+        for (uint8_t i = 0u; i < count; i++) {
+            fsm_put(w, timers[i].deadline - now, 4u);
+            fsm_put(w, timers[i].what, 2u);
+        }
+    }
+    fsm_fill(w, end);
+}
+
+static void put_place(fsm_writer *w, const fsm_number_list *list, uint32_t number)
+{
+    fsm_put(w, fsm_find(list->numbers, list->count, number), 2u);
+}
+
+static void put_delayed(fsm_writer *w, const fsm_machine_info *info, const void *m)
+{
+    const fsm_list_info *list = &info->delayed;
+    const uint32_t each = 8u + info->payload;
+    const uint8_t *end = w->at + each * list->room;
+    uint32_t rank = 0u;
+    if (list->offset != FSM_ABSENT) {
+        const fsm_timer *timers = timers_of(info, m);
+        const uint8_t count = count_of(&info->timers, m);
+        for (uint8_t i = 0u; i < count; i++) {
+            if (timers[i].what != FSM_TIMER_SEND)
+                continue;
+            const void *delayed = fsm_at(m, entry(list, info->delayed_size, rank));
+            const uint8_t *next = w->at + each;
+            put_place(w, &info->routes, *(const uint16_t *)fsm_at(delayed, info->delayed_route));
+            put_place(w, &info->marks, timers[i].mark);
+            put_place(w, &info->peers, *(const uint16_t *)fsm_at(delayed, info->delayed_peer));
+            fsm_put_event(w, info, delayed);
+            fsm_fill(w, next);
+            rank++;
+        }
+    }
+    fsm_fill(w, end);
+}
+
+/* All but the machines in its slots; what waits only while it runs. */
+static void put_machine(fsm_writer *w, const fsm_machine_info *info, const void *m, uint32_t now)
+{
+    const uint8_t *end = w->at + info->saved_size;
+    const bool is_running = fsm_is_running(info, m);
+    uint32_t status = is_running ? 1u : 0u;
+    const uint32_t values = (uint32_t)info->data_count + info->output_count + info->input_count;
+    if (info->finished != FSM_ABSENT && *(const bool *)fsm_at(m, info->finished))
+        status |= 2u;
+    fsm_put(w, status, 1u);
+    fsm_put(w, info->fault == FSM_ABSENT ? 0u : *(const uint8_t *)fsm_at(m, info->fault), 1u);
+    for (uint32_t i = 0u; i < info->number_count; i++)
+        fsm_put(w, fsm_number_at(&info->numbers[i], m), 2u);
+    for (uint32_t i = 0u; i < values; i++)
+        fsm_put_value(w, info, info->variables[i].type, fsm_at(m, info->variables[i].offset));
+    if (is_running) {
+        put_queue(w, info, m, &info->queue);
+        put_queue(w, info, m, &info->deferred);
+        put_timers(w, info, m, now);
+        put_delayed(w, info, m);
+    }
+    fsm_fill(w, end);
+}
+
+bool fsm_save(const fsm_machine_info *info, const void *m, uint32_t now, uint8_t *bytes)
+{
+    fsm_writer w = {bytes};
+    if (info->busy != FSM_ABSENT && *(const bool *)fsm_at(m, info->busy))
+        return false;
+    for (unsigned k = 0u; k < FSM_SAVED_HEAD; k++)
+        *w.at++ = info->head[k];
+    put_machine(&w, info, m, now);
+    const bool is_running = fsm_is_running(info, m);
+    uint32_t skipped = is_running ? 0u : info->slot_count;
+    for (uint32_t i = 0u; i < info->slot_count; i++) {
+        const fsm_slot *slot = &info->slots[i];
+        const void *inner = fsm_at(m, slot->offset);
+        if (skipped == 0u && !fsm_is_running(slot->info, inner))
+            skipped = 1u + slot->within;
+        if (skipped == 0u) {
+            put_machine(&w, slot->info, inner, now);
+        } else {
+            fsm_fill(&w, w.at + slot->info->saved_size);
+            skipped--;
+        }
+    }
+    fsm_put(&w, fsm_crc(bytes, (size_t)(w.at - bytes)), 4u);
+    return true;
+}
+
+/* ---- reading ----------------------------------------------------------------------------------- */
+
+static void set_count(void *m, const fsm_list_info *list, uint32_t count)
+{
+    *(uint8_t *)fsm_place_at(m, list->count) = (uint8_t)count;
+}
+
+static void get_event(fsm_reader *r, const fsm_machine_info *info, void *e, bool is_there)
+{
+    const uint8_t *end = r->at + 2u + info->payload;
+    const uint32_t last = is_there ? info->event_count : 0u;
+    const uint32_t number = fsm_take(r, 2u, is_there ? 1u : 0u, last);
+    for (uint32_t i = 0u; i < info->event_size; i++)
+        *(uint8_t *)fsm_place_at(e, i) = 0u;
+    fsm_store_bits(fsm_place_at(e, info->event_number), info->event_width, number);
+    if (number > 0u) {
+        const fsm_event_info *event = &info->events[number - 1u];
+        for (uint32_t i = 0u; i < event->field_count; i++) {
+            void *value = fsm_place_at(e, event->fields[i].offset);
+            fsm_take_value(r, info, event->fields[i].type, value);
+        }
+    }
+    r->at = end;
+}
+
+/* What a machine does not have must not be there. */
+static void get_none(fsm_reader *r, uint32_t size)
+{
+    if (r->at[0] != 0u)
+        r->sound = false;
+    r->at += size;
+}
+
+static void get_queue(fsm_reader *r, const fsm_machine_info *info, void *m, const fsm_list_info *list)
+{
+    if (list->room == 0u)
+        return;
+    if (list->offset == FSM_ABSENT) {
+        get_none(r, 1u + list->room * (2u + info->payload));
+        return;
+    }
+    const uint32_t count = fsm_take(r, 1u, 0u, list->room);
+    set_count(m, list, count);
+    for (uint32_t i = 0u; i < list->room; i++)
+        get_event(r, info, fsm_place_at(m, entry(list, info->event_size, i)), i < count);
+}
+
+static bool is_known(const fsm_machine_info *info, uint32_t what)
+{
+    if (what == FSM_TIMER_SEND)
+        return info->delayed.offset != FSM_ABSENT;
+    for (uint32_t i = 0u; i < info->timeout_count; i++)
+        if (info->timeouts[i].transition == what)
+            return true;
+    return false;
+}
+
+static void get_timers(fsm_reader *r, const fsm_machine_info *info, void *m, uint32_t now)
+{
+    const fsm_list_info *list = &info->timers;
+    if (list->room == 0u)
+        return;
+    if (list->offset == FSM_ABSENT) {
+        get_none(r, 1u + 6u * list->room);
+        return;
+    }
+    fsm_timer *timers = (fsm_timer *)fsm_place_at(m, list->offset);
+    const uint32_t count = fsm_take(r, 1u, 0u, list->room);
+    set_count(m, list, count);
+    for (uint32_t i = 0u; i < list->room; i++) {
+        const uint32_t left = fsm_get(r, 4u);
+        const uint16_t what = (uint16_t)fsm_get(r, 2u);
+        if (i >= count)
+            continue;
+        timers[i].deadline = now + left;
+        timers[i].what = what;
+        if (!is_known(info, what))
+            r->sound = false;
+    }
+}
+
+static void get_delayed(fsm_reader *r, const fsm_machine_info *info, void *m)
+{
+    const fsm_list_info *list = &info->delayed;
+    uint32_t rank = 0u;
+    uint32_t found = 0u;
+    if (list->room == 0u)
+        return;
+    if (list->offset == FSM_ABSENT) {
+        get_none(r, (8u + info->payload) * list->room);
+        return;
+    }
+    fsm_timer *timers = (fsm_timer *)fsm_place_at(m, info->timers.offset);
+    const uint32_t armed = count_of(&info->timers, m);
+    for (uint32_t i = 0u; i < list->room; i++) {
+        void *delayed = fsm_place_at(m, entry(list, info->delayed_size, i));
+        while (rank < armed && timers[rank].what != FSM_TIMER_SEND)
+            rank++;
+        const uint16_t route = fsm_take_place(r, info->routes.numbers, info->routes.count);
+        const uint16_t mark = fsm_take_place(r, info->marks.numbers, info->marks.count);
+        const uint16_t peer = fsm_take_place(r, info->peers.numbers, info->peers.count);
+        get_event(r, info, delayed, rank < armed);
+        if (rank < armed) {
+            *(uint16_t *)fsm_place_at(delayed, info->delayed_route) = route;
+            *(uint16_t *)fsm_place_at(delayed, info->delayed_peer) = peer;
+            timers[rank].mark = mark;
+            found++;
+            rank++;
+        }
+    }
+    set_count(m, list, found);
+    for (; rank < armed; rank++)
+        if (timers[rank].what == FSM_TIMER_SEND)
+            r->sound = false;
+}
+
+static void get_number(fsm_reader *r, const fsm_number *number, void *m)
+{
+    const uint32_t value = fsm_take(r, 2u, 0u, number->most);
+    if (number->offset == FSM_ABSENT)
+        return;
+    void *place = fsm_place_at(m, number->offset);
+    if (number->kind != FSM_RECORDED_OF_BOTH)
+        fsm_store_bits(place, number->size, value);
+    else if (value != 0u && fsm_load_bits(place, number->size) == 0u)
+        fsm_store_bits(place, number->size, FSM_RECORDED + value);
+}
+
+/* All but the machines in its slots. */
+static void get_machine(fsm_reader *r, const fsm_machine_info *info, void *m, uint32_t now)
+{
+    const uint32_t status = fsm_take(r, 1u, 0u, 3u);
+    const uint32_t fault = fsm_take(r, 1u, 0u, FSM_FAULT_INVOKED);
+    const uint32_t values = (uint32_t)info->data_count + info->output_count + info->input_count;
+    if (info->running != FSM_ABSENT)
+        *(bool *)fsm_place_at(m, info->running) = (status & 1u) != 0u;
+    if (info->finished != FSM_ABSENT)
+        *(bool *)fsm_place_at(m, info->finished) = (status & 2u) != 0u;
+    if (info->fault != FSM_ABSENT)
+        *(uint8_t *)fsm_place_at(m, info->fault) = (uint8_t)fault;
+    for (uint32_t i = 0u; i < info->number_count; i++)
+        get_number(r, &info->numbers[i], m);
+    for (uint32_t i = info->region_count; i < info->number_count; i++) {
+        const fsm_number *number = &info->numbers[i];
+        if (number->state != FSM_NOWHERE && fsm_is_active(info, m, number->state))
+            fsm_store_bits(fsm_place_at(m, number->offset), number->size, 0u);
+    }
+    for (uint32_t i = 0u; i < values; i++) {
+        void *value = fsm_place_at(m, info->variables[i].offset);
+        fsm_take_value(r, info, info->variables[i].type, value);
+    }
+    get_queue(r, info, m, &info->queue);
+    get_queue(r, info, m, &info->deferred);
+    get_timers(r, info, m, now);
+    get_delayed(r, info, m);
+    if (info->now != FSM_ABSENT)
+        *(uint32_t *)fsm_place_at(m, info->now) = now;
+}
+
+fsm_restored fsm_restore(const fsm_machine_info *info, void *m, uint32_t now, const uint8_t *bytes,
+                         size_t size)
+{
+    fsm_reader r = {bytes + FSM_SAVED_HEAD, true};
+    uint32_t skipped = 0u;
+    size_t expected = FSM_SAVED_HEAD + (size_t)info->saved_size + FSM_SAVED_CRC;
+    fsm_restored found;
+    if (info->busy != FSM_ABSENT && *(const bool *)fsm_at(m, info->busy))
+        return FSM_IN_STEP;
+    for (uint32_t i = 0u; i < info->slot_count; i++)
+        expected += info->slots[i].info->saved_size;
+    found = fsm_check(bytes, size, info->head, expected);
+    if (found != FSM_RESTORED)
+        return found;
+    info->init(m);
+    get_machine(&r, info, m, now);
+    for (uint32_t i = 0u; i < info->slot_count; i++) {
+        const fsm_slot *slot = &info->slots[i];
+        if (skipped == 0u && r.at[0] == 0u && r.at[1] == 0u)
+            skipped = 1u + slot->within;
+        if (skipped == 0u) {
+            get_machine(&r, slot->info, fsm_place_at(m, slot->offset), now);
+        } else {
+            r.at += slot->info->saved_size;
+            skipped--;
+        }
+    }
+    if (!r.sound) {
+        info->init(m);
+        return FSM_DAMAGED;
+    }
+    return FSM_RESTORED;
+}
