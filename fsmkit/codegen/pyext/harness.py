@@ -15,6 +15,7 @@ from fsmkit.codegen.c.compiler import QUICKEST
 from fsmkit.codegen.pyext.build import OPTIMIZED, build, suffix
 from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
 from fsmkit.codegen.pyext.members import Module, module_of
+from fsmkit.codegen.pyext.saving import LIBRARY as SAVING
 from fsmkit.codegen.pyext.wrapper import machine_part, python_part
 from fsmkit.codegen.python.harness import Driven, is_same
 
@@ -83,7 +84,7 @@ def _load(modules: Sequence[Module], name: str) -> list[type[Any]]:
     files = {LIBRARY.name: LIBRARY.read_text(encoding="utf-8")}
     for module in modules:
         files |= module.machine.files
-    parts = ['#include "fsm.h"\n#include "fsm.c"\n']
+    parts = ['#include "fsm.h"\n#include "fsm.c"\n', SAVING]
     parts += [WITHOUT + machine_part(module) for module in modules]
     parts += [python_part(module) for module in modules]
     files[f"{name}.c"] = "\n".join(parts)

@@ -1,11 +1,11 @@
 """How machines are saved and restored, as C; see `stepping` for its marks."""
 
-SAVING = """
-static bool @_is_foreign; /* whether a string was saved that the chart does not know */
-#define FSM_HOOK_FOREIGN(symbol) (@_is_foreign = true)
+LIBRARY = """\
+static bool fsm_is_foreign; /* whether a string was saved that the chart does not know */
+#define FSM_HOOK_FOREIGN(symbol) (fsm_is_foreign = true)
 #include "fsm_save.c"
-#include "$P_info.c"
 """
+"""Once in a file, before the machines of all its modules."""
 
 SAVED_METHODS = """
 static PyObject *@_save(
@@ -20,8 +20,8 @@ static PyObject *@_save(
         || (values[0] != NULL && values[0] != Py_None && !fsm_py_time(values[0], &now))
         || !fsm_py_is_free(&self->o, $NAME))
         return NULL;
-    @_is_foreign = false;
-    if (!$P_save(&self->m, now, bytes) || @_is_foreign) {
+    fsm_is_foreign = false;
+    if (!$P_save(&self->m, now, bytes) || fsm_is_foreign) {
         PyErr_Format(
             PyExc_ValueError, "%s holds a text that its chart nowhere mentions", $NAME);
         return NULL;

@@ -7,7 +7,7 @@ from fsmkit.codegen.c.header import NOTICE, declaration
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.hosting import print_host
 from fsmkit.codegen.pyext.members import Bound, Module, fields_of, posted
-from fsmkit.codegen.pyext.saving import SAVED_METHODS, SAVING
+from fsmkit.codegen.pyext.saving import LIBRARY, SAVED_METHODS
 from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, WITHIN
 from fsmkit.codegen.pyext.tracing import fill, print_hook_functions, print_hooks
 from fsmkit.codegen.pyext.values import Values
@@ -48,6 +48,9 @@ def wrapper_text(module: Module) -> str:
     out.line(f"/* {module.name}_python.c: {comment(module.chart.name)} as an extension module")
     out.line(f" * of CPython, all of it: compile this. {NOTICE} */")
     out.lines(['#include "fsm.h"', '#include "fsm.c"', ""])
+    if module.saved:
+        out.text(LIBRARY)
+        out.line()
     return f"{out.finish()}\n{machine_part(module)}\n{python_part(module)}"
 
 
@@ -61,8 +64,7 @@ def machine_part(module: Module) -> str:
             out.lines(["#undef FSM_HOOKS", '#define FSM_HOOKS "fsm.h"'])
         out.lines([f'#include "{bound.names.prefix}.c"', ""])
     if module.saved:
-        out.lines(fill(module, module.bound, SAVING))
-        out.line()
+        out.lines([f'#include "{module.bound.names.prefix}_info.c"', ""])
     return out.finish()
 
 
