@@ -1,38 +1,47 @@
 """fsmkit: statecharts compiled to C and Python, explored exhaustively, from one source.
 
-The same as the command line, as functions::
+The verbs of the command line as functions::
 
-    chart = fsmkit.load("feeder.yaml")                 # or .scxml
-    files = fsmkit.compile(chart, "c")                 # texts by path
+    chart = fsmkit.read_chart("feeder.yaml")           # or .scxml
+    files = fsmkit.compile(chart, "c")                 # contents by path
     report = fsmkit.check("cell.yaml")                 # verdicts, figures, counterexamples
+    model = fsmkit.export("cell.yaml", "promela")      # for another checker
+    picture = fsmkit.draw(chart, "svg")
     session = fsmkit.Session(chart, operations=motor)  # runs it
 
-What goes wrong is an `FsmkitError`, which holds the diagnostics. Parts are imported when they are
-first used.
+Each takes the path of a file or what `read` made of it. Errors are an `FsmkitError`, which holds
+the diagnostics. Parts are imported when they are first used.
 """
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Collection, Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
     from fsmkit.diagnostics import Findings, FsmkitError
-    from fsmkit.loading import load
+    from fsmkit.export.exporter import Exported
     from fsmkit.runtime.binding import Delivery
     from fsmkit.runtime.clock import Clock, SimulatedClock, WallClock
     from fsmkit.runtime.session import Outcome, Session
+    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.reading import Model
     from fsmkit.system.system import System
     from fsmkit.verify.report.verdict import Report, Verdict
+    from fsmkit.verify.resources.time import Time
 
 __version__ = "0.1.0"
 __all__ = [
     "Chart",
     "Delivery",
+    "Deployment",
+    "Exported",
     "Findings",
     "FsmkitError",
     "Outcome",
@@ -44,15 +53,20 @@ __all__ = [
     "WallClock",
     "check",
     "compile",
-    "load",
-    "load_system",
+    "draw",
+    "export",
     "machine",
+    "read",
+    "read_chart",
+    "read_system",
 ]
 
 Class = TypeVar("Class", bound=type)
 HOME_OF = {
     "Chart": "chart.chart",
     "Delivery": "runtime.binding",
+    "Deployment": "system.deployment",
+    "Exported": "export.exporter",
     "Findings": "diagnostics",
     "FsmkitError": "diagnostics",
     "Outcome": "runtime.session",
@@ -62,9 +76,19 @@ HOME_OF = {
     "System": "system.system",
     "Verdict": "verify.report.verdict",
     "WallClock": "runtime.clock",
-    "load": "loading",
 }
 """Where each name that is only passed on is defined."""
+
+
+class _PublicAPI(ModuleType):
+    """The module: importing the package `fsmkit.export` does not hide the function `export`."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name == "export" and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _PublicAPI
 
 
 def __getattr__(name: str) -> Any:
@@ -81,120 +105,294 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-def compile(  # noqa: A001  (the name of the verb; nobody imports it bare)
-    chart: Chart | str | Path,
-    target: str = "c",
-    *,
-    findings: Findings | None = None,
-    **options: str,
-) -> dict[str, str]:
-    """Return the files of a machine in C or Python, as texts by relative path.
-
-    ``chart``: a chart, or the path of one. ``options`` are the target's, as on the command line:
-    ``prefix`` begins the names instead of the chart's. Warnings are left in ``findings``. Raises
-    `FsmkitError` where the target cannot express the chart.
-    """
-    from fsmkit.diagnostics import Findings, FsmkitError
-    from fsmkit.loading import load_with_findings
-    from fsmkit.plugins import Target, plugin
-
-    found = Findings() if findings is None else findings
-    if isinstance(chart, str | Path):
-        chart = load_with_findings(chart, found)
-    generated = plugin(Target, target).generate(chart, found, options)
-    found.stop_on_errors()
-    if generated is None:
-        raise FsmkitError(found)
-    return dict(generated.files)
-
-
-def load_system(
+def read(
     path: str | Path,
     *,
     replace: Mapping[str, str | Path] | None = None,
+    strict: bool = False,
     findings: Findings | None = None,
-) -> System:
-    """Return the system of a file.
+) -> Chart | System | Deployment:
+    """Read a file once, and return what it holds.
 
-    ``replace``: charts, by path, that machines run instead of those the file names for them.
-    Warnings are left in ``findings``. Raises `FsmkitError` with every finding.
+    Args:
+        path: A chart in SCXML or YAML, a system or a deployment in YAML, a configuration of the
+            library ``transitions`` (``.json``, ``.transitions.yaml``), or ``module:attribute``, a
+            machine of that library, whose module is imported.
+        replace: Charts, by path, that machines of a system run instead of those the file names.
+        strict: What SCXML would make an error at run time is an error of the chart.
+        findings: Where warnings and notes are left.
+
+    Returns:
+        A YAML file with an outermost key ``nodes`` is a `Deployment`, one with ``system`` a
+        `System`; all other files are a `Chart`.
+
+    Raises:
+        FsmkitError: With every finding, where something cannot be read or is no sound chart.
+
     """
-    from fsmkit.diagnostics import Findings
-    from fsmkit.system.reader import load_system as read
+    from fsmkit.system import reading
 
     replacing = {name: Path(file) for name, file in (replace or {}).items()}
-    return read(Path(path), Findings() if findings is None else findings, replacing)
+    return reading.read(path, _collection(findings), replacing, strict=strict)
+
+
+def read_chart(
+    path: str | Path, *, strict: bool = False, findings: Findings | None = None
+) -> Chart:
+    """Read the chart of a file.
+
+    Args:
+        path: As of `read`.
+        strict: As of `read`.
+        findings: As of `read`.
+
+    Returns:
+        The chart, with what it inherits and the charts that it invokes.
+
+    Raises:
+        FsmkitError: As of `read`; ``not-a-chart`` for a system or a deployment.
+
+    """
+    from fsmkit.system import reading
+
+    return reading.read_chart(path, _collection(findings), strict=strict)
+
+
+def read_system(
+    path: str | Path,
+    *,
+    replace: Mapping[str, str | Path] | None = None,
+    strict: bool = False,
+    findings: Findings | None = None,
+) -> System:
+    """Read what is explored of a file: a system; of a deployment, the system that it spreads.
+
+    Args:
+        path: As of `read`.
+        replace: As of `read`.
+        strict: As of `read`.
+        findings: As of `read`.
+
+    Returns:
+        The system. A chart alone is one of a single machine, under all that may come.
+
+    Raises:
+        FsmkitError: As of `read`; ``not-a-system`` where a machine of a chart is to be replaced.
+
+    """
+    from fsmkit.system import reading
+
+    replacing = {name: Path(file) for name, file in (replace or {}).items()}
+    return reading.load_any(path, _collection(findings), replacing, strict=strict)
+
+
+def compile(  # noqa: A001  (the name of the verb; nobody imports it bare)
+    subject: Chart | System | Deployment | str | Path,
+    target: str = "c",
+    *,
+    bounds: Literal["from-chart", "from-check"] = "from-chart",
+    within: System | str | Path | None = None,
+    time: Time = "zones",
+    findings: Findings | None = None,
+    **options: str,
+) -> dict[str, str]:
+    """Make the files of a machine; or of all machines of a system, in C with what connects them.
+
+    Args:
+        subject: What `read` returns, or a path. A deployment becomes a folder for each node.
+        target: ``c``, ``python``, ``pyext``, ``transitions``, or another that is installed.
+        bounds: The capacities of the chart, or (C) as little as a check proves to be enough.
+        within: With ``bounds="from-check"``: the system in which a chart runs; else it is explored
+            as it is.
+        time: With ``bounds="from-check"``: how time passes in that check.
+        findings: Where warnings are left.
+        **options: The target's, as on the command line: ``prefix`` begins the names instead of the
+            chart's; ``optimize``, ``without`` (C); ``with`` (C, Python, pyext; as ``**{"with":
+            "save"}``); ``trace="on"`` (Python, pyext).
+
+    Returns:
+        Texts by relative path.
+
+    Raises:
+        FsmkitError: Where the target cannot express the subject; ``wrong-option`` for an option
+            that it does not have; ``bounds-not-proved``.
+
+    """
+    found = _collection(findings)
+    model = _model(subject, found)
+    if bounds == "from-chart":
+        from fsmkit.codegen.system.program import program_of
+
+        files = program_of(model, target, found, options).files
+    else:
+        from fsmkit.verify.bounds import proved_program
+
+        system = _system(within, found) if within is not None else None
+        files = proved_program(model, target, found, options, within=system, time=time).files
+    return {path: text for path, text in files.items() if isinstance(text, str)}
 
 
 def check(
-    subject: Chart | System | str | Path,
+    subject: Chart | System | Deployment | str | Path,
     *,
-    properties: tuple[str, ...] = (),
-    untimed: bool = False,
+    time: Time = "zones",
+    properties: Collection[str] = (),
     assume_watchdogs_silent: bool = False,
-    zones: bool = True,
     engine: str = "",
     memory: int = 4 << 30,
     timeout: float = 0,
-    cores: int = 1,
-    no_reduction: tuple[str, ...] = (),
+    workers: int = 1,
+    reductions: Collection[str] = ("dead", "sleep"),
     storage: str = "exact",
     findings: Findings | None = None,
 ) -> Report:
-    """Explore a chart alone, or a system, and return what holds.
+    """Explore a chart alone, or a system, and return the verdicts.
 
-    ``subject``: a chart, a system, or the path of either. ``properties``: judge these only (none
-    named: all). ``untimed``: an armed timer may fire at any time, and transitions marked
-    ``watchdog`` never if ``assume_watchdogs_silent``. ``zones``: time is dense, as far as it can be
-    explored so (invoked charts and cyclic schedules cannot, which ``findings`` then tell); else it
-    passes by the greatest common divisor of all delays. ``engine``: ``c``, ``python``, or C where
-    there is a compiler. ``memory`` in bytes bounds the exploration; ``timeout``, seconds (0: none),
-    all that is done here, from reading on and in any thread; where one of them ends it early,
-    what was not decided is undecided. ``cores`` (0: all) does not change what is found.
-    ``no_reduction``: reductions to switch off, which changes no verdict (``dead``: data that
-    nothing can read any more count as at their start; ``sleep``: of steps that do not see each
-    other one order is taken). ``storage``: ``exact``, or ``hash-compact`` or ``bitstate``, which
-    may miss states: what was not found is then undecided.
+    Args:
+        subject: What `read` returns, or a path; of a deployment the system is explored.
+        time: ``zones``: time is dense, as far as it can be explored so (invoked charts and cyclic
+            schedules cannot: then a note says so, and it is discrete). ``discrete``: it passes by
+            the greatest common divisor of all delays. ``untimed``: an armed timer may fire at any
+            time.
+        properties: Decide these only (none named: all).
+        assume_watchdogs_silent: Transitions marked ``watchdog`` never fire; needs
+            ``time="untimed"``.
+        engine: ``c``, ``python``, or C where there is a compiler.
+        memory: Bytes, which bound the exploration.
+        timeout: Seconds (0: none) for all that is done here, from reading on and in any thread.
+        workers: Cores to use (0: all); they do not change what is found.
+        reductions: Those that are applied, which change no verdict. ``dead``: data that nothing can
+            read any more count as at their start. ``sleep``: partial-order reduction by sleep sets.
+        storage: ``exact``, or ``hash-compact`` or ``bitstate``, which may miss states: what was not
+            found is then undecided.
+        findings: Where warnings and notes are left.
 
-    The report's ``verdict`` is the worst of all, ``results`` has each with its counterexample,
-    ``exploration`` the figures. Raises `FsmkitError` where the subject cannot be read or explored.
+    Returns:
+        The report: ``verdict`` is the worst of all, ``results`` has each with its counterexample,
+        ``exploration`` the figures. What was not decided within memory and time is undecided.
+
+    Raises:
+        FsmkitError: Where the subject cannot be read or explored; ``no-such-property``,
+            ``no-such-reduction``, ``no-such-storage``.
+
     """
-    from fsmkit.chart.chart import Chart
-    from fsmkit.diagnostics import Findings
-    from fsmkit.system.system import system_of
-    from fsmkit.verify.explore import ExplorationOptions, Limits, check_file
-    from fsmkit.verify.explore import check as explore
+    from fsmkit.system.reading import system_within
+    from fsmkit.verify import explore
     from fsmkit.verify.statespace.storage import read_storage
 
-    found = Findings() if findings is None else findings
-    limits = Limits(memory, timeout, cores)
-    options = ExplorationOptions(
+    found = _collection(findings)
+    options = explore.ExplorationOptions(
         engine,
-        untimed=untimed,
-        silent=assume_watchdogs_silent,
-        limits=limits,
-        zones=zones and not untimed,
-        without=frozenset(no_reduction),
+        time=time,
+        assume_watchdogs_silent=assume_watchdogs_silent,
+        memory=memory,
+        timeout=timeout,
+        workers=workers,
+        reductions=frozenset(reductions),
         storage=read_storage(storage),
     )
     names = frozenset(properties)
     if isinstance(subject, str | Path):
-        return check_file(Path(subject), found, options=options, names=names)[1]
-    if isinstance(subject, Chart):
-        subject = system_of(subject)
-    return explore(subject, found, options=options, names=names)
+        return explore.check_file(Path(subject), found, options=options, properties=names)[1]
+    return explore.check(system_within(subject), found, options=options, properties=names)
+
+
+def export(
+    subject: Chart | System | Deployment | str | Path,
+    notation: str,
+    *,
+    time: Literal["discrete", "untimed"] = "discrete",
+    properties: Collection[str] = (),
+    assume_watchdogs_silent: bool = False,
+    most: int = 1_000_000,
+    timeout: float = 0,
+    findings: Findings | None = None,
+) -> Exported:
+    """Write a chart or a system, closed as it is explored, for another tool.
+
+    Args:
+        subject: What `read` returns, or a path; of a deployment the system is written.
+        notation: ``uppaal``, ``cspm``, ``promela``, ``jani``, ``aut``, ``dot`` or another that is
+            installed.
+        time: As of `check`; other tools have no zones of ours.
+        properties: Carry over these only (none named: all).
+        assume_watchdogs_silent: As of `check`.
+        most: States; beyond them nothing is written.
+        timeout: Seconds (0: none).
+        findings: Where warnings and notes are left.
+
+    Returns:
+        The text, and figures by name: ``states``, ``transitions``.
+
+    Raises:
+        FsmkitError: Where the subject cannot be read, or the notation cannot say it;
+            ``export-too-large`` beyond ``most`` and ``timeout``; ``no-such-property``.
+
+    """
+    from fsmkit.export.exporter import Exporter, ExportOptions, given_up_at
+    from fsmkit.plugins import plugin
+    from fsmkit.verify.explore import asking_only
+    from fsmkit.verify.resources.deadline import Deadline, Stage
+
+    exporter, deadline = plugin(Exporter, notation), Deadline(timeout)
+    with given_up_at(deadline):
+        with deadline.stage(Stage.READING):
+            system = asking_only(_system(subject, _collection(findings)), frozenset(properties))
+        options = ExportOptions(time == "untimed", assume_watchdogs_silent, most, deadline)
+        with deadline.stage(Stage.EXPLORING):
+            return exporter.export(system, options)
+
+
+def draw(
+    subject: Chart | System | Deployment | str | Path,
+    kind: str = "svg",
+    *,
+    active: Iterable[str] = (),
+    findings: Findings | None = None,
+) -> str | bytes:
+    """Draw a chart by its states, or a system by its machines and their connections.
+
+    Args:
+        subject: What `read` returns, or a path.
+        kind: ``svg``, ``png``, ``pdf``, which Graphviz makes; or a text: ``dot``, ``mmd`` (Mermaid)
+            or ``puml`` (PlantUML), the latter two of charts.
+        active: Names of states of a chart that stand out.
+        findings: Where warnings and notes are left.
+
+    Returns:
+        A text, or the bytes of a picture.
+
+    Raises:
+        FsmkitError: Where the subject cannot be read; ``unknown-suffix`` for another kind,
+            ``unknown-name`` for a state, ``missing-graphviz``.
+
+    """
+    from fsmkit.system.drawing import draw as drawn
+    from fsmkit.system.drawing import states_named
+
+    model = _model(subject, _collection(findings))
+    return drawn(model, Path(f"drawing.{kind}"), states_named(model, active))
 
 
 def machine(path: str | Path, clock: Callable[[], Clock] | None = None) -> Callable[[Class], Class]:
     """Return a class decorator that gives each object a running machine, ``self.machine``.
 
-    The object's methods are the operations of the chart; events that leave the machine are told to
-    its methods ``on_<event>``. The machine starts when ``__init__`` has returned, on a clock made
-    by ``clock`` (simulated unless given). A relative path is looked for in the folder of the file
-    that calls this, then in the working directory. Raises `FsmkitError` where the chart cannot be
-    read, and, when the class is defined, where an operation has no method.
+    The object's methods are the operations of the chart; events that leave the machine go to its
+    methods ``on_<event>``. The machine starts when ``__init__`` has returned.
+
+    Args:
+        path: A chart. A relative path is looked for in the folder of the file that calls this, then
+            in the working directory.
+        clock: Makes the clock of a machine (simulated unless given).
+
+    Returns:
+        The decorator.
+
+    Raises:
+        FsmkitError: Where the chart cannot be read; and, when the class is defined, where an
+            operation has no method.
+
     """
-    from fsmkit.loading import load
     from fsmkit.runtime.clock import SimulatedClock
     from fsmkit.runtime.decorate import bind
 
@@ -202,4 +400,24 @@ def machine(path: str | Path, clock: Callable[[], Clock] | None = None) -> Calla
     caller = frame.f_back if frame is not None else None
     file = caller.f_globals.get("__file__") if caller is not None else None
     beside = Path(file).parent / path if isinstance(file, str) else Path(path)
-    return bind(load(beside if beside.exists() else path), clock or SimulatedClock)
+    return bind(read_chart(beside if beside.exists() else path), clock or SimulatedClock)
+
+
+def _collection(findings: Findings | None) -> Findings:
+    from fsmkit.diagnostics import Findings
+
+    return Findings() if findings is None else findings
+
+
+def _model(subject: Model | str | Path, findings: Findings) -> Model:
+    if not isinstance(subject, str | Path):
+        return subject
+    from fsmkit.system.reading import read
+
+    return read(subject, findings)
+
+
+def _system(subject: Model | str | Path, findings: Findings) -> System:
+    from fsmkit.system.reading import system_within
+
+    return system_within(_model(subject, findings))

@@ -29,7 +29,13 @@ def load_with_findings(path: str | Path, findings: Findings, *, strict: bool = F
 
     ``strict``: what SCXML would make an error at run time is an error here.
     """
-    documents = read_documents(Path(path), findings)
+    return elaborated(read_documents(Path(path), findings), findings, strict=strict)
+
+
+def elaborated(
+    documents: tuple[Document, ...], findings: Findings, *, strict: bool = False
+) -> Chart:
+    """Return the chart of a document, which is followed by those it extends."""
     chart = elaborate(documents, findings, strict=strict)
     findings.stop_on_errors()
     if chart is None:
@@ -42,13 +48,14 @@ def read_documents(
     findings: Findings,
     invokers: tuple[Path, ...] = (),
     at: Text | None = None,
+    first: Document | None = None,
 ) -> tuple[Document, ...]:
     """Return the document of a file and, after it, those it extends, nearest first.
 
     What they invoke is read with them; ``invokers`` are the files in which this one is invoked,
-    and ``at`` is the place that names it.
+    and ``at`` is the place that names it. ``first``: the file's own, where it is read already.
     """
-    chain = read_chain(path, findings, at)
+    chain = read_chain(path, findings, at, first)
     here = (*invokers, real(path))
     return tuple(with_invoked(document, findings, here) for document in chain)
 
@@ -112,13 +119,16 @@ def base_documents(document: Document, findings: Findings) -> tuple[Document, ..
     return read_documents(path, findings, at=document.extends)
 
 
-def read_chain(path: Path, findings: Findings, at: Text | None = None) -> tuple[Document, ...]:
+def read_chain(
+    path: Path, findings: Findings, at: Text | None = None, first: Document | None = None
+) -> tuple[Document, ...]:
     """Return the document of a file and those it extends, without what they invoke."""
     documents: list[Document] = []
     seen: list[Path] = []
     while True:
         seen.append(real(path))
-        document = read_document(path, findings, at=at)
+        document = first or read_document(path, findings, at=at)
+        first = None
         documents.append(document)
         if document.extends is None:
             return tuple(documents)

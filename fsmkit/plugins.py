@@ -75,6 +75,8 @@ class Target(Protocol):
     name: str
     summary: str
     """One line for ``fsmkit targets``."""
+    options: tuple[str, ...]
+    """The names of the options that `generate` takes."""
 
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]

@@ -24,8 +24,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.exporter import Exporter, ExportOptions
 from fsmkit.plugins import Drawing, FrontEnd, Target, plugin, plugins
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System, system_of
-from fsmkit.verify.replay import load_any
 
 MOST = 1_000
 """States that an export may explore: more is refused, and the refusal is digested."""

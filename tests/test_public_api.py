@@ -5,10 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import fsmkit
+from fsmkit.verify.resources.time import Time
 
 CELL = Path(__file__).parents[1] / "machines" / "production_cell"
 LAMP = """\
@@ -57,7 +59,7 @@ def test_importing_it_imports_nothing_heavy() -> None:
 
 
 def test_load_and_compile(lamp: Path) -> None:
-    chart = fsmkit.load(lamp)
+    chart = fsmkit.read_chart(lamp)
     assert chart.name == "Lamp"
     assert {"lamp.c", "lamp.h", "fsm.h"} <= set(fsmkit.compile(chart))
     assert fsmkit.compile(lamp, "python") == fsmkit.compile(chart, target="python")
@@ -74,29 +76,29 @@ def test_compile_says_what_it_cannot(lamp: Path) -> None:
 def test_check_a_chart_and_a_path(lamp: Path) -> None:
     report = fsmkit.check(lamp, engine="python")
     assert report.verdict is fsmkit.Verdict.HOLDS
-    again = fsmkit.check(fsmkit.load(lamp), engine="python")
+    again = fsmkit.check(fsmkit.read_chart(lamp), engine="python")
     assert again.exploration.states == report.exploration.states > 1
 
 
 @pytest.mark.cc
-@pytest.mark.parametrize("zones", [False, True], ids=["discrete", "zones"])
-def test_check_lets_time_pass_as_it_is_told(*, zones: bool) -> None:
+@pytest.mark.parametrize(("time", "states"), [("discrete", 68), ("zones", 18)])
+def test_check_lets_time_pass_as_it_is_told(time: Time, states: int) -> None:
     fischer = CELL.parent / "fischer" / "fischer.yaml"
-    report = fsmkit.check(fsmkit.load_system(fischer), engine="c", zones=zones)
-    assert report.exploration.states == (18 if zones else 68)
+    report = fsmkit.check(fsmkit.read_system(fischer), engine="c", time=time)
+    assert report.exploration.states == states
 
 
 def test_check_a_system_with_a_machine_replaced() -> None:
     defect = CELL / "defects" / "m5_feeder.yaml"
-    system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": defect})
-    assert system.machines[0].chart == fsmkit.load(defect)
-    assert system.machines[1].chart == fsmkit.load(CELL / "molder.yaml")
+    system = fsmkit.read_system(CELL / "cell.yaml", replace={"feeder": defect})
+    assert system.machines[0].chart == fsmkit.read_chart(defect)
+    assert system.machines[1].chart == fsmkit.read_chart(CELL / "molder.yaml")
     assert system.replaced == (("feeder", str(defect)),)
 
 
 def test_a_session(lamp: Path) -> None:
     calls: list[bool] = []
-    session = fsmkit.Session(fsmkit.load(lamp), {"light": calls.append})
+    session = fsmkit.Session(fsmkit.read_chart(lamp), {"light": calls.append})
     assert session.post("press")
     session.run()
     session.advance("2s")
@@ -154,3 +156,86 @@ def test_a_class_without_the_operations_is_refused(lamp: Path) -> None:
         fsmkit.machine(lamp)(Dark)
     with pytest.raises(fsmkit.FsmkitError, match="cannot read"):
         fsmkit.machine("nowhere.yaml")
+
+
+def test_a_file_is_what_it_holds(lamp: Path) -> None:
+    assert isinstance(fsmkit.read(lamp), fsmkit.Chart)
+    assert isinstance(fsmkit.read(CELL / "cell.yaml"), fsmkit.System)
+    deployment = fsmkit.read(CELL / "deployment.yaml")
+    assert isinstance(deployment, fsmkit.Deployment)
+    assert fsmkit.read_system(CELL / "deployment.yaml") == deployment.written
+    with pytest.raises(fsmkit.FsmkitError, match="is a deployment, not a chart"):
+        fsmkit.read_chart(CELL / "deployment.yaml")
+
+
+def test_a_file_is_read_once(lamp: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[Path] = []
+    whole = Path.open
+
+    def counted(path: Path, *arguments: Any, **options: Any) -> Any:
+        opened.append(path)
+        return whole(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "open", counted)
+    fsmkit.read(lamp)
+    assert opened == [lamp]
+
+
+def test_compile_of_systems_and_deployments() -> None:
+    cell = fsmkit.compile(CELL / "cell.yaml")
+    assert {"feeder.c", "molder.c", "cell.c", "cell.h"} <= set(cell)
+    spread = fsmkit.compile(fsmkit.read(CELL / "deployment.yaml"))
+    assert {"links.json", "a/feeder.c", "b/rotator.c"} <= set(spread)
+
+
+@pytest.mark.parametrize("prefix", ["texts", "at", "e", "item_3", "stdio"])
+@pytest.mark.parametrize("target", ["c", "pyext"])
+def test_a_prefix_that_generated_c_uses_itself_is_refused(
+    lamp: Path, prefix: str, target: str
+) -> None:
+    with pytest.raises(fsmkit.FsmkitError, match="it cannot be a prefix"):
+        fsmkit.compile(lamp, target, prefix=prefix)
+
+
+def test_an_option_of_another_target_is_refused(lamp: Path) -> None:
+    with pytest.raises(fsmkit.FsmkitError, match="`python` has no option `optimize`"):
+        fsmkit.compile(lamp, "python", optimize="size")
+    with pytest.raises(fsmkit.FsmkitError, match="a prefix names one machine"):
+        fsmkit.compile(CELL / "cell.yaml", prefix="cell")
+
+
+@pytest.mark.cc
+def test_compile_with_proved_bounds(lamp: Path) -> None:
+    header = fsmkit.compile(lamp, bounds="from-check", time="discrete")["lamp.h"]
+    assert "Proved to be enough" in header
+    whole = fsmkit.compile(CELL / "cell.yaml", bounds="from-check", time="discrete")
+    assert "Proved to be enough" in whole["feeder.h"]
+    with pytest.raises(fsmkit.FsmkitError, match="proved bounds are for"):
+        fsmkit.compile(lamp, "python", bounds="from-check")
+
+
+def test_export(lamp: Path) -> None:
+    written = fsmkit.export(lamp, "aut", time="untimed")
+    assert written.text.startswith("des (0,")
+    assert written.figures["states"] > 1
+    with pytest.raises(fsmkit.FsmkitError, match="nothing is exported"):
+        fsmkit.export(CELL / "cell.yaml", "aut", timeout=1e-6)
+
+
+def test_draw_charts_and_systems(lamp: Path) -> None:
+    assert "stateDiagram" in str(fsmkit.draw(lamp, "mmd", active=["lit"]))
+    cell = str(fsmkit.draw(CELL / "cell.yaml", "dot"))
+    assert 'm0 -> m1 [label="pushed\\nfeeder_clear"' in cell
+    ring = str(fsmkit.draw(CELL / "deployment.yaml", "dot"))
+    assert ring.count("subgraph cluster_") == 2
+    with pytest.raises(fsmkit.FsmkitError, match="has no state `lid`"):
+        fsmkit.draw(lamp, "dot", active=["lid"])
+    with pytest.raises(fsmkit.FsmkitError, match=r"there is no `\.mmd`"):
+        fsmkit.draw(CELL / "cell.yaml", "mmd")
+
+
+def test_wrong_values_of_options_are_findings(lamp: Path) -> None:
+    with pytest.raises(fsmkit.FsmkitError, match="no kind of time `dense`"):
+        fsmkit.check(lamp, time="dense")  # type: ignore[arg-type]
+    with pytest.raises(fsmkit.FsmkitError, match="only where time is untimed"):
+        fsmkit.check(lamp, assume_watchdogs_silent=True)

@@ -39,6 +39,7 @@ OF_OPTIONS = {
     "no-such-property",
     "no-such-machine",
     "not-a-system",
+    "wrong-option",
 }
 """Rules that nothing but the value of an option breaks: the command line is used wrongly."""
 NO_VERBS = {"console", "writing"}

@@ -4,45 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
 
 import click
 from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TextColumn
 
-from fsmkit.chart.chart import Chart
 from fsmkit.cli._interrupts import began
 from fsmkit.cli._options import OneOf, Reading, option_value, reading_options
 from fsmkit.cli._quantities import read_size, read_span
 from fsmkit.cli._refines import compare
 from fsmkit.cli._several import check_several
 from fsmkit.cli._spin import show_trail
-from fsmkit.cli.console import err, out, print_json, report, result
+from fsmkit.cli.console import out, print_json, progress, report, result
 from fsmkit.cli.writing import write_files
-from fsmkit.codegen.system.parts import named_charts
-from fsmkit.diagnostics import Diagnostic
 from fsmkit.export.exporter import ExportOptions, given_up_at
-from fsmkit.system.links import without_channels
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
-from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, Limits, asking_only, check_file
-from fsmkit.verify.replay import load_any
-from fsmkit.verify.report.counterexample import as_json
+from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, asking_only, check_file
+from fsmkit.verify.report.document import document
 from fsmkit.verify.report.pictures import pictures, require_notation
 from fsmkit.verify.report.show import summary
-from fsmkit.verify.report.verdict import Report, Result, Verdict
+from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
-from fsmkit.verify.statespace.exploration import End, Exploration
-from fsmkit.verify.statespace.storage import (
-    LossyTable,
-    Storage,
-    expected_omissions,
-    omission_probability,
-)
+from fsmkit.verify.resources.time import TIMES, Time
+from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import saved
-from fsmkit.verify.testgen.suites import covering, require_language, suite, traces
+from fsmkit.verify.testgen.suites import compiled_charts, covering, require_language, suite, traces
 
 EPILOG = """\b
 Examples:
@@ -72,8 +61,7 @@ def read_replacements(
 @click.option("--property", "names", multiple=True, help="Judge this property; can be repeated.")
 @click.option(
     "--time",
-    "time_mode",
-    type=OneOf("kind of time", ("zones", "discrete", "untimed")),
+    type=OneOf("kind of time", TIMES),
     default="zones",
     show_default=True,
     help="Zones: time is dense. Discrete: it passes by the greatest common divisor of all delays. "
@@ -102,7 +90,6 @@ def read_replacements(
 )
 @click.option(
     "--workers",
-    "cores",
     type=click.IntRange(1, 64),
     default=1,
     show_default=True,
@@ -167,12 +154,12 @@ def read_replacements(
 def command(
     files: tuple[Path, ...],
     names: tuple[str, ...],
-    time_mode: str,
+    time: Time,
     silent: bool,
     engine: str | None,
     memory: int,
     storage: str,
-    cores: int,
+    workers: int,
     timeout: float,
     without: tuple[str, ...],
     replacing: Mapping[str, Path],
@@ -195,7 +182,7 @@ def command(
     abstract charts are skipped. The exit code is the worst of all.
     """
     deadline = Deadline(timeout, began())
-    if silent and time_mode != "untimed":
+    if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     if base is not None:
         others = (names, silent, engine, without, replacing, save_trace, drawings, tests)
@@ -204,9 +191,9 @@ def command(
         return compare(_only(files), base, deadline, reading, as_json=as_json_document)
     if spin_trail is not None:
         file = _only(files)
-        if time_mode == "zones":
+        if time == "zones":
             raise click.UsageError("--spin-trail needs --time discrete or untimed, as exported")
-        wanted = ExportOptions(time_mode == "untimed", silent, deadline=deadline)
+        wanted = ExportOptions(time == "untimed", silent, deadline=deadline)
         whole = load_any(file, reading.findings(), replacing, strict=reading.strict)
         loaded = asking_only(whole, frozenset(names))
         with given_up_at(deadline):
@@ -220,12 +207,13 @@ def command(
             require_language(path)
     options = ExplorationOptions(
         engine or "",
-        untimed=time_mode == "untimed",
-        silent=silent,
-        limits=Limits(memory, timeout, cores),
-        zones=time_mode == "zones",
+        time=time,
+        assume_watchdogs_silent=silent,
+        memory=memory,
+        timeout=timeout,
+        workers=workers,
         covers=cover_folder is not None,
-        without=frozenset(without),
+        reductions=frozenset(REDUCTIONS).difference(without),
         storage=Storage(storage),
     )
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
@@ -283,18 +271,11 @@ def judged(
 
     Without a ``deadline`` its time begins here.
     """
-    with Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        console=err.console,
-        transient=True,
-        disable=not err.is_terminal or is_quiet,
-    ) as bar:
-        task = bar.add_task(f"reading {escape(file.name)}")
+    with progress(f"reading {file.name}", is_quiet=is_quiet) as show:
 
-        def progress(states: int, transitions: int, depth: int) -> None:
-            told = f"{states:,} states, {transitions:,} transitions, depth {depth}"
-            bar.update(task, description=f"exploring {escape(file.name)}: {told}")
+        def tell(states: int, transitions: int, depth: int) -> None:
+            figures = f"{states:,} states, {transitions:,} transitions, depth {depth}"
+            show(f"exploring {file.name}: {figures}")
 
         return check_file(
             file,
@@ -302,96 +283,7 @@ def judged(
             replacing=replacing,
             strict=reading.strict,
             options=options,
-            names=names,
-            progress=progress,
+            properties=names,
+            progress=tell,
             deadline=deadline,
         )
-
-
-def compiled_charts(system: System, explored: System) -> tuple[Chart, ...]:
-    """Return the charts of the explored machines, named as `fsmkit compile` names their code."""
-    whole = system if system.is_open else without_channels(system)
-    named = tuple(m.chart for m in whole.machines) if system.is_open else named_charts(whole)
-    known = dict(zip((machine.name for machine in whole.machines), named, strict=True))
-    return tuple(known.get(machine.name, machine.chart) for machine in explored.machines)
-
-
-def document(found: Report) -> Mapping[str, object]:
-    """Return a report as the JSON of the command line."""
-    explored = found.exploration
-    return {
-        "verdict": found.verdict.value,
-        "states": explored.states,
-        **({"zones": explored.zones} if found.closed.zones else {}),
-        "transitions": explored.transitions,
-        "depth": explored.depth,
-        "seconds": round(explored.seconds, 3),
-        "engine": explored.engine,
-        "cores": explored.cores,
-        "spent": {stage: round(seconds, 3) for stage, seconds in found.spent.items()},
-        "time": time_of(found),
-        "exact": explored.table is None,
-        "storage": _stored(explored, explored.table),
-        "complete": explored.end is End.COMPLETE and explored.table is None,
-        "properties": [_judged(one) for one in found.results],
-        "findings": [_finding(diagnostic) for diagnostic in found.findings],
-        "bounds": {
-            machine.name: {
-                "queue": figures.queue,
-                "timers": figures.timers,
-                "microsteps": figures.microsteps,
-            }
-            for machine, figures in zip(
-                found.closed.system.machines, explored.machines, strict=True
-            )
-        },
-        "assumptions": list(found.assumptions),
-    }
-
-
-def _stored(explored: Exploration, table: LossyTable | None) -> Mapping[str, object]:
-    """Return the storage, and bounds on what it may have missed (null: without bound)."""
-    if table is None:
-        return {"kind": Storage.EXACT.value}
-    match = table.match_probability
-    omitted = expected_omissions(match, explored.states)
-    return {
-        "kind": table.storage.value,
-        "bytes": table.bytes,
-        "match_probability": match,
-        "expected_omissions": omitted if isfinite(omitted) else None,
-        "omission_probability": omission_probability(match, explored.depth),
-    }
-
-
-def time_of(found: Report) -> str:
-    """Return how time passed: ``zones``, ``discrete``, ``untimed``; ``none`` without delays."""
-    closed = found.closed
-    if closed.untimed:
-        return "untimed"
-    return "zones" if closed.zones else "discrete" if closed.unit else "none"
-
-
-def _judged(one: Result) -> Mapping[str, object]:
-    told: dict[str, object] = {
-        "name": one.name,
-        "kind": one.kind.key if one.kind is not None else one.name.rpartition(".")[2],
-        "verdict": one.verdict.value,
-    }
-    if one.reason:
-        told["reason"] = one.reason
-    if one.trace is not None:
-        told["trace"] = as_json(one.trace)
-        told["replayed"] = list(one.trace.replayed)
-    return told
-
-
-def _finding(diagnostic: Diagnostic) -> Mapping[str, object]:
-    place = str(diagnostic.primary.span) if diagnostic.primary is not None else None
-    return {
-        "rule": diagnostic.rule.code,
-        "name": diagnostic.rule.name,
-        "severity": diagnostic.severity.value,
-        "message": diagnostic.message,
-        "place": place,
-    }

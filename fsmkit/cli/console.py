@@ -11,7 +11,8 @@ import platform
 import sys
 import tempfile
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -114,6 +115,21 @@ def report(diagnostics: Iterable[Diagnostic]) -> None:
         err.print(Text.assemble((f"{rule.code} {rule.name}\n\n", "bold"), rule.explanation, "\n"))
     if counts:
         err.print(", ".join(counts))
+
+
+@contextmanager
+def progress(description: str, *, is_quiet: bool) -> Iterator[Callable[[str], None]]:
+    """Show on a terminal what is going on; yields a function that changes what is shown."""
+    if is_quiet or not err.is_terminal:
+        yield lambda _: None
+        return
+    from rich.markup import escape
+    from rich.progress import Progress, SpinnerColumn, TextColumn
+
+    columns = SpinnerColumn(), TextColumn("{task.description}")
+    with Progress(*columns, console=err.console, transient=True) as bar:
+        task = bar.add_task(escape(description))
+        yield lambda text: bar.update(task, description=escape(text))
 
 
 def print_json(document: object) -> None:

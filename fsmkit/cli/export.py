@@ -8,14 +8,12 @@ from functools import partial
 from pathlib import Path
 
 import click
-from rich.progress import Progress, SpinnerColumn, TextColumn
 
 from fsmkit.cli._interrupts import began
 from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli._quantities import read_span
-from fsmkit.cli._refines import chart_alone
 from fsmkit.cli.check import read_replacements
-from fsmkit.cli.console import err, out, print_json, report
+from fsmkit.cli.console import out, print_json, progress, report
 from fsmkit.cli.writing import write_files
 from fsmkit.export.exporter import (
     Exported,
@@ -25,8 +23,8 @@ from fsmkit.export.exporter import (
     given_up_at,
 )
 from fsmkit.plugins import plugin, plugins
+from fsmkit.system.reading import load_any, read_chart
 from fsmkit.verify.explore import asking_only
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.resources.deadline import Deadline, Stage
 
 EPILOG = """\b
@@ -50,7 +48,6 @@ Examples:
 )
 @click.option(
     "--time",
-    "time_mode",
     type=OneOf("kind of time", ("discrete", "untimed")),
     default="discrete",
     show_default=True,
@@ -90,7 +87,7 @@ def command(
     file: Path,
     notation: str,
     path: Path | None,
-    time_mode: str,
+    time: str,
     silent: bool,
     names: tuple[str, ...],
     replacing: Mapping[str, Path],
@@ -104,7 +101,7 @@ def command(
 
     What is explored is explored whole, or nothing is written.
     """
-    if silent and time_mode != "untimed":
+    if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     deadline = Deadline(timeout, began())
     findings = reading.findings()
@@ -118,27 +115,19 @@ def command(
     with given_up_at(deadline), deadline.stage(Stage.READING):
         if base is not None and isinstance(exporter, RefinementExporter):
             derived, extended = (
-                chart_alone(path, findings, strict=reading.strict) for path in (file, base)
+                read_chart(path, findings, strict=reading.strict) for path in (file, base)
             )
             name, write = derived.name, partial(exporter.export_refinement, derived, extended)
         else:
             whole = load_any(file, findings, replacing, strict=reading.strict)
             loaded = asking_only(whole, frozenset(names))
             name, write = loaded.name, partial(exporter.export, loaded)
-    with Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        console=err.console,
-        transient=True,
-        disable=not err.is_terminal or as_json,
-    ) as bar:
-        task = bar.add_task(f"exploring {name}")
+    with progress(f"exploring {name}", is_quiet=as_json) as show:
 
-        def progress(states: int, transitions: int) -> None:
-            told = f"{states:,} states, {transitions:,} transitions"
-            bar.update(task, description=f"exploring {name}: {told}")
+        def tell(states: int, transitions: int) -> None:
+            show(f"exploring {name}: {states:,} states, {transitions:,} transitions")
 
-        wanted = ExportOptions(time_mode == "untimed", silent, most, deadline, progress)
+        wanted = ExportOptions(time == "untimed", silent, most, deadline, tell)
         with given_up_at(deadline), deadline.stage(Stage.EXPLORING):
             found = write(wanted)
     report(findings)

@@ -14,11 +14,11 @@ from fsmkit.cli.stepping.chart import Stepper, script_lines
 from fsmkit.cli.stepping.conversation import converse
 from fsmkit.cli.stepping.system import SystemStepper
 from fsmkit.diagnostics import Severity
-from fsmkit.loading import load_with_findings, read_bytes
+from fsmkit.loading import read_bytes
 from fsmkit.runtime import replaying
 from fsmkit.runtime.harness import harness, harnesses
 from fsmkit.runtime.recording import RING, ring_lines
-from fsmkit.system.reader import is_system_file, load_system
+from fsmkit.system.reading import read, system_within
 
 EPILOG = """\b
 Examples:
@@ -72,22 +72,22 @@ def command(
     """
     if events is not None and script is not None:
         raise click.UsageError("give --events or --script, not both")
-    if replay is not None and (events is not None or script is not None or is_system_file(file)):
-        raise click.UsageError("--replay takes a chart, and nothing else says what happens")
     findings = reading.findings()
-    if is_system_file(file):
+    model = read(file, findings, strict=reading.strict)
+    if replay is not None and not (events is None and script is None and isinstance(model, Chart)):
+        raise click.UsageError("--replay takes a chart, and nothing else says what happens")
+    if not isinstance(model, Chart):
         if target != "interpreter":
             raise click.UsageError("a system is run by the interpreter alone")
-        system = load_system(file, findings, strict=reading.strict)
         report(finding for finding in findings if finding.severity is not Severity.NOTE)
-        machines = SystemStepper(system, seed, lines_only=trace, is_quiet=as_json)
+        machines = SystemStepper(system_within(model), seed, lines_only=trace, is_quiet=as_json)
         _step(machines, events, _read(script))
         if as_json:
             print_json(machines.document())
         for name, fault in machines.faults.items() if not as_json else ():
             result.print(f"{name} stopped with the fault {fault}", style="bold red")
         return int(bool(machines.faults))
-    chart = load_with_findings(file, findings, strict=reading.strict)
+    chart = model
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     if replay is not None:
         return _replay(chart, read_bytes(replay), instance, as_json=as_json)

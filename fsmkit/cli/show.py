@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 from rich.tree import Tree
 
-from fsmkit.chart.elaborate import elaborate
 from fsmkit.cli._options import Reading, reading_options
 from fsmkit.cli.console import print_json, report, result, unwrapped
 from fsmkit.cli.views.chart_json import chart_document
@@ -15,10 +14,10 @@ from fsmkit.cli.views.chart_tree import chart_tree
 from fsmkit.cli.views.origins import origins
 from fsmkit.cli.views.plan_tree import plan_document, plan_tree
 from fsmkit.cli.views.system_tree import system_document, system_tree
-from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import read_documents
+from fsmkit.loading import elaborated
 from fsmkit.plan.lower import lower
-from fsmkit.system.reader import is_system_file, load_system
+from fsmkit.system.reading import read_written, system_within
+from fsmkit.system.system import System
 
 EPILOG = """\b
 Examples:
@@ -39,15 +38,14 @@ def command(file: Path, origin: bool, plan: bool, as_json: bool, reading: Readin
 
     Inherited items are dim, overridden ones yellow.
     """
-    if is_system_file(file):
-        return _show_system(file, reading, as_json=as_json)
     findings = reading.findings()
-    documents = read_documents(file, findings)
-    chart = elaborate(documents, findings, strict=reading.strict)
-    if chart is None or findings.has_errors:
-        raise FsmkitError(findings)
+    found = read_written(file, findings, {}, strict=reading.strict)
+    if not isinstance(found, tuple):
+        report(findings)
+        return _show_system(system_within(found), as_json=as_json)
+    chart = elaborated(found, findings, strict=reading.strict)
     report(findings)
-    where = origins(documents)
+    where = origins(found)
     if as_json:
         lowered = {"plan": plan_document(lower(chart))} if plan else {}
         print_json({**chart_document(chart, where), **lowered})
@@ -58,10 +56,7 @@ def command(file: Path, origin: bool, plan: bool, as_json: bool, reading: Readin
     return 0
 
 
-def _show_system(file: Path, reading: Reading, *, as_json: bool) -> int:
-    findings = reading.findings()
-    system = load_system(file, findings, strict=reading.strict)
-    report(findings)
+def _show_system(system: System, *, as_json: bool) -> int:
     if as_json:
         print_json(system_document(system))
     else:

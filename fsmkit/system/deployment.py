@@ -5,11 +5,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
+from types import MappingProxyType
 
-from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
+from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.links import EventMap
 from fsmkit.runtime.links.endpoints import is_loopback
@@ -39,7 +41,10 @@ MOST_NODES = 8
 class Deployment:
     """A system spread over nodes. ``placed[machine]``: the node; None for the environment's."""
 
+    written: System
+    """As its file has it: what is explored."""
     system: System
+    """Without the models of its connections, which the links of the nodes replace."""
     nodes: tuple[str, ...]
     placed: tuple[int | None, ...]
     wires: Wires
@@ -54,14 +59,6 @@ class Deployment:
         return self.wires.map
 
 
-def is_deployment_file(path: Path) -> bool:
-    """Whether a file is a deployment: YAML whose outermost keys hold ``nodes``."""
-    if path.suffix.lower() not in (".yaml", ".yml"):
-        return False
-    lines = read_bytes(path).split(b"\n")
-    return any(line.startswith((b"nodes:", b"\xef\xbb\xbfnodes:")) for line in lines)
-
-
 def load_deployment(
     path: Path, findings: Findings | None = None, *, strict: bool = False
 ) -> Deployment:
@@ -74,18 +71,26 @@ def load_deployment(
     findings.stop_on_errors()
     found = None
     if source is not None:
-        found = read_deployment(source, path.parent, findings, strict=strict)
+        root = read_nodes(source, findings)
+        found = deployment_of(root, path.parent, findings, strict=strict)
     findings.stop_on_errors()
     if found is None:
         raise FsmkitError(findings)
     return found
 
 
-def read_deployment(
-    source: Source, folder: Path, findings: Findings, *, strict: bool = False
+def deployment_of(
+    root: Node | None,
+    folder: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] = MappingProxyType({}),
+    *,
+    strict: bool = False,
 ) -> Deployment | None:
-    """Read a deployment; paths in it are relative to ``folder``. Mind the findings."""
-    root = read_nodes(source, findings)
+    """Read a deployment; paths in it are relative to ``folder``. Mind the findings.
+
+    ``replacing``, ``strict``: as of `fsmkit.system.reading.read`.
+    """
     top = None if root is None else require_mapping(root, "a deployment", findings)
     if top is None:
         return None
@@ -100,7 +105,8 @@ def read_deployment(
     if file is None:
         return None
     read_bytes(folder / file.value, file)
-    system = without_channels(load_system(folder / file.value, findings, strict=strict))
+    written = load_system(folder / file.value, findings, replacing, strict=strict)
+    system = without_channels(written)
     found = _placed(parts["nodes"], system, findings)
     if found is None or findings.has_errors:
         return None
@@ -117,6 +123,7 @@ def read_deployment(
     if not _is_possible(system, placed, file, findings):
         return None
     return Deployment(
+        written,
         system,
         nodes,
         placed,

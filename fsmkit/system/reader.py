@@ -22,17 +22,7 @@ from fsmkit.system.shared import read_shared, shared_links
 from fsmkit.system.system import Machine, System
 from fsmkit.yaml import keys
 from fsmkit.yaml.encoding import decode
-from fsmkit.yaml.nodes import check_keys, read_nodes, require_mapping, require_text
-
-
-def is_system_file(path: Path) -> bool:
-    """Whether a file is a system: YAML whose outermost keys hold ``system``."""
-    if path.suffix.lower() not in (".yaml", ".yml"):
-        return False
-    content = read_bytes(path)
-    return any(
-        line.startswith((b"system:", b"\xef\xbb\xbfsystem:")) for line in content.split(b"\n")
-    )
+from fsmkit.yaml.nodes import Node, check_keys, read_nodes, require_mapping, require_text
 
 
 def load_system(
@@ -68,11 +58,26 @@ def read_system(
 ) -> System | None:
     """Read a system; the paths of charts are relative to ``folder``. Mind the findings."""
     root = read_nodes(source, findings)
+    return system_of_root(root, folder, findings, replacing, strict=strict)
+
+
+def system_of_root(
+    root: Node | None,
+    folder: Path,
+    findings: Findings,
+    replacing: Dictionary[str, Path] = MappingProxyType({}),
+    *,
+    strict: bool = False,
+) -> System | None:
+    """Read a system of the outermost node of a file."""
     top = None if root is None else require_mapping(root, "a system", findings)
     if top is None:
         return None
     check_keys(top, frozenset(keys.SYSTEM), "a system", findings, keys.BELONGS)
     parts = {key.value: node for key, node in top.entries}
+    if "system" not in parts:
+        findings.add("not-a-system", "this is no system", top.span, help="name it: `system: Cell`")
+        return None
     name = require_text(parts["system"], "the name of a system", findings)
     machines = read_machines(parts.get("machines"), folder, replacing, findings, strict=strict)
     if findings.has_errors or name is None:
@@ -110,7 +115,7 @@ def read_system(
         surroundings.possible,
         (*properties, *invariants),
         replaced=tuple((name, str(file)) for name, file in replacing.items()),
-        source=source,
+        source=top.span.source,
         monitors=tuple(reading.monitors),
         schedule=schedule,
     )

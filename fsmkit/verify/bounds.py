@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Capacities, Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
+from fsmkit.codegen.system.program import Program, program_of
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.system.deployment import Deployment
+from fsmkit.system.reading import Model, system_within
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, Progress, check
 from fsmkit.verify.report.verdict import ENDS, Report
+from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.actions import FAULT, FULL
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 from fsmkit.verify.statespace.exploration import End, first_mark
@@ -34,6 +38,32 @@ class Proved:
     def of(self, chart: Chart) -> Chart | None:
         """Return a chart with its capacities; None if no machine runs it."""
         return next((small for own, small in self.charts if own == chart), None)
+
+
+def with_bounds(model: Model, proof: Proved) -> Model:
+    """Return what was read with the capacities that were proved for its charts.
+
+    Raises `FsmkitError` (``bounds-not-proved``) for a chart that no machine of the proof runs.
+    """
+    match model:
+        case Chart():
+            found = proof.of(model)
+            if found is None:
+                raise fail(
+                    "bounds-not-proved",
+                    f"no machine of that system runs `{model.name}` as it is in this file",
+                    help="name a system that does, or compile the system itself",
+                )
+            return found
+        case System():
+            machines = tuple(
+                replace(machine, chart=proof.of(machine.chart) or machine.chart)
+                for machine in model.machines
+            )
+            return replace(model, machines=machines)
+        case Deployment():
+            system = with_bounds(model.system, proof)
+            return replace(model, system=system) if isinstance(system, System) else model
 
 
 def proved(
@@ -59,6 +89,30 @@ def proved(
         tuple((own, replace(own, capacities=room)) for own, room in found.values()),
         tuple(_assumed(report)),
     )
+
+
+def proved_program(
+    model: Model,
+    target: str,
+    findings: Findings,
+    options: Mapping[str, str],
+    *,
+    within: System | None = None,
+    time: Time = "zones",
+) -> Program:
+    """Return the files of a model with bounds that a check proves (`program_of`).
+
+    ``within``: the system in which a chart runs; else the model is explored as it is. Raises
+    `FsmkitError`: ``bounds-not-proved``; ``wrong-option`` for a target that is not C.
+    """
+    if target != "c":
+        raise fail(
+            "wrong-option", "proved bounds are for the target `c`", help="compile without them"
+        )
+    checked = within or system_within(model)
+    proof = proved(checked, Findings(), ExplorationOptions(time=time))
+    made = program_of(with_bounds(model, proof), target, findings, options)
+    return replace(made, files=noted(made.files, proof.assumed))
 
 
 def _require_whole(report: Report) -> None:
@@ -139,9 +193,12 @@ def _assumed(report: Report) -> Iterator[str]:
     yield from report.assumptions
 
 
-def noted(header: str, assumed: tuple[str, ...]) -> str:
-    """Return the text of a header in which its bounds say that they are proved, and how."""
+def noted(files: Mapping[str, str | bytes], assumed: tuple[str, ...]) -> dict[str, str | bytes]:
+    """Return files whose headers say of their bounds that they are proved, and how."""
     lines = "".join(f"\n *   {line.replace('*/', '* /')}" for line in assumed)
     told = "/* Bounds and figures. Proved to be enough are queue, delayed sends and microsteps, for"
     told += f"{lines} */"
-    return header.replace(MARKER, told, 1)
+    return {
+        path: text.replace(MARKER, told, 1) if isinstance(text, str) else text
+        for path, text in files.items()
+    }

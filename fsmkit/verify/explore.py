@@ -11,14 +11,15 @@ from pathlib import Path
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.diagnostics.nearest import nearest
 from fsmkit.system.properties.property import AtStates, Builtin
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.properties.dense import cycle_place, temporal_answers
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.counterexample import Counterexample, ReplayError, write
 from fsmkit.verify.report.verdict import Report, Result, Show, Verdict, conclude, tell
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
+from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.closed_system import ClosedSystem, as_it_stands, beyond_zones, close
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
 from fsmkit.verify.statespace.storage import Storage
@@ -35,64 +36,65 @@ Progress = Callable[[int, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
-    """What an exploration may use: bytes of memory, seconds (0: no limit), cores (0: all of them).
-
-    What is found does not depend on the cores, unless states are missed
-    (`ExplorationOptions.storage`).
-    """
-
-    memory: int = 4 << 30
-    seconds: float = 0
-    cores: int = 1
-
-    @property
-    def threads(self) -> int:
-        """How many cores this process may use, unless fewer are asked for."""
-        if self.cores:
-            return self.cores
-        if hasattr(os, "sched_getaffinity"):
-            return len(os.sched_getaffinity(0))
-        return os.cpu_count() or 1
-
-
-@dataclass(frozen=True, slots=True)
 class ExplorationOptions:
-    """How to explore. ``engine``: ``c``, ``python``, or empty for C where there is a compiler."""
+    """How to explore, by the names and with the values of `fsmkit.check`.
+
+    ``engine``: ``c``, ``python``, or empty for C where there is a compiler. The engine in Python
+    has no zones: where they are asked for, time is discrete there. ``timeout``: seconds (0: none).
+    ``workers`` (0: all cores) do not change what is found, unless states are missed (``storage``).
+    """
 
     engine: str = ""
     _: KW_ONLY
-    untimed: bool = False
-    silent: bool = False
-    """Transitions marked ``watchdog`` never fire; needs ``untimed``."""
-    limits: Limits = Limits()
-    zones: bool = False
-    """Time is dense; the engine in Python, which has no zones, lets it pass by units instead."""
+    time: Time = "zones"
+    assume_watchdogs_silent: bool = False
+    memory: int = 4 << 30
+    timeout: float = 0
+    workers: int = 1
+    reductions: frozenset[str] = frozenset(REDUCTIONS)
+    storage: Storage = Storage.EXACT
     covers: bool = False
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
-    without: frozenset[str] = frozenset()
-    """Reductions (of `REDUCTIONS`) that are switched off; verdicts do not depend on them."""
-    storage: Storage = Storage.EXACT
-    """What is kept of a state; if not all, some may be missed, and it is told how likely."""
 
     def __post_init__(self) -> None:
-        """Refuse reductions that there are not."""
-        for name in sorted(self.without - set(REDUCTIONS)):
+        """Refuse values that there are not, and silent watchdogs where they have no meaning."""
+        if self.time not in TIMES:
+            raise fail(
+                "unexpected-value",
+                f"there is no kind of time `{self.time}`",
+                help=f"use one of {', '.join(TIMES)}",
+            )
+        if self.assume_watchdogs_silent and self.time != "untimed":
+            raise fail(
+                "unexpected-value",
+                "watchdogs can be silent only where time is untimed",
+                help='use `time="untimed"` with it',
+            )
+        for name in sorted(self.reductions.difference(REDUCTIONS)):
             raise fail(
                 "no-such-reduction",
                 f"there is no reduction `{name}`",
                 help=f"use one of {', '.join(REDUCTIONS)}",
             )
 
+    @property
+    def threads(self) -> int:
+        """How many cores this process may use, unless fewer are asked for."""
+        if self.workers:
+            return self.workers
+        if hasattr(os, "sched_getaffinity"):
+            return len(os.sched_getaffinity(0))
+        return os.cpu_count() or 1
+
     def closed(self, system: System, *, zones: bool) -> ClosedSystem:
         """Return a system closed to be explored in this manner; ``zones`` as the engine has it."""
         return close(
             system,
-            untimed=self.untimed,
-            silent=self.silent,
+            untimed=self.time == "untimed",
+            silent=self.assume_watchdogs_silent,
             zones=zones,
             covers=self.covers,
-            keeps_dead=DEAD in self.without,
+            keeps_dead=DEAD not in self.reductions,
         )
 
 
@@ -103,17 +105,17 @@ def check_file(
     replacing: Mapping[str, Path] | None = None,
     strict: bool = False,
     options: ExplorationOptions | None = None,
-    names: frozenset[str] = frozenset(),
+    properties: frozenset[str] = frozenset(),
     progress: Progress | None = None,
     deadline: Deadline | None = None,
 ) -> tuple[System, Report]:
     """Read a system, or a chart alone, and check it; the ``deadline`` is for both together.
 
-    ``replacing``, ``strict``: as of `fsmkit.verify.replay.load_any`. Where time ends while it is
+    ``replacing``, ``strict``: as of `fsmkit.system.reading.read`. Where time ends while it is
     read, the system is one of no machines.
     """
     options = options or ExplorationOptions()
-    deadline = deadline or Deadline(options.limits.seconds)
+    deadline = deadline or Deadline(options.timeout)
     try:
         read = deadline.cut_off(
             Stage.READING, lambda: load_any(path, findings, replacing, strict=strict)
@@ -122,7 +124,7 @@ def check_file(
         read = System(path.stem, ())
         return read, _out_of_time(read, options, frozenset(), findings, deadline)
     report = check(
-        read, findings, options=options, names=names, progress=progress, deadline=deadline
+        read, findings, options=options, properties=properties, progress=progress, deadline=deadline
     )
     return read, report
 
@@ -132,34 +134,34 @@ def check(
     findings: Findings,
     *,
     options: ExplorationOptions | None = None,
-    names: frozenset[str] = frozenset(),
+    properties: frozenset[str] = frozenset(),
     progress: Progress | None = None,
     deadline: Deadline | None = None,
 ) -> Report:
-    """Explore a system and return the verdicts; ``names`` limits the properties that are judged.
+    """Explore a system and return the verdicts; ``properties`` limits those that are judged.
 
     All of it keeps to the ``deadline``; without one, to the seconds of the manner from now on.
     Where time ends before the exploration begins, nothing is decided.
     """
     options = options or ExplorationOptions()
-    deadline = deadline or Deadline(options.limits.seconds)
-    _require_known(system, names)
+    deadline = deadline or Deadline(options.timeout)
+    _require_known(system, properties)
     try:
-        return _timed(_checked(system, findings, options, names, progress, deadline), deadline)
+        return _timed(_checked(system, findings, options, properties, progress, deadline), deadline)
     except TimeUp:
-        return _out_of_time(system, options, names, findings, deadline)
+        return _out_of_time(system, options, properties, findings, deadline)
 
 
 def _out_of_time(
     system: System,
     options: ExplorationOptions,
-    names: frozenset[str],
+    properties: frozenset[str],
     findings: Findings,
     deadline: Deadline,
 ) -> Report:
     """Return the report of a system of which nothing was explored: nothing is decided."""
     why = deadline.why()
-    asked = [p for p in system.properties if not names or p.name in names]
+    asked = [p for p in system.properties if not properties or p.name in properties]
     results = [Result(p.name, p.kind, p.text, Verdict.UNDECIDED, why, span=p.span) for p in asked]
     results = results or [Result(system.name, None, "", Verdict.UNDECIDED, why)]
     for result in results:
@@ -176,12 +178,12 @@ def _checked(
     system: System,
     findings: Findings,
     options: ExplorationOptions,
-    names: frozenset[str],
+    properties: frozenset[str],
     progress: Progress | None,
     deadline: Deadline,
 ) -> Report:
     engine = options.engine or ("c" if compiler() is not None else "python")
-    zones = options.zones and engine == "c" and not options.untimed
+    zones = options.time == "zones" and engine == "c"
     why = beyond_zones(system) if zones else ""
     if why:
         message = f"time is discrete in this check, not dense: {why}"
@@ -196,7 +198,7 @@ def _checked(
             None,
             help="install `cc`, or name a compiler in the environment variable CC",
         )
-    until = _awaited(closed, names)
+    until = _awaited(closed, properties)
     if engine == "python":
         found, trail_of = explore_in_python(
             closed, traps=closed.is_open, deadline=deadline, progress=progress, until=until
@@ -206,16 +208,16 @@ def _checked(
         def trail(path: tuple[int, ...]) -> Trail:
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
 
-        return conclude(closed, found, _shower(closed, deadline, trail), names, findings)
+        return conclude(closed, found, _shower(closed, deadline, trail), properties, findings)
     with closing(CEngine(closed, findings, deadline)) as built:
         found = _searched(built, options, progress, until)
         if closed.zones:
-            memory = options.limits.memory
-            answers = temporal_answers(built, closed, found, memory, progress, names)
+            memory = options.memory
+            answers = temporal_answers(built, closed, found, memory, progress, properties)
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
         show = _shower(closed, deadline, built.trail, built.confirm)
-        return conclude(closed, found, show, names, findings)
+        return conclude(closed, found, show, properties, findings)
 
 
 def _with_reason(found: Exploration, deadline: Deadline) -> Exploration:
@@ -231,9 +233,15 @@ def _searched(
     progress: Progress | None,
     until: frozenset[int] = frozenset(),
 ) -> Exploration:
-    limits, sleeps = options.limits, SLEEP not in options.without
-    cores = limits.threads
-    return built.explore(limits.memory, 0, progress, until, cores, options.storage, sleeps=sleeps)
+    return built.explore(
+        options.memory,
+        0,
+        progress,
+        until,
+        options.threads,
+        options.storage,
+        sleeps=SLEEP in options.reductions,
+    )
 
 
 def _require_stored(storage: Storage, engine: str, closed: ClosedSystem) -> None:
@@ -285,11 +293,11 @@ def _shower(
     return show
 
 
-def _awaited(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
+def _awaited(closed: ClosedSystem, properties: frozenset[str]) -> frozenset[int]:
     """Return the marks that decide all properties asked for by name; none if some have no mark."""
     found = set()
     for number, property_ in enumerate(closed.system.properties):
-        if property_.name not in names:
+        if property_.name not in properties:
             continue
         decided = property_.kind.decided
         if decided is Builtin.DEADLOCK and not closed.is_open:
@@ -303,24 +311,24 @@ def _awaited(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
     return frozenset(found)
 
 
-def asking_only(system: System, names: frozenset[str]) -> System:
+def asking_only(system: System, properties: frozenset[str]) -> System:
     """Return a system of which only the named properties are asked, and their monitors watch.
 
     None named: all. Raises `FsmkitError` (``no-such-property``).
     """
-    if not names:
+    if not properties:
         return system
-    _require_known(system, names)
+    _require_known(system, properties)
     return replace(
         system,
-        properties=tuple(p for p in system.properties if p.name in names),
-        monitors=tuple(m for m in system.monitors if m.property in names),
+        properties=tuple(p for p in system.properties if p.name in properties),
+        monitors=tuple(m for m in system.monitors if m.property in properties),
     )
 
 
-def _require_known(system: System, names: frozenset[str]) -> None:
+def _require_known(system: System, properties: frozenset[str]) -> None:
     known = {property_.name for property_ in system.properties}
-    for name in sorted(names - known):
+    for name in sorted(properties - known):
         near = nearest(name, known)
         meant = "" if near is None else f"did you mean `{near}`? "
         raise fail(
@@ -338,9 +346,9 @@ def explored(
     progress: Progress | None = None,
 ) -> Exploration:
     """Return what an exploration finds, without judging it."""
-    zones = options.zones and options.engine != "python"
+    zones = options.time == "zones" and options.engine != "python"
     closed = options.closed(system, zones=zones)
-    deadline = Deadline(options.limits.seconds)
+    deadline = Deadline(options.timeout)
     _require_stored(options.storage, options.engine, closed)
     if options.engine == "python":
         found, _ = explore_in_python(

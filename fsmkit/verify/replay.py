@@ -7,37 +7,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from fsmkit.diagnostics import Findings, fail
-from fsmkit.loading import load_with_findings
-from fsmkit.system.reader import is_system_file, load_system
-from fsmkit.system.system import System, system_of
+from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.verify.report.counterexample import Replay, TraceStep
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.testgen.replay_python import in_python
-
-
-def load_any(
-    path: Path,
-    findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
-    *,
-    strict: bool = False,
-) -> System:
-    """Return the system of a system file, or that of one chart alone.
-
-    ``replacing``: charts that machines of the system run in place of those the file names.
-    ``strict``: as of `fsmkit.loading.load_with_findings`.
-    """
-    if is_system_file(path):
-        return load_system(path, findings, replacing, strict=strict)
-    if replacing:
-        raise fail(
-            "not-a-system",
-            f"`{path}` is one chart: it has no machine to replace",
-            help="name a system file",
-        )
-    return system_of(load_with_findings(path, findings, strict=strict))
 
 
 def perform(recorded: Mapping[str, Any], folder: Path = Path()) -> list[list[str]]:

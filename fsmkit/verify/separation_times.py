@@ -12,7 +12,6 @@ from fsmkit.system.properties.kinds import reachable
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine
-from fsmkit.verify.explore import Limits
 from fsmkit.verify.report.verdict import ENDS
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.exploration import End
@@ -56,7 +55,8 @@ def separation_times(
     end: str,
     *,
     most: int | None = None,
-    limits: Limits | None = None,
+    memory: int = 4 << 30,
+    timeout: float = 0,
 ) -> SeparationTimes:
     """Measure the time from when ``begin`` begins to hold until ``end`` holds next (at once: 0).
 
@@ -64,7 +64,6 @@ def separation_times(
     Times beyond ``most`` ticks only count as longer. `FsmkitError` if a condition is wrong or there
     is no C compiler.
     """
-    limits = limits or Limits()
     findings = Findings()
     measured = replace(system, properties=tuple(_reached(system, (begin, end), findings)))
     findings.stop_on_errors()
@@ -72,7 +71,7 @@ def separation_times(
     unit = closed.unit or 1
     units = -(-(_furthest(closed) if most is None else most) // unit)
     with closing(CEngine(closed, findings)) as engine:
-        found, told = engine.watch(0, 1, units, limits.memory, limits.seconds)
+        found, told = engine.watch(0, 1, units, memory, timeout)
     if found.end is not End.COMPLETE or closed.samples:
         doubt = found.why or ENDS.get(found.end) or f"samples only of {', '.join(closed.samples)}"
         return SeparationTimes(None, None, None, units * unit, doubt)

@@ -31,13 +31,18 @@ DATAMODELS = ("fsmkit", "ecmascript", "null")
 def read_document(source: Source, findings: Findings) -> Document | None:
     """Return the document of a YAML text, or None where an error was found."""
     root = read_nodes(source, findings)
-    mapping = None if root is None else require_mapping(root, "a chart", findings)
+    return None if root is None else document_of(root, findings)
+
+
+def document_of(root: Node, findings: Findings) -> Document | None:
+    """Return the document of the outermost node, or None where an error was found."""
+    mapping = require_mapping(root, "a chart", findings)
     if mapping is None:
         return None
     if any(key.value == "system" for key, _ in mapping.entries):
         findings.add(
             "not-a-chart",
-            f"`{source.name}` describes a system, not a chart",
+            f"`{root.span.source.name}` describes a system, not a chart",
             mapping.entries[0][0],
             help="name one of the charts listed under `machines`",
         )

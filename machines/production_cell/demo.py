@@ -100,7 +100,7 @@ def compile_charts(summary: Summary) -> None:
     table = new_table("chart", "made from", "states", "transitions", "C", "RAM", "Python")
     total = 0
     for name in CHARTS:
-        chart = fsmkit.load(CELL / f"{name}.yaml")
+        chart = fsmkit.read_chart(CELL / f"{name}.yaml")
         sizes, struct = {}, 0
         for language in ("c", "python"):
             made = plugin(Target, language).generate(chart, Findings(), {})
@@ -194,7 +194,7 @@ def check_charts(summary: Summary) -> None:
     holds, states = True, []
     for name in CHARTS:
         with working(f"exploring {name}"):
-            report = fsmkit.check(CELL / f"{name}.yaml", zones=False)
+            report = fsmkit.check(CELL / f"{name}.yaml", time="discrete")
         table.add_row(name, *verdicts(report, "trap", "livelock"), *figures(report))
         holds &= report.verdict is fsmkit.Verdict.HOLDS
         states.append(f"{report.exploration.states:,}")
@@ -211,7 +211,7 @@ def check_cell(summary: Summary) -> None:
             summary.miss("the cell explored in generated C", "no C compiler")
             continue
         with working(f"exploring the cell in {name}"):
-            report = fsmkit.check(CELL / "cell.yaml", engine=engine, zones=False)
+            report = fsmkit.check(CELL / "cell.yaml", engine=engine, time="discrete")
         table.add_row(name, *verdicts(report, "P2", "D", "produces"), *figures(report))
         found = report.exploration
         counts.append((found.states, found.transitions, found.depth))
@@ -240,14 +240,13 @@ def check_defects(summary: Summary) -> None:
     )
     for name, meaning, key, untimed in manners:
         chart = CELL / "defects" / f"{name}_feeder.yaml"
-        system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": chart})
+        system = fsmkit.read_system(CELL / "cell.yaml", replace={"feeder": chart})
         with working(f"looking for what {name.upper()} breaks"):
             report = fsmkit.check(
                 system,
                 properties=(key,),
-                untimed=untimed,
+                time="untimed" if untimed else "discrete",
                 assume_watchdogs_silent=untimed,
-                zones=False,
             )
         write_files(saved(report, CELL / "cell.yaml", OUT / "traces" / name))
         result = next(one for one in report.results if one.name == key)
@@ -322,7 +321,7 @@ def draw(summary: Summary) -> None:
     folder = OUT / "diagrams"
     files: dict[str, str] = {}
     for name in ("module.scxml", *(f"{name}.yaml" for name in CHARTS)):
-        chart = fsmkit.load(CELL / name)
+        chart = fsmkit.read_chart(CELL / name)
         stem = Path(name).stem
         files[f"{stem}.mmd"] = plugin(Drawing, "mermaid").draw(chart, frozenset())
         files[f"{stem}.dot"] = plugin(Drawing, "dot").draw(chart, frozenset())

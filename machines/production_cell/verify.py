@@ -18,6 +18,7 @@ from rich.table import Table
 
 import fsmkit
 from fsmkit.system.properties.kinds import leads_to
+from fsmkit.verify.resources.time import Time
 
 CELL = Path(__file__).resolve().parent
 HOLDS, VIOLATED = fsmkit.Verdict.HOLDS, fsmkit.Verdict.VIOLATED
@@ -55,7 +56,7 @@ class Run:
     """
 
     system: str
-    time: str
+    time: Time
     blocks: int = 0
     replace: tuple[tuple[str, str], ...] = ()
 
@@ -124,7 +125,7 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
     )
 
 
-def in_ring(blocks: int, *replace: tuple[str, str], time: str = "untimed") -> Run:
+def in_ring(blocks: int, *replace: tuple[str, str], time: Time = "untimed") -> Run:
     """Return a run of the ring with other charts."""
     return Run("ring.yaml", time, blocks, replace)
 
@@ -218,15 +219,14 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
         charts = {machine: CELL / chart for machine, chart in run.replace}
         if run.blocks:
             charts["blocks"] = limited(run.blocks, charts.get("blocks"), Path(folder))
-        system = fsmkit.load_system(CELL / run.system, replace=charts)
+        system = fsmkit.read_system(CELL / run.system, replace=charts)
         if not properties and not is_temporal(run):
             system = without_temporal(system)
         return fsmkit.check(
             system,
             properties=properties,
-            untimed=run.time == "untimed",
+            time=run.time,
             assume_watchdogs_silent=run.time == "untimed",
-            zones=run.time == "zones",
             timeout=SECONDS,
         )
 

@@ -395,4 +395,4 @@ def test_wrong_usage(
     assert execute(arguments) == 2
     told = capsys.readouterr()
     assert "Traceback" not in told.err
-    assert "Error: " in told.err
+    assert "Error: " in told.err or "error[FK0411]" in told.err

@@ -17,8 +17,8 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.aut.text import read
 from fsmkit.export.exporter import Exporter
 from fsmkit.plugins import plugins
+from fsmkit.system.reading import load_any
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.replay import load_any
 
 ROOT = Path(__file__).parents[2]
 FISCHER = ROOT / "machines/fischer/fischer.yaml"
@@ -52,7 +52,9 @@ def test_an_aldebaran_file_has_the_states_of_the_explorer(file: Path) -> None:
     assert code == 0
     states, arrows = read(out)
     found = check(
-        load_any(file, Findings()), Findings(), options=ExplorationOptions("python")
+        load_any(file, Findings()),
+        Findings(),
+        options=ExplorationOptions("python", time="discrete"),
     ).exploration
     assert (states, len(arrows)) == (found.states + 1, found.transitions + 1)
     assert {arrow.source for arrow in arrows} | {arrow.target for arrow in arrows} == set(

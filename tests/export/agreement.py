@@ -21,8 +21,8 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.exporter import ExportOptions
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import Possible, System
-from fsmkit.verify.replay import load_any
 from tests.export.judges import Compared, JudgeError, TooLargeError, compare, find, has_storm
 from tests.verify.random_systems import load_files, random_system
 

@@ -22,7 +22,7 @@ from fsmkit.export.promela.model import written
 from fsmkit.system.properties.kinds import deadlock_free, leads_to, reachable
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
-from fsmkit.verify.explore import ExplorationOptions, Limits, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.exploration import DEADLOCK, End
@@ -108,7 +108,10 @@ def compare(
     """Ask all judges; `FsmkitError` where a system cannot be exported."""
     system = with_deadlock(system)
     options = ExplorationOptions(
-        "c", untimed=untimed, silent=silent, limits=Limits(seconds=seconds)
+        "c",
+        time="untimed" if untimed else "discrete",
+        assume_watchdogs_silent=silent,
+        timeout=seconds,
     )
     report = check(system, Findings(), options=options)
     if report.exploration.states > most:
@@ -134,9 +137,13 @@ def find(name: str, system: System, bad: str, wanted: ExportOptions, seconds: fl
     """Ask explorer and SPIN about one property, no further than to a violation."""
     kept = tuple(p for p in system.properties if p.name == bad)
     system = replace(system, properties=kept)
-    limits = Limits(seconds=seconds)
-    options = ExplorationOptions("c", untimed=wanted.untimed, silent=wanted.silent, limits=limits)
-    report = check(system, Findings(), options=options, names=frozenset({bad}))
+    options = ExplorationOptions(
+        "c",
+        time="untimed" if wanted.untimed else "discrete",
+        assume_watchdogs_silent=wanted.silent,
+        timeout=seconds,
+    )
+    report = check(system, Findings(), options=options, properties=frozenset({bad}))
     ours = {r.name: r.verdict is not Verdict.VIOLATED for r in report.results if r.name == bad}
     network = network_of(system, replace(wanted, deadline=Deadline(seconds)))
     theirs = by_spin(network, seconds, states=False)

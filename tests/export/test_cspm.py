@@ -23,9 +23,9 @@ from fsmkit.export.cspm.model import written
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.transition_system import START, TICK, _label
 from fsmkit.system.properties.kinds import deadlock_free
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import explore_in_python
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.statespace.actions import Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Exploration

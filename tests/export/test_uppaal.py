@@ -14,9 +14,9 @@ from fsmkit.export.uppaal.translate import translated
 from fsmkit.export.uppaal.wellformed import problems
 from fsmkit.export.uppaal.writing import write
 from fsmkit.system.reader import load_system
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.closed_system import close
 from tests.export.agreement import CELL, disturbed

@@ -15,7 +15,7 @@ from fsmkit.export.uppaal.nails import straightened
 from fsmkit.export.uppaal.network import Declared, Edge, Location, Network, Sort, Template
 from fsmkit.export.uppaal.picture import label_boxes, location_boxes, picture
 from fsmkit.export.uppaal.translate import translated
-from fsmkit.verify.replay import load_any
+from fsmkit.system.reading import load_any
 from fsmkit.verify.statespace.closed_system import close
 
 CELL = Path(__file__).parents[2] / "machines/production_cell"

@@ -31,6 +31,6 @@ def test_exclusion_holds_if_all_wait_long_enough(
         text = text.replace("WAIT: 1ms", f"WAIT: {wait}")
     (tmp_path / file).write_text(text, encoding="utf-8")
     system = load_system(tmp_path / file, Findings())
-    report = check(system, Findings(), options=ExplorationOptions(engine))
+    report = check(system, Findings(), options=ExplorationOptions(engine, time="discrete"))
     verdicts = {result.name: result.verdict.value for result in report.results}
     assert verdicts == {"exclusion": verdict, "second": "holds", "livelock": "holds", "D": "holds"}

@@ -12,7 +12,7 @@ CELL = Path(__file__).parents[2] / "machines/production_cell"
 
 def working(machine: str, **inputs: object) -> Session:
     """Return a belt or the sorter, homed and started, with such inputs."""
-    chart = fsmkit.load(CELL / f"{machine}.yaml")
+    chart = fsmkit.read_chart(CELL / f"{machine}.yaml")
     nothing = {operation.name: lambda *_: None for operation in chart.operations}
     session = Session(chart, nothing, inputs=inputs)
     for event in ("power_ok", "home_permit", "limit"):

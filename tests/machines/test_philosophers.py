@@ -39,7 +39,7 @@ def test_only_the_ordered_table_is_free_of_deadlock(
     report = check(
         load_system(sized(file, n, tmp_path), Findings()),
         Findings(),
-        options=ExplorationOptions(engine),
+        options=ExplorationOptions(engine, time="discrete"),
     )
     verdicts = {result.name: result.verdict.value for result in report.results}
     assert verdicts == {"apart": "holds", "counted": "holds", "livelock": "holds", "D": verdict}

@@ -30,7 +30,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the machines in C and in Python."""
     folder = tmp_path_factory.mktemp("generated")
     for name in (*BUILT, "plant"):
-        chart = fsmkit.load(CELL / f"{name}.yaml")
+        chart = fsmkit.read_chart(CELL / f"{name}.yaml")
         for target in ("c", "python"):
             for path, text in fsmkit.compile(chart, target).items():
                 (folder / path).write_text(text, encoding="utf-8")
@@ -42,7 +42,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def started() -> SystemSession:
     """Return the cell in production."""
-    session = SystemSession(fsmkit.load_system(CELL / "cell.yaml"))
+    session = SystemSession(fsmkit.read_system(CELL / "cell.yaml"))
     session.start()
     session.run(10_000)
     assert session.is_in("plant", "standing_by")
@@ -113,8 +113,11 @@ def test_it_starts_again_after_a_stop_at_any_time(at: int) -> None:
 
 
 def test_the_derived_charts_use_inheritance_in_every_way() -> None:
-    feeder, molder = fsmkit.load(CELL / "feeder.yaml"), fsmkit.load(CELL / "molder.yaml")
-    base = {state.id for state in fsmkit.load(CELL / "module.scxml").states}
+    feeder, molder = (
+        fsmkit.read_chart(CELL / "feeder.yaml"),
+        fsmkit.read_chart(CELL / "molder.yaml"),
+    )
+    base = {state.id for state in fsmkit.read_chart(CELL / "module.scxml").states}
     origins = {
         (chart.name, state.id): state.origin.value
         for chart in (feeder, molder)
@@ -144,7 +147,7 @@ def verdicts(report: fsmkit.Report) -> dict[str, str]:
 @pytest.mark.cc
 def test_its_properties_hold(require_tool: RequireTool) -> None:
     require_tool("cc")
-    report = fsmkit.check(CELL / "cell.yaml", engine="c", zones=False)
+    report = fsmkit.check(CELL / "cell.yaml", engine="c", time="discrete")
     assert verdicts(report) == dict.fromkeys(["livelock", "P2", "D", "produces"], "holds")
     assert report.verdict is fsmkit.Verdict.HOLDS
     states = report.exploration.states
@@ -171,15 +174,14 @@ def test_a_defect_is_found_by_both_explorers(
 ) -> None:
     require_tool("cc")
     chart = CELL / "defects" / f"{defect}_feeder.yaml"
-    system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": chart})
+    system = fsmkit.read_system(CELL / "cell.yaml", replace={"feeder": chart})
     found = []
     for engine in ("c", "python"):
         report = fsmkit.check(
             system,
             properties=(property_,),
-            untimed=untimed,
+            time="untimed" if untimed else "discrete",
             assume_watchdogs_silent=untimed,
-            zones=False,
             engine=engine,
         )
         result = next(r for r in report.results if r.name == property_)
@@ -287,7 +289,7 @@ def test_the_demo_fails_where_something_does_not_hold(
 @pytest.mark.cc
 def test_a_saved_trace_of_a_replaced_machine_is_performed_again(tmp_path: Path) -> None:
     chart = CELL / "defects" / "m5_feeder.yaml"
-    system = fsmkit.load_system(CELL / "cell.yaml", replace={"feeder": chart})
+    system = fsmkit.read_system(CELL / "cell.yaml", replace={"feeder": chart})
     report = fsmkit.check(system, properties=("produces",))
     write_files(saved(report, CELL / "cell.yaml", tmp_path))
     recorded = json.loads((tmp_path / "Cell_produces.json").read_text())

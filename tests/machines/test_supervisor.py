@@ -17,7 +17,7 @@ READY = {"homing_1": 2, "homing_2": 3, "homing_3": 1, "homing_4": 2}
 @pytest.fixture
 def session() -> Session:
     """A supervisor that has given its first permits."""
-    session = Session(fsmkit.load(CHART))
+    session = Session(fsmkit.read_chart(CHART))
     session.advance("500ms")
     assert session.active == ("homing_1",)
     return session

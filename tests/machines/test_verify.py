@@ -34,7 +34,7 @@ def systems() -> list[Path]:
 
 @pytest.mark.parametrize("path", systems(), ids=lambda path: path.stem)
 def test_every_system_can_be_read(path: Path) -> None:
-    system = fsmkit.load_system(path)
+    system = fsmkit.read_system(path)
     assert {"L1"} <= {p.name for p in system.properties}
 
 
@@ -48,13 +48,13 @@ def test_every_mutant_differs_from_its_reference_and_fits_its_system(verify: Mod
     }
     for mutant in verify.MUTANTS:
         charts = {machine: CELL / chart for machine, chart in mutant.run.replace}
-        system = fsmkit.load_system(CELL / mutant.run.system, replace=charts)
+        system = fsmkit.read_system(CELL / mutant.run.system, replace=charts)
         names = {p.name for p in system.properties}
         assert not mutant.breaks or mutant.breaks in names
 
 
 def test_every_module_of_the_ring_inherits_the_emergency_stop() -> None:
-    system = fsmkit.load_system(CELL / "ring.yaml")
+    system = fsmkit.read_system(CELL / "ring.yaml")
     modules = [m for m in system.machines if "emergency" in m.chart.state_index]
     assert len(modules) == 8
     for module in modules:
@@ -119,8 +119,8 @@ def test_a_supervisor_that_waits_for_too_few_is_found(
     hasty.write_text(
         f"chart: Hasty\nextends: {CELL}/supervisor.yaml\nconstants: {{{stage}: {count}}}\n"
     )
-    system = fsmkit.load_system(CELL / "homing" / "molder.yaml", replace={"supervisor": hasty})
-    (found,) = fsmkit.check(system, properties=(broken,), zones=True).results[-1:]
+    system = fsmkit.read_system(CELL / "homing" / "molder.yaml", replace={"supervisor": hasty})
+    (found,) = fsmkit.check(system, properties=(broken,)).results[-1:]
     assert (found.name, found.verdict) == (broken, fsmkit.Verdict.VIOLATED)
 
 

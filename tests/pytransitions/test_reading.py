@@ -436,12 +436,12 @@ def test_every_verb_takes_a_reference(here: Path, reference: str) -> None:
     assert run("compile", reference, "--target", "python")[0] == 0
     assert run("compile", reference, "--target", "transitions")[0] == 0
     assert run("convert", reference, "--to", "yaml", "--out", "door.yaml")[0] == 0
-    assert behaviour(fsmkit.load("door.yaml")) == behaviour(fsmkit.load(reference))
+    assert behaviour(fsmkit.read_chart("door.yaml")) == behaviour(fsmkit.read_chart(reference))
     assert here.joinpath("generated").is_dir()
 
 
 def test_a_dictionary_can_be_named(here: Path) -> None:
-    assert steps(fsmkit.load("door_of_tests:configuration"), "a") == [("go", "b")]
+    assert steps(fsmkit.read_chart("door_of_tests:configuration"), "a") == [("go", "b")]
     assert here.exists()
 
 
@@ -495,7 +495,7 @@ def test_json_and_yaml_configurations(tmp_path: Path) -> None:
         "transitions:\n- {trigger: go, source: a, dest: b}\n- [go, b, a]\n"
     )
     first, second = (
-        fsmkit.load(tmp_path / name) for name in ("door.json", "door.transitions.yaml")
+        fsmkit.read_chart(tmp_path / name) for name in ("door.json", "door.transitions.yaml")
     )
     assert behaviour(first) == behaviour(second)
     assert first.name == "Door"

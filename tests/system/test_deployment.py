@@ -13,7 +13,8 @@ from fsmkit.cli import execute
 from fsmkit.cli.paths import PATHS
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.runtime.links import EventMap
-from fsmkit.system.deployment import is_deployment_file, load_deployment
+from fsmkit.system.deployment import Deployment, load_deployment
+from fsmkit.system.reading import read
 from tests.codegen.c.conftest import WARNINGS
 
 SYSTEM = """\
@@ -71,8 +72,8 @@ def test_the_environment_needs_no_node_and_channels_are_links(
         WHOLE + "links: {every: 10, insecure: true, endpoints: {a: 'tcp://x:1', b: 'ipc://y'}}\n"
     )
     deployment = load_deployment(path)
-    assert is_deployment_file(path)
-    assert not is_deployment_file(path.parent / "pair.yaml")
+    assert read(path, Findings()) == deployment
+    assert not isinstance(read(path.parent / "pair.yaml", Findings()), Deployment)
     assert [message.name for message in deployment.map.messages] == [
         "left.ping -> right.pong",
         "right.ping -> left.pong",

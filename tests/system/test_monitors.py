@@ -11,9 +11,10 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import ExplorationOptions, Limits, check, explored
+from fsmkit.verify.explore import ExplorationOptions, check, explored
 from fsmkit.verify.report.verdict import Result
 from fsmkit.verify.resources.deadline import Deadline
+from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.closed_system import close
 from tests.verify.conftest import Load, messages
 from tests.verify.random_systems import random_system
@@ -83,7 +84,9 @@ def test_a_monitor_counts_time(load: Load, engine: str, zones: bool) -> None:
     for time, verdict in (("150ms", "holds"), ("50ms", "violated")):
         given = f"{{chart: watch.yaml, with: {{TIME: {time}}}}}"
         system = load(room=room(ALL, given), lamp=LAMP, watch=ANSWERED)
-        found = result(system, "seen", ExplorationOptions(engine, zones=zones))
+        found = result(
+            system, "seen", ExplorationOptions(engine, time="zones" if zones else "discrete")
+        )
         assert found.verdict.value == verdict
     assert found.trace is not None
     done = [(step.machine, step.after, step.at) for step in found.trace.steps if step.machine]
@@ -100,7 +103,7 @@ def test_a_monitor_counts_time(load: Load, engine: str, zones: bool) -> None:
 @pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 def test_untimed_a_monitor_that_counts_time_violates_nothing(load: Load, engine: str) -> None:
-    options = ExplorationOptions(engine, untimed=True)
+    options = ExplorationOptions(engine, time="untimed")
     system = load(room=room(ALL), lamp=LAMP, watch=ANSWERED)
     found = result(system, "seen", options)
     assert (found.verdict.value, found.reason) == (
@@ -139,7 +142,11 @@ def test_a_monitor_sees_each_event_once_and_the_data_after_it(
     for condition, verdict in (("c != n", "holds"), ("n == 3", "violated")):
         system = load(room=room(watch), lamp=LAMP, watch=COUNTS.replace("CONDITION", condition))
         assert (
-            result(system, "seen", ExplorationOptions(engine, untimed=untimed)).verdict.value
+            result(
+                system,
+                "seen",
+                ExplorationOptions(engine, time="untimed" if untimed else "discrete"),
+            ).verdict.value
             == verdict
         )
 
@@ -158,8 +165,8 @@ states:
 @pytest.mark.cc
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("time", ["discrete", "untimed", "zones"])
-def test_a_monitor_follows_its_inputs_at_once(load: Load, engine: str, time: str) -> None:
-    options = ExplorationOptions(engine, untimed=time == "untimed", zones=time == "zones")
+def test_a_monitor_follows_its_inputs_at_once(load: Load, engine: str, time: Time) -> None:
+    options = ExplorationOptions(engine, time=time)
     for wrong, verdict in (("bright", "holds"), ("error", "violated")):
         monitor = FOLLOWS.replace("WRONG", wrong).replace("level == 3", "level > 5 - 3")
         system = load(room=room("lamp.level -> level"), lamp=LAMP, watch=monitor)
@@ -185,7 +192,7 @@ states: {a: {after: {100ms: b}}, b: {after: {100ms: a}}, error: {}}
     text = room("occurs(lamp.blow) -> blow", more=more).replace(", lamp.mend", "")
     mends = text.replace("lamp.blow]", "lamp.blow], will: [lamp.mend]")
     system = load(room=text, lamp=LAMP, watch=ticks)
-    options = ExplorationOptions(engine, zones=zones)
+    options = ExplorationOptions(engine, time="zones" if zones else "discrete")
     assert result(system, "dead", options).verdict.value == "violated"
     assert (
         result(load(room=mends, lamp=LAMP, watch=ticks), "dead", options).verdict.value == "holds"
@@ -198,7 +205,9 @@ def test_a_monitor_that_misses_something_proves_nothing(load: Load, engine: str)
     small = ANSWERED.replace("events:", "capacity: {queue: 1}\nevents:")
     twice = "occurs(lamp.press) -> press, occurs(lamp.press) -> lit"
     found = result(
-        load(room=room(twice), lamp=LAMP, watch=small), "seen", ExplorationOptions(engine)
+        load(room=room(twice), lamp=LAMP, watch=small),
+        "seen",
+        ExplorationOptions(engine, time="discrete"),
     )
     assert (found.verdict.value, found.reason) == (
         "undecided", "its queue can overflow: it does not see everything",
@@ -248,10 +257,10 @@ def test_the_others_do_what_they_do_without_monitors(load: Load, seed: int) -> N
     assert _shown(alone, count) == _shown(watched, count)
     if compiler() is not None:
         sleepless = ExplorationOptions(
-            "c", limits=Limits(1 << 30, 60), without=frozenset({"sleep"})
+            "c", time="discrete", memory=1 << 30, timeout=60, reductions=frozenset({"dead"})
         )
         for untimed in (False, True):
-            options = replace(sleepless, untimed=untimed)
+            options = replace(sleepless, time="untimed" if untimed else "discrete")
             in_c = explored(watched, Findings(), options)
             in_python = explored(watched, Findings(), replace(options, engine="python"))
             assert (in_c.states, in_c.transitions) == (in_python.states, in_python.transitions)
@@ -265,7 +274,7 @@ def test_a_monitor_adds_one_state_for_each_event_it_is_told_of(load: Load) -> No
     deaf = "chart: Deaf\nevents: {in: [lit]}\ninitial: a\nstates: {a: {}, error: {}}\n"
     system = load(room=room("lamp.lit -> lit"), lamp=LAMP, watch=deaf)
     alone = replace(system, monitors=(), properties=())
-    options = ExplorationOptions("c", zones=True)
+    options = ExplorationOptions("c")
     without, with_it = (explored(s, Findings(), options) for s in (alone, system))
     told = 3  # numbers of presses with which `lit` can come
     assert with_it.states - without.states == told

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c import engine
-from fsmkit.verify.replay import load_any
 
 Load = Callable[..., System]
 

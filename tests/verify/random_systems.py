@@ -9,8 +9,8 @@ from pathlib import Path
 from random import Random
 
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
-from fsmkit.verify.replay import load_any
 
 GUARDS = ["a == {n}", "a != {n}", "b[{k}]", "not b[{k}]", "b[a]", "a < own", "own > {n}", "lit"]
 DOES = ["a = {n}", "b[{k}] = not b[{k}]", "own += 1; a = own", "send out_{k}(v = a)", "b[a] = {t}",

@@ -12,10 +12,10 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import system_of
 from fsmkit.verify.bounds import FROM_OUTSIDE, proved
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.replay import load_any
 from tests.verify.systems import SYSTEMS
 from tests.verify.testgen.test_saved_tests import CHART, written
 
@@ -32,10 +32,10 @@ def compiled(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, dict[
 @pytest.mark.parametrize(
     ("name", "options"),
     [
-        ("drive", ExplorationOptions(engine="python")),
-        ("drive", ExplorationOptions(engine="c", zones=True)),
-        ("livelock", ExplorationOptions(engine="python")),
-        ("kitchen", ExplorationOptions(engine="python")),
+        ("drive", ExplorationOptions("python", time="discrete")),
+        ("drive", ExplorationOptions("c")),
+        ("livelock", ExplorationOptions("python", time="discrete")),
+        ("kitchen", ExplorationOptions("python", time="discrete")),
     ],
 )
 def test_what_is_proved_is_enough(
@@ -104,7 +104,7 @@ def test_samples_prove_nothing(tmp_path: Path) -> None:
     chart += "  two: {rest: true}\n"
     system = load_any(written(tmp_path, {"a": chart}), Findings())
     with pytest.raises(FsmkitError, match="only samples"):
-        proved(system, Findings(), ExplorationOptions(engine="python"))
+        proved(system, Findings(), ExplorationOptions("python", time="discrete"))
 
 
 @pytest.mark.cc
@@ -124,7 +124,9 @@ def test_a_chart_that_sends_to_itself_keeps_its_microsteps(tmp_path: Path) -> No
     chart += "  one: {rest: true, on: {go: {do: send on}, on: two}}\n  two: {rest: true}\n"
     system = load_any(written(tmp_path, {"a": chart}), Findings())
     own = system.machines[0].chart
-    small = proved(system_of(own), Findings(), ExplorationOptions(engine="python")).of(own)
+    small = proved(system_of(own), Findings(), ExplorationOptions("python", time="discrete")).of(
+        own
+    )
     assert small is not None
     assert small.capacities.microsteps == own.capacities.microsteps
     assert small.capacities.queue < own.capacities.queue

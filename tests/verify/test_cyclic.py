@@ -58,7 +58,11 @@ def verdicts(
     load: Load, engine: str, files: dict[str, str], *, untimed: bool = False
 ) -> dict[str, bool]:
     """Return what holds; each path shown was taken again by all that can."""
-    report = check(load(**files), Findings(), options=ExplorationOptions(engine, untimed=untimed))
+    report = check(
+        load(**files),
+        Findings(),
+        options=ExplorationOptions(engine, time="untimed" if untimed else "discrete"),
+    )
     for result in report.results:
         assert result.verdict is not Verdict.UNDECIDED, result.reason
         if result.trace is not None:
@@ -214,7 +218,11 @@ properties:
 
 
 def test_what_is_owed_in_a_turn_leaves_leads_to_undecided(load: Load) -> None:
-    report = check(load(owed=OWED, button=BUTTON), Findings(), options=ExplorationOptions("python"))
+    report = check(
+        load(owed=OWED, button=BUTTON),
+        Findings(),
+        options=ExplorationOptions("python", time="discrete"),
+    )
     (result,) = [result for result in report.results if result.name == "L"]
     assert result.verdict is Verdict.UNDECIDED
     assert "turn" in result.reason

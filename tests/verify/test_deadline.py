@@ -18,11 +18,11 @@ import pytest
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine
-from fsmkit.verify.explore import ExplorationOptions, Limits, check, check_file
+from fsmkit.verify.explore import ExplorationOptions, check, check_file
 from fsmkit.verify.properties.refinement import refines
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.exploration import End
@@ -158,7 +158,7 @@ def test_reading_is_cut_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("fsmkit.verify.explore.load_any", lambda *_, **__: endless())
     findings = Findings()
     system, report = check_file(
-        path, findings, options=ExplorationOptions(limits=Limits(seconds=0.3))
+        path, findings, options=ExplorationOptions(time="discrete", timeout=0.3)
     )
     assert system.machines == ()
     assert report.verdict is Verdict.UNDECIDED
@@ -170,7 +170,9 @@ def test_reading_is_cut_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def test_generating_is_cut_off(load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "model_files", lambda *_: endless())
     system = load(**SYSTEMS["drive"])
-    report = check(system, Findings(), options=ExplorationOptions("c", limits=Limits(seconds=0.5)))
+    report = check(
+        system, Findings(), options=ExplorationOptions("c", time="discrete", timeout=0.5)
+    )
     assert {r.verdict for r in report.results} == {Verdict.UNDECIDED}
     assert {r.name for r in report.results} == {p.name for p in system.properties}
     assert stage_of(report) == "generating"
@@ -186,7 +188,7 @@ def test_a_compiler_that_hangs_is_ended_with_what_it_started(
     hangs.chmod(0o755)
     monkeypatch.setenv("CC", str(hangs))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    options = ExplorationOptions("c", limits=Limits(seconds=2))
+    options = ExplorationOptions("c", time="discrete", timeout=2)
     began = time.monotonic()
     report = check(load(**SYSTEMS["drive"]), Findings(), options=options)
     assert time.monotonic() - began < SLACK
@@ -210,10 +212,10 @@ def _runs(process: int) -> bool:
 @pytest.mark.cc
 @needs_c
 @pytest.mark.parametrize("options", [
-    ExplorationOptions("c", limits=Limits(seconds=4)),
-    ExplorationOptions("c", zones=True, limits=Limits(seconds=4)),
-    ExplorationOptions("c", untimed=True, limits=Limits(seconds=4)),
-    ExplorationOptions("python", limits=Limits(seconds=2)),
+    ExplorationOptions("c", time="discrete", timeout=4),
+    ExplorationOptions("c", timeout=4),
+    ExplorationOptions("c", time="untimed", timeout=4),
+    ExplorationOptions("python", time="discrete", timeout=2),
 ], ids=["discrete", "zones", "untimed", "python"])  # fmt: skip
 def test_exploring_ends_in_time(load: Load, options: ExplorationOptions) -> None:
     system = load(counter=COUNTER)
@@ -221,7 +223,7 @@ def test_exploring_ends_in_time(load: Load, options: ExplorationOptions) -> None
         CEngine(options.closed(system, zones=zones), Findings()).close()  # so that it is compiled
     began = time.monotonic()
     report = check(system, Findings(), options=options)
-    assert time.monotonic() - began < options.limits.seconds + SLACK
+    assert time.monotonic() - began < options.timeout + SLACK
     assert report.exploration.end is End.TIME
     assert report.exploration.states > 0
     assert stage_of(report) in ("exploring", "compiling")
@@ -234,7 +236,9 @@ def test_an_explorer_that_overruns_is_ended(
     load: Load, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     system = load(**SYSTEMS["drive"])
-    check(system, Findings(), options=ExplorationOptions("c"))  # so that it is compiled
+    check(
+        system, Findings(), options=ExplorationOptions("c", time="discrete")
+    )  # so that it is compiled
     deaf = tmp_path / "deaf"
     far = '{"progress": {"states": 7, "transitions": 9, "depth": 1, "bytes": 0}}'
     deaf.write_text(f"#!/bin/sh\ntrap '' TERM\necho '{far}' >&2\nwhile :; do sleep 1; done\n")
@@ -246,7 +250,7 @@ def test_an_explorer_that_overruns_is_ended(
         self.program = deaf
 
     monkeypatch.setattr(engine.CEngine, "__init__", replaced)
-    report = check(system, Findings(), options=ExplorationOptions("c", limits=Limits(seconds=5)))
+    report = check(system, Findings(), options=ExplorationOptions("c", time="discrete", timeout=5))
     assert report.exploration.end is End.TIME
     assert (report.exploration.states, report.exploration.transitions) == (7, 9)
     assert report.verdict is Verdict.UNDECIDED
@@ -260,7 +264,7 @@ def test_what_was_found_is_told_where_no_time_is_left_to_show_it(
     report = check(
         load(**SYSTEMS["drive"]),
         Findings(),
-        options=ExplorationOptions("python", limits=Limits(seconds=10)),
+        options=ExplorationOptions("python", time="discrete", timeout=10),
     )
     (result,) = [r for r in report.results if r.name == "never_twice"]
     assert result.verdict is Verdict.VIOLATED

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.report.verdict import Verdict
 from tests.verify.conftest import Load
 from tests.verify.engines.test_engines import both
@@ -23,7 +23,11 @@ pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def verdicts(system: System, engine: str, *, untimed: bool) -> dict[str, Verdict]:
-    report = check(system, Findings(), options=ExplorationOptions(engine, untimed=untimed))
+    report = check(
+        system,
+        Findings(),
+        options=ExplorationOptions(engine, time="untimed" if untimed else "discrete"),
+    )
     return {result.name: result.verdict for result in report.results}
 
 

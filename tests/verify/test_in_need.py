@@ -51,7 +51,7 @@ def test_progress_never_falls_into_a_result(load: Load, monkeypatch: pytest.Monk
     report = check(
         load(**SYSTEMS["livelock"]),
         Findings(),
-        options=ExplorationOptions("c"),
+        options=ExplorationOptions("c", time="discrete"),
         progress=lambda *figures: told.append(figures),
     )
     assert report.exploration.livelock is not None
@@ -106,14 +106,14 @@ def test_an_explorer_without_memory_leaves_it_undecided(
     load: Load, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     system = load(**SYSTEMS["drive"])
-    check(system, Findings(), options=ExplorationOptions("c"))
+    check(system, Findings(), options=ExplorationOptions("c", time="discrete"))
     wanted = engine.CEngine.result
 
     def starved(self: engine.CEngine, command: list[str], progress: None) -> object:
         return wanted(self, ["sh", "-c", 'ulimit -v 20000; exec "$@"', "sh", *command], progress)
 
     monkeypatch.setattr(engine.CEngine, "result", starved)
-    report = check(system, Findings(), options=ExplorationOptions("c"))
+    report = check(system, Findings(), options=ExplorationOptions("c", time="discrete"))
     assert {r.verdict.value for r in report.results} == {"undecided"}
     assert "memory limit" in report.results[0].reason
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Diagnostic, Findings
+from fsmkit.system.reading import load_any
 from fsmkit.verify.engines.c.engine import compiler
-from fsmkit.verify.explore import ExplorationOptions, Limits, check
-from fsmkit.verify.replay import load_any
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Verdict
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
@@ -67,9 +67,13 @@ SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:s
 def large_space(path: Path, engine: str, megabytes: int = 40) -> Diagnostic | None:
     """Return the note on a space too large for the memory, or for half a second of Python."""
     findings = Findings()
-    limits = Limits(memory=megabytes << 20, seconds=0.5 if engine == "python" else 0)
+    timeout = 0.5 if engine == "python" else 0
     report = check(
-        load_any(path, Findings()), findings, options=ExplorationOptions(engine, limits=limits)
+        load_any(path, Findings()),
+        findings,
+        options=ExplorationOptions(
+            engine, time="discrete", memory=megabytes << 20, timeout=timeout
+        ),
     )
     assert report.verdict is Verdict.UNDECIDED
     notes = [d for d in findings if d.rule.name == "large-space"]

@@ -24,6 +24,7 @@ from fsmkit.codegen.c.reserved import (
     TO_INVOKE,
     unreserved,
 )
+from fsmkit.diagnostics import fail
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import EnumType, RecordType
@@ -241,12 +242,26 @@ def _place(span: object) -> str:
 def name_everything(plan: Plan, prefix: str | None, options: Options | None = None) -> Names:
     """Return the names for a plan; ``prefix`` instead of one made of the chart's name."""
     lower = snake(prefix or plan.chart.name)
-    hides = lower in LOCALS | HEADERS | INSIDE or COUNTED.fullmatch(lower)
-    if hides if prefix is None else lower in KEYWORDS:
+    if _hides(lower) if prefix is None else lower in KEYWORDS:
         lower += "_machine"
     names = _name(plan, lower, None)
     _choose(names, options or Options())
     return names
+
+
+def _hides(lower: str) -> bool:
+    """Whether a type of that name would hide what functions or headers call so, or be hidden."""
+    return lower in LOCALS | HEADERS | INSIDE or COUNTED.fullmatch(lower) is not None
+
+
+def require_prefix(prefix: str | None) -> None:
+    """Refuse a prefix that is a name within generated C, or of a header (``wrong-option``)."""
+    if prefix is not None and snake(prefix) not in KEYWORDS and _hides(snake(prefix)):
+        raise fail(
+            "wrong-option",
+            f"generated C uses the name `{snake(prefix)}` itself: it cannot be a prefix",
+            help=f"use another, for instance `{snake(prefix)}_machine`",
+        )
 
 
 def _choose(names: Names, options: Options) -> None:

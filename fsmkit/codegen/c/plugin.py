@@ -17,6 +17,7 @@ class C:
 
     name = "c"
     summary = "C99 without allocation, recursion or globals: a struct, a switch, a queue, timers"
+    options = ("prefix", "with", "without", "optimize")
 
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
@@ -28,9 +29,11 @@ class C:
         """
         from fsmkit.codegen.c.generate import generate_machine
         from fsmkit.codegen.c.limits import report_limits
+        from fsmkit.codegen.c.names import require_prefix
         from fsmkit.codegen.c.options import read_options, report_missing
 
         chosen = read_options(options)
+        require_prefix(options.get("prefix"))
         report_limits(chart, findings)
         report_missing(chart, chosen, findings)
         if findings.has_errors:

@@ -19,6 +19,7 @@ class ExtensionTarget:
 
     name: str = "pyext"
     summary: str = "the C as an extension module of CPython, with the class of the Python module"
+    options: tuple[str, ...] = ("prefix", "trace", "with", "build")
 
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
@@ -30,11 +31,13 @@ class ExtensionTarget:
         ``save``.
         """
         from fsmkit.codegen.c.limits import report_limits
+        from fsmkit.codegen.c.names import require_prefix
         from fsmkit.codegen.pyext.build import build, suffix
         from fsmkit.codegen.pyext.generate import generate, source_name
         from fsmkit.codegen.pyext.limits import report_names
 
         extras = read_extras(options, ("save",))
+        require_prefix(options.get("prefix"))
         report_limits(chart, findings)
         report_names(chart, findings)
         if findings.has_errors:

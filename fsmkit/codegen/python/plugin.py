@@ -19,6 +19,7 @@ class PythonTarget:
 
     name: str = "python"
     summary: str = "a Python module that imports nothing but the standard library"
+    options: tuple[str, ...] = ("prefix", "trace", "with")
 
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]

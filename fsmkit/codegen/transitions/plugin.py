@@ -19,6 +19,7 @@ class TransitionsTarget:
 
     name: str = "transitions"
     summary: str = "a HierarchicalMachine of the library transitions, where it means the same"
+    options: tuple[str, ...] = ()
 
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]

@@ -9,9 +9,12 @@ from pathlib import Path
 from pprint import pformat
 
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.system.parts import named_charts
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.emit import Namer, legal
 from fsmkit.loading import load
+from fsmkit.system.links import without_channels
+from fsmkit.system.system import System
 from fsmkit.texts.python import docstring
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict
@@ -146,3 +149,11 @@ def _is_whole(path: Path, chart: Chart) -> bool:
         return load(path) == chart
     except FsmkitError:
         return False
+
+
+def compiled_charts(system: System, explored: System) -> tuple[Chart, ...]:
+    """Return the charts of the explored machines, named as `fsmkit compile` names their code."""
+    whole = system if system.is_open else without_channels(system)
+    named = tuple(m.chart for m in whole.machines) if system.is_open else named_charts(whole)
+    known = dict(zip((machine.name for machine in whole.machines), named, strict=True))
+    return tuple(known.get(machine.name, machine.chart) for machine in explored.machines)

@@ -86,7 +86,7 @@ def generate(out: Path) -> None:
     if done.returncode != 0:
         raise BuildError(done.stderr)
     for node, names in MACHINES.items():
-        charts = {name: fsmkit.load(CELL / f"{name}.yaml") for name in names}
+        charts = {name: fsmkit.read_chart(CELL / f"{name}.yaml") for name in names}
         (out / node / "positions.h").write_text(positions(charts), encoding="utf-8")
 
 

@@ -157,7 +157,7 @@ class Boards:
     )  # fmt: skip
 
     def __init__(self, replaced: dict[str, str] | None = None) -> None:
-        system = fsmkit.load_system(str(CELL / "ring.yaml"), replace=replaced or {})
+        system = fsmkit.read_system(str(CELL / "ring.yaml"), replace=replaced or {})
         self._system = system
         self._charts = {m.name: m.chart for m in system.machines if m.name in MODULES}
         self._names = {n: [s.id for s in c.states] for n, c in self._charts.items()}

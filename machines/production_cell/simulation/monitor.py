@@ -89,7 +89,7 @@ def judge(
 
 @cache
 def _system(path: Path) -> System:
-    return fsmkit.load_system(path)
+    return fsmkit.read_system(path)
 
 
 def _judged(property_: Property, observed: Observed, homed: int) -> Judged:

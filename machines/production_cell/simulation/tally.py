@@ -150,7 +150,7 @@ def timeline(recording: Recording, outcome: Outcome) -> tuple[tuple[float, str],
 @cache
 def _fault_names() -> tuple[str, ...]:
     """Return the members of the type Fault, as the charts have it."""
-    chart = fsmkit.load(Path(__file__).resolve().parents[1] / "supervisor.yaml")
+    chart = fsmkit.read_chart(Path(__file__).resolve().parents[1] / "supervisor.yaml")
     types = (variable.type for variable in chart.outputs if variable.name == "fault_code")
     return next(type_.members for type_ in types if isinstance(type_, EnumType))
 

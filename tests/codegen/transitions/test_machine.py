@@ -141,9 +141,9 @@ def test_is_typed(door: Path, tmp_path: Path) -> None:
 
 
 def test_is_the_same_for_the_same_chart(door: Path) -> None:
-    chart = fsmkit.load(door)
+    chart = fsmkit.read_chart(door)
     first = PLUGIN.generate(chart, Findings(), {})
-    assert first == PLUGIN.generate(fsmkit.load(door), Findings(), {})
+    assert first == PLUGIN.generate(fsmkit.read_chart(door), Findings(), {})
 
 
 def test_begins_silently_only_where_nothing_is_done(door: Path) -> None:
@@ -154,7 +154,7 @@ def test_begins_silently_only_where_nothing_is_done(door: Path) -> None:
     assert 'initial="initial"' in begun
     assert '"trigger": "start_"' in begun  # the chart has an event of that name
     script = ["start 3", "dispatch start", "dump"]
-    chart = fsmkit.load(door)
+    chart = fsmkit.read_chart(door)
     assert TransitionsHarness().run(chart, script)[:3] == ["@3 > start", "+ closed", "op lamp 0"]
 
 
@@ -167,7 +167,7 @@ def test_states_with_any_name(tmp_path: Path) -> None:
         "</scxml>"
     )
     script = ["start 0", "dispatch go", "dispatch go", "dump"]
-    told = TransitionsHarness().run(fsmkit.load(path), script)
+    told = TransitionsHarness().run(fsmkit.read_chart(path), script)
     assert [line for line in told if line.startswith("=")] == ["= a.b", "= e-f", "= a.b"]
 
 
@@ -210,7 +210,7 @@ def test_what_is_refused_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_order_of_marks_hides_nothing(door: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Content at the wrong side of an entry is seen."""
-    chart = fsmkit.load(door)
+    chart = fsmkit.read_chart(door)
     script = ["start 0", "dispatch open", "dump"]
     expected = InterpreterHarness().run(chart, script)
     assert TransitionsHarness().run(chart, script) == expected
@@ -241,6 +241,6 @@ states:
 def test_another_region_goes_on_after_the_last_one_has_ended(tmp_path: Path) -> None:
     path = tmp_path / "ended.yaml"
     path.write_text(ENDED)
-    chart = fsmkit.load(path)
+    chart = fsmkit.read_chart(path)
     script = ["start 0", "dispatch end", "dispatch go", "dispatch go", "dump"]
     assert TransitionsHarness().run(chart, script) == InterpreterHarness().run(chart, script)

@@ -117,7 +117,7 @@ def test_log_is_performed_again_by_the_interpreter(
     history: dict[str, Any], board: str, machine: str
 ) -> None:
     """Each machine of a run on boards, and it ends in the same state."""
-    chart = fsmkit.load(CELL / f"{machine}.yaml")
+    chart = fsmkit.read_chart(CELL / f"{machine}.yaml")
     log = history["logs"][board]
     lines = list(replay(chart, log))
     assert sum(line.startswith("t ") for line in lines) >= 8

@@ -184,7 +184,7 @@ def test_a_full_disk_leaves_nothing(
 
 def rules_of(load: Load) -> list[str]:
     findings = Findings()
-    check(load(**SYSTEMS["drive"]), findings, options=ExplorationOptions("c"))
+    check(load(**SYSTEMS["drive"]), findings, options=ExplorationOptions("c", time="discrete"))
     return [d.rule.name for d in findings]
 
 
@@ -221,7 +221,9 @@ def test_a_check_goes_on_where_nothing_can_be_kept(
 
     monkeypatch.setattr(Cache, "add", full)
     findings = Findings()
-    report = check(load(**SYSTEMS["drive"]), findings, options=ExplorationOptions("c"))
+    report = check(
+        load(**SYSTEMS["drive"]), findings, options=ExplorationOptions("c", time="discrete")
+    )
     assert report.exploration.states == 229
     (told,) = [d.message for d in findings if d.rule.name == "cache-not-used"]
     assert told.endswith("no space left on device")
@@ -235,7 +237,7 @@ def test_two_at_once_make_one(load: Load, folder: Path) -> None:
     found: list[int] = []
 
     def one() -> None:
-        report = check(system, Findings(), options=ExplorationOptions("c"))
+        report = check(system, Findings(), options=ExplorationOptions("c", time="discrete"))
         found.append(report.exploration.states)
 
     both = [threading.Thread(target=one) for _ in range(2)]

@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.system.reader import load_system
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine
-from fsmkit.verify.explore import ExplorationOptions, Limits, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
@@ -69,5 +69,5 @@ def test_philosophers_are_the_same_on_any_number_of_cores(name: str, untimed: bo
 
 def test_what_is_asked_of_the_command_line_reaches_the_explorer() -> None:
     system = load_system(TABLES / "table.yaml", Findings())
-    found = check(system, Findings(), options=ExplorationOptions("c", limits=Limits(cores=2)))
+    found = check(system, Findings(), options=ExplorationOptions("c", time="discrete", workers=2))
     assert found.exploration.cores == 1  # it is too small

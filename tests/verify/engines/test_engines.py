@@ -14,9 +14,9 @@ from devtools.random_charts.choices import SeededChoices
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System, system_of
-from fsmkit.verify.explore import ExplorationOptions, Limits, check, explored
-from fsmkit.verify.replay import load_any
+from fsmkit.verify.explore import ExplorationOptions, check, explored
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict, conclude
 from fsmkit.verify.statespace.closed_system import close
@@ -49,8 +49,14 @@ def facts(found: Exploration) -> dict[str, object]:
 
 
 def both(system: System, *, untimed: bool = False, silent: bool = False) -> None:
-    options = ExplorationOptions("c", untimed=untimed, silent=silent, limits=Limits(1 << 30, 60))
-    in_c = explored(system, Findings(), replace(options, without=frozenset({"sleep"})))
+    options = ExplorationOptions(
+        "c",
+        time="untimed" if untimed else "discrete",
+        assume_watchdogs_silent=silent,
+        memory=1 << 30,
+        timeout=60,
+    )
+    in_c = explored(system, Findings(), replace(options, reductions=frozenset({"dead"})))
     in_python = explored(system, Findings(), replace(options, engine="python"))
     assert facts(in_c) == facts(in_python)
     assert in_c.end is End.COMPLETE
@@ -171,16 +177,22 @@ def test_engines_agree_on_random_charts(seed: int) -> None:
         return  # too many inputs to try all of in Python
     system = system_of(chart)
     for untimed in (False, True):
-        limits = Limits(64 << 20)  # memory, not time: that a busy machine does not shorten it
+        memory = 64 << 20  # memory, not time: that a busy machine does not shorten it
         try:
             in_c = explored(
-                system, Findings(), ExplorationOptions("c", untimed=untimed, limits=limits)
+                system,
+                Findings(),
+                ExplorationOptions("c", time="untimed" if untimed else "discrete", memory=memory),
             )
         except FsmkitError:
             return  # the target says what it cannot express; other tests see to that
         if in_c.end is not End.COMPLETE or in_c.transitions > 600:
             continue
-        in_python = explored(system, Findings(), ExplorationOptions("python", untimed=untimed))
+        in_python = explored(
+            system,
+            Findings(),
+            ExplorationOptions("python", time="untimed" if untimed else "discrete"),
+        )
         assert facts(in_c) == facts(in_python)
 
 
@@ -213,7 +225,7 @@ def verdict(report: Report, name: str) -> str:
 
 
 def test_the_cell_is_safe_and_free_of_deadlock(tmp_path: Path) -> None:
-    report = check(cell(tmp_path), Findings(), options=ExplorationOptions("c"))
+    report = check(cell(tmp_path), Findings(), options=ExplorationOptions("c", time="discrete"))
     assert {verdict(report, name) for name in ("P2", "D", "livelock")} == {"holds"}
     assert report.exploration.states > 10_000
 
@@ -221,14 +233,19 @@ def test_the_cell_is_safe_and_free_of_deadlock(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_defect_m5_is_found_at_the_plant(tmp_path: Path) -> None:
     names = frozenset({"P2"})
-    report = check(cell(tmp_path, "m5"), Findings(), options=ExplorationOptions("c"), names=names)
+    report = check(
+        cell(tmp_path, "m5"),
+        Findings(),
+        options=ExplorationOptions("c", time="discrete"),
+        properties=names,
+    )
     assert verdict(report, "P2") == "violated"
 
 
 def test_defect_m2_is_a_deadlock(tmp_path: Path) -> None:
-    options = ExplorationOptions("c", untimed=True, silent=True)
+    options = ExplorationOptions("c", time="untimed", assume_watchdogs_silent=True)
     names = frozenset({"D"})
-    report = check(cell(tmp_path, "m2"), Findings(), options=options, names=names)
+    report = check(cell(tmp_path, "m2"), Findings(), options=options, properties=names)
     assert verdict(report, "D") == "violated"
     assert report.exploration.end is End.DECIDED
 
@@ -236,9 +253,9 @@ def test_defect_m2_is_a_deadlock(tmp_path: Path) -> None:
 def test_nearest_counterexamples_are_as_near_in_both_engines(tmp_path: Path) -> None:
     lengths = []
     for engine in ("c", "python"):
-        options = ExplorationOptions(engine, untimed=True, silent=True)
+        options = ExplorationOptions(engine, time="untimed", assume_watchdogs_silent=True)
         names = frozenset({"D"})
-        report = check(cell(tmp_path, "m2"), Findings(), options=options, names=names)
+        report = check(cell(tmp_path, "m2"), Findings(), options=options, properties=names)
         (result,) = [r for r in report.results if r.name == "D"]
         assert result.trace is not None
         lengths.append(len(result.trace.steps))
@@ -248,7 +265,9 @@ def test_nearest_counterexamples_are_as_near_in_both_engines(tmp_path: Path) -> 
 def test_what_was_seen_is_told_though_memory_for_the_way_there_ran_out(load: Load) -> None:
     system = load(**SYSTEMS["livelock"])
     closed = close(system)
-    found = explored(system, Findings(), ExplorationOptions("c", limits=Limits(1 << 30, 60)))
+    found = explored(
+        system, Findings(), ExplorationOptions("c", time="discrete", memory=1 << 30, timeout=60)
+    )
     assert found.livelock is not None
     lost = replace(
         found,

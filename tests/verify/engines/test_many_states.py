@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.binding_values import MOST_STRAIGHT, options_for
-from fsmkit.verify.explore import ExplorationOptions, Limits, check, explored
-from fsmkit.verify.replay import load_any
+from fsmkit.verify.explore import ExplorationOptions, check, explored
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.statespace.exploration import End
 from tests.codegen.c.sized import KINDS
@@ -22,7 +22,7 @@ pytestmark = [
     pytest.mark.usefixtures("own_cache"),
 ]
 
-MANNER = ExplorationOptions("c", limits=Limits(1 << 30, 60))
+MANNER = ExplorationOptions("c", time="discrete", memory=1 << 30, timeout=60)
 
 
 def system_of_text(text: str, folder: Path) -> System:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.replay import load_any
 
 CHART = """
 <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="Numbers" initial="a"
@@ -34,7 +34,11 @@ def test_the_explorer_takes_no_string_for_another(guard: str, tmp_path: Path) ->
     for engine in ("c", "python"):
         findings = Findings()
         reports.append(
-            check(load_any(path, findings), findings, options=ExplorationOptions(engine))
+            check(
+                load_any(path, findings),
+                findings,
+                options=ExplorationOptions(engine, time="discrete"),
+            )
         )
         assert "replay-differs" not in {d.rule.name for d in (*findings, *reports[-1].findings)}
     by_c, by_python = reports

@@ -6,14 +6,14 @@ import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.ticks import unit_of
-from fsmkit.verify.explore import ExplorationOptions, Limits, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.actions import Action
 from tests.verify.conftest import Load
 from tests.verify.systems import AXIS, DRIVE, DRIVER, SYSTEMS
 
-PYTHON = ExplorationOptions("python")
-UNTIMED = ExplorationOptions("python", untimed=True)
+PYTHON = ExplorationOptions("python", time="discrete")
+UNTIMED = ExplorationOptions("python", time="untimed")
 
 
 def verdicts(report: Report) -> dict[str, str]:
@@ -69,7 +69,7 @@ def test_a_quick_axis_is_never_late(load: Load) -> None:
     }  # fmt: skip
     assert verdicts(check(load(**files), Findings(), options=PYTHON))["late"] == "holds"
     assert verdicts(check(load(**files), Findings(), options=UNTIMED))["late"] == "violated"
-    silent = ExplorationOptions("python", untimed=True, silent=True)
+    silent = ExplorationOptions("python", time="untimed", assume_watchdogs_silent=True)
     report = check(load(**files), Findings(), options=silent)
     assert verdicts(report)["late"] == "holds"
     assert any("watchdog" in assumption for assumption in report.assumptions)
@@ -77,15 +77,15 @@ def test_a_quick_axis_is_never_late(load: Load) -> None:
 
 def test_names_limit_what_is_judged(load: Load) -> None:
     system = load(**SYSTEMS["drive"])
-    report = check(system, Findings(), options=PYTHON, names=frozenset({"tries"}))
+    report = check(system, Findings(), options=PYTHON, properties=frozenset({"tries"}))
     assert "never_twice" not in verdicts(report)
     assert report.verdict is Verdict.HOLDS
     with pytest.raises(FsmkitError, match="no-such-property"):
-        check(system, Findings(), options=PYTHON, names=frozenset({"tires"}))
+        check(system, Findings(), options=PYTHON, properties=frozenset({"tires"}))
 
 
 def test_time_limit_is_undecided(load: Load) -> None:
-    options = ExplorationOptions("python", limits=Limits(seconds=1e-9))
+    options = ExplorationOptions("python", time="discrete", timeout=1e-9)
     report = check(load(**SYSTEMS["drive"]), Findings(), options=options)
     assert report.verdict is Verdict.UNDECIDED
     assert {r.verdict for r in report.results} == {Verdict.UNDECIDED}

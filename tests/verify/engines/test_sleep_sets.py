@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.reading import load_any
 from fsmkit.verify.engines.c.engine import CEngine, Progress
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from tests.verify.conftest import Load
 from tests.verify.random_systems import load_files, random_loop, random_system
@@ -145,6 +145,8 @@ def test_the_switch_of_the_api_reaches_the_explorer(
         return result
 
     monkeypatch.setattr(CEngine, "result", asked)
-    found = [fsmkit.check(path, no_reduction=names).exploration for names in ((), ("sleep",))]
+    found = [
+        fsmkit.check(path, reductions=names).exploration for names in (("dead", "sleep"), ("dead",))
+    ]
     assert left_out[0] > left_out[1] == 0
     assert [(e.states, e.transitions) for e in found] == [(8, 24), (8, 24)]

@@ -22,7 +22,7 @@ from fsmkit.system.system import System
 from fsmkit.verify.bounds import proved
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine, compiler
-from fsmkit.verify.explore import ExplorationOptions, Limits, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.exploration import End, Exploration
@@ -46,7 +46,7 @@ pytestmark = pytest.mark.cc
 
 TABLES = ROOT / "machines/philosophers"
 LOSSY = [Storage.HASH_COMPACT, Storage.BITSTATE]
-AMPLE = Limits(32 << 20, 60)
+AMPLE: dict[str, Any] = {"memory": 32 << 20, "timeout": 60}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -85,8 +85,11 @@ def five(folder: Path, name: str = "ordered_table") -> System:
 
 
 def checked(system: System, storage: Storage, **options: Any) -> Report:
-    options.setdefault("limits", AMPLE)
-    return check(system, Findings(), options=ExplorationOptions("c", storage=storage, **options))
+    return check(
+        system,
+        Findings(),
+        options=ExplorationOptions("c", time="discrete", storage=storage, **{**AMPLE, **options}),
+    )
 
 
 # --- the table -----------------------------------------------------------------------------------
@@ -176,10 +179,10 @@ def facts(found: Exploration) -> dict[str, object]:
 
 def agree(closed: ClosedSystem) -> None:
     with closing(CEngine(closed, Findings())) as built:
-        exact = built.explore(AMPLE.memory, 60, None, sleeps=False)
+        exact = built.explore(AMPLE["memory"], 60, None, sleeps=False)
         assert exact.table is None
         for storage in LOSSY:
-            found = built.explore(AMPLE.memory, 60, None, storage=storage)
+            found = built.explore(AMPLE["memory"], 60, None, storage=storage)
             assert facts(found) == facts(exact)
             assert found.table is not None
             assert found.table.bytes == 24 << 20
@@ -345,9 +348,9 @@ def test_what_needs_the_whole_graph_needs_exact_storage(load: Load, storage: Sto
 
 @pytest.mark.cc
 def test_only_what_was_found_can_hold(load: Load) -> None:
-    options = ExplorationOptions("c", limits=AMPLE, storage=Storage.BITSTATE)
+    options = ExplorationOptions("c", time="discrete", **AMPLE, storage=Storage.BITSTATE)
     system = load(system=LASTING, lamp=LAMP)
-    report = check(system, Findings(), options=options, names=frozenset({"seen"}))
+    report = check(system, Findings(), options=options, properties=frozenset({"seen"}))
     assert report.verdict is Verdict.HOLDS
 
 
@@ -361,7 +364,7 @@ def test_a_suite_that_may_lack_something_says_so(load: Load) -> None:
 
 @pytest.mark.cc
 def test_bounds_are_not_proved_by_it(load: Load) -> None:
-    options = ExplorationOptions("c", limits=AMPLE, storage=Storage.HASH_COMPACT)
+    options = ExplorationOptions("c", time="discrete", **AMPLE, storage=Storage.HASH_COMPACT)
     with pytest.raises(FsmkitError) as raised:
         proved(load(system=LASTING, lamp=LAMP), Findings(), options)
     assert "hash-compact storage may miss states" in str(raised.value)

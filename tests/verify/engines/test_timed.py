@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import ExplorationOptions, Limits, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.counterexample import checked_state
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline
@@ -108,9 +108,7 @@ def test_paths_are_performed_alike(files: dict[str, str]) -> None:
     """Each witness runs in the interpreter at the instants computed, and in generated C."""
     system = load_files(files)
     assume(close(system).unit > 0)
-    report = check(
-        system, Findings(), options=ExplorationOptions("c", limits=Limits(1 << 30, 60), zones=True)
-    )
+    report = check(system, Findings(), options=ExplorationOptions("c", memory=1 << 30, timeout=60))
     assert report.exploration.end is End.COMPLETE
     for result in report.results:
         if result.trace is not None:
@@ -121,7 +119,9 @@ def test_paths_are_performed_alike(files: dict[str, str]) -> None:
 
 
 def verdicts(system: System, *, zones: bool) -> dict[str, str]:
-    options = ExplorationOptions("c", limits=Limits(1 << 30, 60), zones=zones)
+    options = ExplorationOptions(
+        "c", time="zones" if zones else "discrete", memory=1 << 30, timeout=60
+    )
     report = check(system, Findings(), options=options)
     assert report.exploration.end is End.COMPLETE
     return {result.name: result.verdict.value for result in report.results}
@@ -140,7 +140,7 @@ def test_one_chart_alone_is_judged_as_in_discrete_time(load: Load, text: str) ->
 
 
 def test_a_cycle_of_timers_that_take_no_time_is_a_livelock(load: Load) -> None:
-    report = check(load(spins=SPINS), Findings(), options=ExplorationOptions("c", zones=True))
+    report = check(load(spins=SPINS), Findings(), options=ExplorationOptions("c"))
     (found,) = [r for r in report.results if r.name == "livelock"]
     assert found.verdict is Verdict.VIOLATED
     assert found.trace is not None
@@ -163,7 +163,7 @@ def test_intervals_are_reached_as_in_discrete_time(load: Load) -> None:
 def test_what_happens_only_between_ticks_is_found_and_performed(load: Load) -> None:
     system = load(overtaking=OVERTAKING, between=BETWEEN)
     assert verdicts(system, zones=False)["both"] == "violated"
-    report = check(system, Findings(), options=ExplorationOptions("c", zones=True))
+    report = check(system, Findings(), options=ExplorationOptions("c"))
     (found,) = [r for r in report.results if r.name == "both"]
     assert found.verdict is Verdict.HOLDS
     assert found.trace is not None

@@ -16,7 +16,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.system.properties.property import temporal_properties
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, Progress
-from fsmkit.verify.explore import ExplorationOptions, Limits, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.properties.dense import temporal_answers
 from fsmkit.verify.report.verdict import Result
 from fsmkit.verify.resources.deadline import Deadline
@@ -82,7 +82,7 @@ def by_units(system: System) -> dict[str, str]:
 
 def by_zones(system: System) -> dict[str, Result]:
     """Return what is found in dense time."""
-    options = ExplorationOptions("c", limits=Limits(1 << 30, 60), zones=True)
+    options = ExplorationOptions("c", memory=1 << 30, timeout=60)
     report = check(system, Findings(), options=options)
     assert report.exploration.end is End.COMPLETE
     return {result.name: result for result in report.results}
@@ -223,7 +223,7 @@ def test_what_only_time_makes_sure() -> None:
     performed(dense["again"])
     once = load_files(RACE | {"system": RACE["system"].replace("may: [fast.go]", "may: []")})
     assert by_zones(once)["served"].verdict.value == "holds"
-    report = check(once, Findings(), options=ExplorationOptions("c", untimed=True))
+    report = check(once, Findings(), options=ExplorationOptions("c", time="untimed"))
     assert {r.name: r.verdict.value for r in report.results}["served"] == "violated"
 
 

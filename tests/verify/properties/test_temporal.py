@@ -14,7 +14,7 @@ from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.oracle import Oracle, explore_in_python
 from fsmkit.verify.engines.python.temporal import action_of
-from fsmkit.verify.explore import ExplorationOptions, Limits, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Result
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.exploration import Answer, Trail
@@ -26,16 +26,16 @@ from tests.verify.systems import SYSTEMS
 ENGINES = ["python"] + ["c"] * (compiler() is not None)
 MANNERS = [
     *(
-        ExplorationOptions(engine, untimed=untimed)
+        ExplorationOptions(engine, time="untimed" if untimed else "discrete")
         for engine in ENGINES
         for untimed in (False, True)
     ),
-    *[ExplorationOptions("c", zones=True)] * ("c" in ENGINES),
+    *[ExplorationOptions("c")] * ("c" in ENGINES),
 ]
 
 
 def spelled(options: ExplorationOptions) -> str:
-    time = "untimed" if options.untimed else "zones" if options.zones else "discrete"
+    time = options.time
     return f"{options.engine}-{time}"
 
 
@@ -133,11 +133,11 @@ def test_what_leads_to_what(
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_run_that_goes_round_for_ever(load: Load, engine: str) -> None:
     system = load(**lamp("lamp.press", "", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
-    found = result(system, "worn", ExplorationOptions(engine))
+    found = result(system, "worn", ExplorationOptions(engine, time="discrete"))
     assert found.trace is not None
     assert found.trace.loop is None  # it may stay off
     owed = load(**lamp("", "lamp.press", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
-    found = result(owed, "worn", ExplorationOptions(engine))
+    found = result(owed, "worn", ExplorationOptions(engine, time="discrete"))
     assert found.trace is not None
     assert found.trace.loop is not None
     assert {"press", "timeout in warming"} <= {
@@ -159,7 +159,7 @@ OCCURS = """
 @pytest.mark.parametrize("engine", ENGINES)
 def test_events_that_occur(load: Load, engine: str) -> None:
     system = load(**lamp("lamp.press, lamp.mend, lamp.blow", "", OCCURS))
-    report = check(system, Findings(), options=ExplorationOptions(engine))
+    report = check(system, Findings(), options=ExplorationOptions(engine, time="discrete"))
     found = {r.name: r for r in report.results}
     assert {name: found[name].verdict.value for name in found if name[0] != "d"} == {
         "livelock": "holds",
@@ -178,7 +178,7 @@ def test_events_that_occur(load: Load, engine: str) -> None:
 @pytest.mark.cc
 def test_zones_do_not_judge_what_occurs(load: Load) -> None:
     system = load(**lamp("lamp.press", "", "  off: {never: occurs(lamp.press) and lamp.In(off)}"))
-    assert result(system, "off", ExplorationOptions("c", zones=True)).verdict.value == "undecided"
+    assert result(system, "off", ExplorationOptions("c")).verdict.value == "undecided"
 
 
 WITHIN = """
@@ -195,7 +195,11 @@ WITHIN = """
 @pytest.mark.parametrize(("engine", "zones"), [*((e, False) for e in ENGINES), ("c", True)])
 def test_how_long_it_takes(load: Load, engine: str, zones: bool) -> None:
     system = load(**lamp("lamp.press", "", WITHIN))
-    report = check(system, Findings(), options=ExplorationOptions(engine, zones=zones))
+    report = check(
+        system,
+        Findings(),
+        options=ExplorationOptions(engine, time="zones" if zones else "discrete"),
+    )
     found = {r.name: r for r in report.results}
     told = {n: (found[n].verdict.value, found[n].reason) for n in WITHIN_NAMES}
     assert told == {
@@ -224,7 +228,7 @@ WITHIN_NAMES = ["lit", "soon", "again", "early", "fixed", "never"]
 def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: str) -> None:
     files = dict(SYSTEMS["livelock"])
     files["rally"] += "properties: {back: {leads_to: [ping.In(busy), ping.In(idle)]}}\n"
-    found = result(load(**files), "back", ExplorationOptions(engine))
+    found = result(load(**files), "back", ExplorationOptions(engine, time="discrete"))
     assert found.trace is not None
     assert [s.cause for s in found.trace.steps[found.trace.loop or 0 :]] in (
         ["ping", "pong"], ["pong", "ping"],
@@ -232,7 +236,7 @@ def test_a_livelock_answers_nothing_where_there_is_no_time(load: Load, engine: s
 
 
 def test_what_was_not_explored_is_undecided(load: Load) -> None:
-    options = ExplorationOptions("python", limits=Limits(seconds=1e-9))
+    options = ExplorationOptions("python", time="discrete", timeout=1e-9)
     assert (
         result(load(**lamp("lamp.press", "", LEADS)), "dark", options).verdict.value == "undecided"
     )

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import ExplorationOptions, Limits, check, explored
-from fsmkit.verify.replay import load_any
+from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, check, explored
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
@@ -27,7 +27,9 @@ from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
 from tests.verify.statespace.dead_charts import SYSTEM, random_chart_text
 
-KEEPING = ExplorationOptions("python", without=frozenset({"dead"}))
+KEEPING = ExplorationOptions(
+    "python", time="discrete", reductions=frozenset(REDUCTIONS) - frozenset({"dead"})
+)
 
 
 def where_live(system: System, machine: int = 0) -> dict[str, set[str]]:
@@ -205,7 +207,7 @@ def test_a_step_from_outside_that_only_writes_still_counts(load: Load) -> None:
     assert where_live(system) == {}
     verdicts = [
         [(r.name, r.verdict) for r in check(system, Findings(), options=options).results]
-        for options in (ExplorationOptions("python"), KEEPING)
+        for options in (ExplorationOptions("python", time="discrete"), KEEPING)
     ]
     assert verdicts[0] == verdicts[1]
 
@@ -290,7 +292,13 @@ def test_engines_agree(seed: int, is_open: bool, without: frozenset[str]) -> Non
         explored(
             system,
             Findings(),
-            ExplorationOptions(engine, untimed=True, without=without, limits=Limits(1 << 30, 20)),
+            ExplorationOptions(
+                engine,
+                time="untimed",
+                memory=1 << 30,
+                timeout=20,
+                reductions=frozenset(REDUCTIONS) - without,
+            ),
         )
         for engine in ("c", "python")
     ]
@@ -326,7 +334,7 @@ states:
 def test_counterexamples_show_true_values(load: Load, engine: str) -> None:
     system = load(chart=SHOWN)
     assert where_live(system) == {"x": {"b"}}
-    report = check(system, Findings(), options=ExplorationOptions(engine))
+    report = check(system, Findings(), options=ExplorationOptions(engine, time="discrete"))
     (result,) = [r for r in report.results if r.verdict is Verdict.VIOLATED and r.kind is not None]
     assert result.trace is not None
     assert "d x 3" in result.trace.steps[-1].checked
@@ -338,9 +346,9 @@ def test_the_switch_is_one_of_the_api_too(tmp_path: Path) -> None:
     path = tmp_path / "chart.yaml"
     path.write_text(SHOWN, encoding="utf-8")
     counts = [
-        fsmkit.check(path, engine="python", no_reduction=names).exploration.states
-        for names in ((), ("dead",))
+        fsmkit.check(path, engine="python", reductions=names).exploration.states
+        for names in (("dead", "sleep"), ("sleep",))
     ]
     assert counts[0] <= counts[1]
     with pytest.raises(FsmkitError, match="there is no reduction `order`"):
-        fsmkit.check(path, engine="python", no_reduction=("order",))
+        fsmkit.check(path, engine="python", reductions=("order",))

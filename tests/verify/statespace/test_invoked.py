@@ -169,7 +169,9 @@ def test_a_machine_of_a_system_may_invoke(load: Load, time: str) -> None:
     verdicts = []
     for engine in ("c", "python"):
         report = check(
-            system, Findings(), options=ExplorationOptions(engine, untimed=time == "untimed")
+            system,
+            Findings(),
+            options=ExplorationOptions(engine, time="untimed" if time == "untimed" else "discrete"),
         )
         verdicts.append({result.name: result.verdict for result in report.results})
         runtimes = ("interpreter", "generated C") if engine == "c" else ("interpreter",)

@@ -8,8 +8,8 @@ import pytest
 
 from fsmkit.diagnostics import Findings
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Snapshot
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import system_of
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.statespace.actions import Action, Chooser, Outcome, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.local_steps import LocalSteps

@@ -9,8 +9,8 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.testgen.cover import Cover, Item, cover
 from fsmkit.verify.testgen.replay_python import in_python
 from tests.verify.systems import SYSTEMS
@@ -35,7 +35,9 @@ def test_both_engines_cover_what_they_see(
         report = check(
             load_any(file, Findings()),
             Findings(),
-            options=ExplorationOptions(engine=engine, untimed=untimed, covers=True),
+            options=ExplorationOptions(
+                engine, time="untimed" if untimed else "discrete", covers=True
+            ),
         )
         found = cover(report)
         assert found.is_whole
@@ -52,7 +54,7 @@ def test_marking_changes_no_verdict(tmp_path: Path, require_tool: Callable[[str]
     file = written(tmp_path, SYSTEMS["drive"])
     seen = []
     for covers in (False, True):
-        options = ExplorationOptions(engine="c", zones=True, covers=covers)
+        options = ExplorationOptions("c", covers=covers)
         report = check(load_any(file, Findings()), Findings(), options=options)
         seen.append([(result.name, result.verdict) for result in report.results])
     assert seen[0] == seen[1]
@@ -61,7 +63,7 @@ def test_marking_changes_no_verdict(tmp_path: Path, require_tool: Callable[[str]
 @pytest.mark.slow
 def test_paths_are_few_and_short(tmp_path: Path) -> None:
     chart = written(tmp_path, {"sender": CHART})
-    found = covered(chart, ExplorationOptions(engine="python", covers=True))
+    found = covered(chart, ExplorationOptions("python", time="discrete", covers=True))
     assert len(found.paths) <= 4
     assert max(len(path.steps) for path in found.paths) <= 5
 
@@ -71,7 +73,7 @@ def test_what_cannot_be_reached_has_a_reason(tmp_path: Path) -> None:
     chart = left + "{go: two, on: {if: 1 > 2, target: three}}}\n  two: {rest: true}\n"
     chart += "  three: {on: {go: two}}\n"
     found = covered(
-        written(tmp_path, {"a": chart}), ExplorationOptions(engine="python", covers=True)
+        written(tmp_path, {"a": chart}), ExplorationOptions("python", time="discrete", covers=True)
     )
     reasons = {missed.text: missed.reason for missed in found.uncovered}
     assert reasons["state three"] == "no transition to it is ever taken"
@@ -114,7 +116,7 @@ def test_the_suite_of_the_cell_finds_its_mutants(
 
 def test_generated_python_performs_the_suite(tmp_path: Path) -> None:
     file = written(tmp_path, SYSTEMS["drive"])
-    found = covered(file, ExplorationOptions(engine="python", untimed=True, covers=True))
+    found = covered(file, ExplorationOptions("python", time="untimed", covers=True))
     for path in found.paths:
         expected = [[x for x in step.lines if not x.startswith("@")] for step in path.steps]
         assert in_python(found.closed, path.steps) == expected

@@ -12,8 +12,8 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reading import load_any
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.replay import load_any
 from fsmkit.verify.testgen.replay_python import in_python
 from tests.verify.systems import SYSTEMS
 
@@ -139,7 +139,7 @@ def test_machines_of_a_system_perform_again_what_was_found(
 @pytest.mark.parametrize("name", sorted(set(SYSTEMS) - {"shared"}))
 @pytest.mark.parametrize(
     "options",
-    [ExplorationOptions(engine="python"), ExplorationOptions(engine="python", untimed=True)],
+    [ExplorationOptions("python", time="discrete"), ExplorationOptions("python", time="untimed")],
     ids=["time", "untimed"],
 )
 def test_generated_python_does_what_the_interpreter_does(

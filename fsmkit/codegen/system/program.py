@@ -1,0 +1,134 @@
+"""From what was read to files: the machines of a chart, a system or a deployment, and their links.
+
+A system becomes its machines; in C with what connects them. A deployment becomes a folder for each
+node, with what links it to the others, and ``links.json``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.system.glue import compose
+from fsmkit.codegen.system.node import Node
+from fsmkit.codegen.system.nodes import compose_node, nodes_of
+from fsmkit.codegen.system.parts import named_charts
+from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.plugins import Generated, Target, plugin, plugins
+from fsmkit.system.links import without_channels
+from fsmkit.system.reading import Model
+from fsmkit.system.system import System
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """The files by relative path, and each machine with what was made of it."""
+
+    files: Mapping[str, str | bytes]
+    machines: tuple[tuple[Chart, Generated], ...]
+
+
+def program_of(
+    model: Model, target: str, findings: Findings, options: Mapping[str, str]
+) -> Program:
+    """Return the files of a chart, a system or a deployment.
+
+    Args:
+        model: What `fsmkit.system.reading.read` returns.
+        target: The name of a target: ``c``, ``python`` ...
+        findings: Where warnings are left.
+        options: The target's own; a prefix is for a chart alone.
+
+    Raises:
+        FsmkitError: ``unknown-plugin``, ``wrong-option``; or with every finding, where the target
+            cannot express the model.
+
+    """
+    maker = plugin(Target, target)
+    _require_options(maker, model, options)
+    if isinstance(model, Chart):
+        return _program((model,), None, maker, options, findings)
+    is_joined = target == "c"
+    if isinstance(model, System):
+        whole = without_channels(model)
+        charts = named_charts(whole, is_joined=is_joined)
+        return _program(charts, whole if is_joined else None, maker, options, findings)
+    files: dict[str, str | bytes] = {"links.json": model.map.as_json()}
+    machines: list[tuple[Chart, Generated]] = []
+    for node in nodes_of(replace(model, system=without_channels(model.system))):
+        made = _program(node.charts, node if is_joined else None, maker, options, findings)
+        machines += made.machines
+        files |= {f"{node.name}/{path}": text for path, text in made.files.items()}
+    return Program(files, tuple(machines))
+
+
+def _require_options(maker: Target, model: Model, options: Mapping[str, str]) -> None:
+    for name in sorted(set(options).difference(maker.options)):
+        known = [each.name for each in plugins(Target) if name in each.options]
+        raise fail(
+            "wrong-option",
+            f"the target `{maker.name}` has no option `{name}`",
+            help=f"it is for {' and '.join(known)}" if known else f"use {_listed(maker.options)}",
+        )
+    prefix = options.get("prefix")
+    if prefix is not None and not isinstance(model, Chart):
+        raise fail(
+            "wrong-option",
+            "a prefix names one machine; a system has several",
+            help="name the machines in the system",
+        )
+    if prefix is not None and not re.fullmatch(r"[A-Za-z]\w*", prefix, re.ASCII):
+        raise fail(
+            "wrong-option",
+            f"the prefix `{prefix}` is no identifier",
+            help="use letters, digits and `_`, a letter first",
+        )
+    if not isinstance(model, Chart) and "queue" in options.get("without", "").split(","):
+        raise fail(
+            "wrong-option",
+            "the machines of a system need their queues",
+            help="leave out something else",
+        )
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names) or "no option"
+
+
+def _program(
+    charts: tuple[Chart, ...],
+    joined: System | Node | None,
+    maker: Target,
+    options: Mapping[str, str],
+    findings: Findings,
+) -> Program:
+    """Return the machines of a program, and its files; ``joined``: what joins them in C."""
+    once = [chart for place, chart in enumerate(charts) if chart not in charts[:place]]
+    made = [(chart, maker.generate(chart, findings, options)) for chart in once]
+    machines = tuple((chart, each) for chart, each in made if each is not None)
+    if len(machines) < len(once) or findings.has_errors:
+        raise FsmkitError(findings)
+    parts = [each for _, each in machines]
+    texts = {path: text for each in parts for path, text in each.files.items()}
+    if isinstance(joined, System):
+        parts.append(Generated(compose(joined, charts, texts, findings), {}))
+    elif joined is not None:
+        parts.append(Generated(compose_node(joined, texts), {}))
+    return Program(_united(parts), machines)
+
+
+def _united(generated: Iterable[Generated]) -> dict[str, str | bytes]:
+    """Return the files of several machines; what they share is there once."""
+    files: dict[str, str | bytes] = {}
+    for made in generated:
+        contents: dict[str, str | bytes] = {**made.files, **made.built}
+        for path, content in contents.items():
+            if files.setdefault(path, content) != content:
+                raise fail(
+                    "duplicate-output",
+                    f"two machines would be written to `{path}`",
+                    help="give the charts different names",
+                )
+    return files

@@ -1,0 +1,155 @@
+"""Draws what was read: a chart by its states, a system by its machines and their connections."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterable, Iterator
+from difflib import get_close_matches
+from pathlib import Path
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import fail
+from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
+from fsmkit.system.deployment import Deployment
+from fsmkit.system.reading import Model
+from fsmkit.system.system import System
+from fsmkit.texts import notating
+from fsmkit.texts.dot import quoted, statement
+
+PICTURES = (".svg", ".png", ".pdf")
+"""What Graphviz makes of its text."""
+FONT = "Helvetica,Arial,sans-serif"
+
+
+def require_suffix(path: Path) -> None:
+    """Raise `FsmkitError` (``unknown-suffix``) where the suffix of a file is of no drawing."""
+    known = (*PICTURES, *(suffix for one in plugins(Drawing) for suffix in one.suffixes))
+    if path.suffix.lower() not in known:
+        raise fail(
+            "unknown-suffix",
+            f"the suffix `{path.suffix}` of `{path.name}` tells no kind of drawing",
+            help=f"use one of {', '.join(known)}",
+        )
+
+
+def draw(model: Model, path: Path, active: frozenset[int] = frozenset()) -> str | bytes:
+    """Return the content of a file that shows a model.
+
+    Args:
+        model: A chart; or a system or a deployment, of which machines and connections are drawn.
+        path: The file: its suffix is the kind of drawing. It is not written.
+        active: States of a chart that stand out (`states_named`).
+
+    Raises:
+        FsmkitError: ``unknown-suffix``; ``missing-graphviz``, ``drawing-failed`` for pictures;
+            ``not-a-chart`` for a system in a notation that is not Graphviz'.
+
+    """
+    require_suffix(path)
+    suffix = path.suffix.lower()
+    drawing = plugin(Drawing, "dot") if suffix in PICTURES else plugin_for(Drawing, path)
+    if isinstance(model, Chart):
+        text = drawing.draw(model, active)
+    elif drawing.name == "dot":
+        text = block_diagram(model)
+    else:
+        raise fail(
+            "not-a-chart",
+            f"`{_system(model).name}` is a system, of which there is no `{suffix}`",
+            help=f"draw `.dot`, {', '.join(f'`{known}`' for known in PICTURES)}; or a chart",
+        )
+    return _picture(text, suffix[1:]) if suffix in PICTURES else text
+
+
+def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
+    """Return the states of a chart by their names, and all around them.
+
+    Raises `FsmkitError` (``unknown-name``).
+    """
+    found: set[int] = set()
+    for name in names:
+        known = model.state_index if isinstance(model, Chart) else {}
+        if not isinstance(model, Chart) or name not in known:
+            close = get_close_matches(name, known, 1)
+            owner = model.name if isinstance(model, Chart) else _system(model).name
+            raise fail(
+                "unknown-name",
+                f"`{owner}` has no state `{name}`",
+                help=f"did you mean `{close[0]}`?" if close else "see `fsmkit show` for the names",
+            )
+        found |= {known[name], *model.ancestors(known[name])}
+    return frozenset(found)
+
+
+def _system(model: System | Deployment) -> System:
+    return model.written if isinstance(model, Deployment) else model
+
+
+@notating
+def block_diagram(model: System | Deployment) -> str:
+    """Return machines as boxes and connections as arrows, for Graphviz; nodes as frames."""
+    return "\n".join((*_lines(model), ""))
+
+
+def _lines(model: System | Deployment) -> Iterator[str]:
+    system = _system(model)
+    yield f"digraph {quoted(system.name)} {{"
+    yield "  " + statement(
+        "graph", rankdir="LR", fontname=FONT, label=system.name, labelloc="t", bgcolor="white"
+    )
+    yield "  " + statement("node", shape="box", fontname=FONT, fontsize=12)
+    yield "  " + statement("edge", fontname=FONT, fontsize=10, arrowsize=0.7)
+    placed: tuple[int | None, ...] = (None,) * len(system.machines)
+    nodes: tuple[str, ...] = ()
+    if isinstance(model, Deployment):
+        nodes = model.nodes
+        where = {m.name: p for m, p in zip(model.system.machines, model.placed, strict=True)}
+        placed = tuple(where.get(machine.name) for machine in system.machines)
+    for place, node in enumerate(nodes):
+        yield f"  subgraph cluster_{place} {{"
+        yield "    " + statement("graph", label=node, style="rounded", color="#8490a0")
+        yield from (f"    m{n};" for n, p in enumerate(placed) if p == place)
+        yield "  }"
+    for number, machine in enumerate(system.machines):
+        style = "dashed" if machine.environment else "solid"
+        yield "  " + statement(f"m{number}", label=machine.name, style=style)
+    for (source, target, style), names in _arrows(system).items():
+        label = "\n".join(dict.fromkeys(names))
+        yield "  " + statement(f"m{source} -> m{target}", label=label, style=style)
+    yield "}"
+
+
+def _arrows(system: System) -> dict[tuple[int, int, str], list[str]]:
+    """Return what goes from one machine to another: events, and levels on a dashed arrow."""
+    found: dict[tuple[int, int, str], list[str]] = {}
+    for link in system.event_links:
+        chart = system.machines[link.source].chart
+        ports = [e.name for e in chart.events] + [o.name for o in chart.operations]
+        found.setdefault((link.source, link.target, "solid"), []).append(ports[link.port])
+    for level in system.input_links:
+        outputs = system.machines[level.source].chart.outputs
+        if level.output < len(outputs):  # else shared data
+            names = found.setdefault((level.source, level.target, "dashed"), [])
+            names.append(outputs[level.output].name)
+    return found
+
+
+def _picture(text: str, kind: str) -> bytes:
+    """Return the picture that Graphviz makes of a text: ``svg``, ``png`` or ``pdf``."""
+    import graphviz
+
+    try:
+        return bytes(graphviz.Source(text).pipe(format=kind, quiet=True))
+    except graphviz.ExecutableNotFound as error:
+        raise fail(
+            "missing-graphviz",
+            f"Graphviz's `dot` is not installed, so there is no {kind.upper()}",
+            help="install graphviz (`make tools`), or draw `.mmd`, `.puml` or `.dot`",
+        ) from error
+    except (subprocess.SubprocessError, OSError) as error:
+        told = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip()
+        raise fail(
+            "drawing-failed",
+            f"`dot` did not draw it: {told.splitlines()[0] if told else error}",
+            help="draw `.dot` and look at it, and report this",
+        ) from error

@@ -1,0 +1,121 @@
+"""From a path to a Chart, a System or a Deployment: a file is read once, and is what it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.document.document import Document
+from fsmkit.importing import is_reference
+from fsmkit.loading import elaborated, read_bytes, read_documents
+from fsmkit.plugins import Reader, plugin_for
+from fsmkit.system.deployment import Deployment, deployment_of
+from fsmkit.system.reader import system_of_root
+from fsmkit.system.system import System, system_of
+from fsmkit.yaml.nodes import Mapping as Entries
+from fsmkit.yaml.nodes import read_nodes
+from fsmkit.yaml.reader import document_of
+
+Model = Chart | System | Deployment
+
+
+def read(
+    path: str | Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+) -> Model:
+    """Return the chart, the system or the deployment of a file.
+
+    A YAML file with an outermost key ``nodes`` is a deployment, one with ``system`` a system; all
+    others are charts.
+
+    Args:
+        path: The file; or ``module:attribute``, a machine of a Python library.
+        findings: Where warnings are left.
+        replacing: Charts that machines of a system run in place of those the file names.
+        strict: What SCXML would make an error at run time is an error here.
+
+    Raises:
+        FsmkitError: With every finding, where the file cannot be read; ``not-a-system`` where
+            machines of a chart are to be replaced.
+
+    """
+    found = read_written(Path(path), findings, replacing or {}, strict=strict)
+    return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
+
+
+def read_written(
+    path: Path, findings: Findings, replacing: Mapping[str, Path], *, strict: bool = False
+) -> tuple[Document, ...] | System | Deployment:
+    """Return what `read` does, but of a chart its documents: its own, and then those it extends."""
+    reader = None if is_reference(str(path)) else plugin_for(Reader, path)
+    if reader is None or reader.name != "yaml":
+        _require_machines(path, replacing)
+        return read_documents(path, findings)
+    source = reader.decode(read_bytes(path), str(path), findings)
+    findings.stop_on_errors()
+    root = None if source is None else read_nodes(source, findings)
+    keys = {key.value for key, _ in root.entries} if isinstance(root, Entries) else set()
+    found: System | Deployment | Document | None
+    if root is None:
+        found = None
+    elif "nodes" in keys:
+        found = deployment_of(root, path.parent, findings, replacing, strict=strict)
+    elif "system" in keys:
+        found = system_of_root(root, path.parent, findings, replacing, strict=strict)
+    else:
+        found = document_of(root, findings)
+    findings.stop_on_errors()
+    if found is None:
+        raise FsmkitError(findings)
+    if not isinstance(found, Document):
+        return found
+    _require_machines(path, replacing)
+    return read_documents(path, findings, first=found)
+
+
+def _require_machines(path: Path, replacing: Mapping[str, Path]) -> None:
+    if replacing:
+        raise fail(
+            "not-a-system",
+            f"`{path}` is one chart: it has no machine to replace",
+            help="name a system file",
+        )
+
+
+def read_chart(path: str | Path, findings: Findings, *, strict: bool = False) -> Chart:
+    """Return the chart of a file, as `read`; `FsmkitError` (``not-a-chart``) of another file."""
+    found = read(path, findings, strict=strict)
+    if not isinstance(found, Chart):
+        raise fail(
+            "not-a-chart",
+            f"`{path}` is a {'system' if isinstance(found, System) else 'deployment'}, not a chart",
+            help="name the chart of one of its machines",
+        )
+    return found
+
+
+def system_within(model: Model) -> System:
+    """Return what is explored of a model: a chart alone is a system of one machine."""
+    match model:
+        case Chart():
+            return system_of(model)
+        case System():
+            return model
+        case Deployment():
+            return model.written
+
+
+def load_any(
+    path: str | Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+) -> System:
+    """Return what is explored of a file: `system_within` what `read` returns."""
+    return system_within(read(path, findings, replacing, strict=strict))

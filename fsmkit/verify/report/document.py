@@ -1,0 +1,98 @@
+"""A report as data: what ``fsmkit check --json`` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isfinite
+
+from fsmkit.diagnostics import Diagnostic
+from fsmkit.verify.report.counterexample import as_json
+from fsmkit.verify.report.verdict import Report, Result
+from fsmkit.verify.statespace.exploration import End, Exploration
+from fsmkit.verify.statespace.storage import (
+    LossyTable,
+    Storage,
+    expected_omissions,
+    omission_probability,
+)
+
+
+def document(found: Report) -> Mapping[str, object]:
+    """Return verdicts with their traces, figures, findings and bounds, for JSON."""
+    explored = found.exploration
+    return {
+        "verdict": found.verdict.value,
+        "states": explored.states,
+        **({"zones": explored.zones} if found.closed.zones else {}),
+        "transitions": explored.transitions,
+        "depth": explored.depth,
+        "seconds": round(explored.seconds, 3),
+        "engine": explored.engine,
+        "cores": explored.cores,
+        "spent": {stage: round(seconds, 3) for stage, seconds in found.spent.items()},
+        "time": time_of(found),
+        "exact": explored.table is None,
+        "storage": _stored(explored, explored.table),
+        "complete": explored.end is End.COMPLETE and explored.table is None,
+        "properties": [_judged(one) for one in found.results],
+        "findings": [_finding(diagnostic) for diagnostic in found.findings],
+        "bounds": {
+            machine.name: {
+                "queue": figures.queue,
+                "timers": figures.timers,
+                "microsteps": figures.microsteps,
+            }
+            for machine, figures in zip(
+                found.closed.system.machines, explored.machines, strict=True
+            )
+        },
+        "assumptions": list(found.assumptions),
+    }
+
+
+def _stored(explored: Exploration, table: LossyTable | None) -> Mapping[str, object]:
+    """Return the storage, and bounds on what it may have missed (null: without bound)."""
+    if table is None:
+        return {"kind": Storage.EXACT.value}
+    match = table.match_probability
+    omitted = expected_omissions(match, explored.states)
+    return {
+        "kind": table.storage.value,
+        "bytes": table.bytes,
+        "match_probability": match,
+        "expected_omissions": omitted if isfinite(omitted) else None,
+        "omission_probability": omission_probability(match, explored.depth),
+    }
+
+
+def time_of(found: Report) -> str:
+    """Return how time passed: ``zones``, ``discrete``, ``untimed``; ``none`` without delays."""
+    closed = found.closed
+    if closed.untimed:
+        return "untimed"
+    return "zones" if closed.zones else "discrete" if closed.unit else "none"
+
+
+def _judged(one: Result) -> Mapping[str, object]:
+    told: dict[str, object] = {
+        "name": one.name,
+        "kind": one.kind.key if one.kind is not None else one.name.rpartition(".")[2],
+        "verdict": one.verdict.value,
+    }
+    if one.reason:
+        told["reason"] = one.reason
+    if one.trace is not None:
+        told["trace"] = as_json(one.trace)
+        told["replayed"] = list(one.trace.replayed)
+    return told
+
+
+def _finding(diagnostic: Diagnostic) -> Mapping[str, object]:
+    place = str(diagnostic.primary.span) if diagnostic.primary is not None else None
+    return {
+        "rule": diagnostic.rule.code,
+        "name": diagnostic.rule.name,
+        "severity": diagnostic.severity.value,
+        "message": diagnostic.message,
+        "place": place,
+    }
