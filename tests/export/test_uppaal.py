@@ -9,7 +9,6 @@ import pytest
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.uppaal.network import Declared, Edge, Network, Sort
-from fsmkit.export.uppaal.reading import read
 from fsmkit.export.uppaal.translate import translated
 from fsmkit.export.uppaal.wellformed import problems
 from fsmkit.export.uppaal.writing import write
@@ -25,6 +24,7 @@ from tests.export.uppaal_cell import agreement
 from tests.export.uppaal_compared import compared
 from tests.export.uppaal_format import broken_rules
 from tests.export.uppaal_meaning import Meaning
+from tests.export.uppaal_reading import read
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 

@@ -7,16 +7,14 @@ import pytest
 from lxml import etree
 
 from fsmkit.diagnostics import Findings
-from fsmkit.export.uppaal.apart import apart, overlap
 from fsmkit.export.uppaal.joining import joined
 from fsmkit.export.uppaal.labels import block, labels
 from fsmkit.export.uppaal.layout import COMMITTED, TO_HUB, hubs_of
-from fsmkit.export.uppaal.nails import straightened
 from fsmkit.export.uppaal.network import Declared, Edge, Location, Network, Sort, Template
-from fsmkit.export.uppaal.picture import label_boxes, location_boxes, picture
 from fsmkit.export.uppaal.translate import translated
 from fsmkit.system.reading import load_any
 from fsmkit.verify.statespace.closed_system import close
+from tests.export.uppaal_picture import label_boxes, location_boxes, overlap, picture
 
 CELL = Path(__file__).parents[2] / "machines/production_cell"
 needs_dot = pytest.mark.external
@@ -125,15 +123,3 @@ def test_a_long_label_has_several_lines() -> None:
     assert max(map(len, text.split("\n"))) <= 52
     assert text.replace("\n", " ") == ", ".join(edge.update)
     assert block(edge, 40).height == 17 * (1 + len(text.split("\n")))
-
-
-def test_what_overlaps_is_moved() -> None:
-    fixed, movable = [(0, 0, 50, 20)], [(10, 0, 40, 17), (10, 0, 40, 17)]
-    corners = apart(fixed, movable)
-    moved = [(x, y, x + 30, y + 17) for x, y in corners]
-    assert not any(overlap(a, b) for a, b in combinations([*fixed, *moved], 2))
-
-
-def test_a_line_keeps_only_the_bends_it_needs() -> None:
-    assert straightened([(0, 0), (10, 1), (20, 0)]) == ()
-    assert straightened([(0, 0), (10, 0), (20, 0), (20, 30)]) == ((20, 0),)

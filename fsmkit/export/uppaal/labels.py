@@ -90,16 +90,3 @@ def labelled(edge: Edge, place: Block, corner: Point) -> Edge:
         sync_at=at.get(Label.SYNC),
         update_at=at.get(Label.UPDATE),
     )
-
-
-def places(edge: Edge) -> list[tuple[Label, str, Point]]:
-    """Return the labels that have a place, with it."""
-    at = {
-        Label.COMMENT: edge.comment_at,
-        Label.SELECT: edge.select_at,
-        Label.GUARD: edge.guard_at,
-        Label.SYNC: edge.sync_at,
-        Label.UPDATE: edge.update_at,
-    }
-    texts = labels(edge).items()
-    return [(kind, text, place) for kind, text in texts if (place := at[kind]) is not None]

@@ -1,60 +1,60 @@
 """Positions: a card for each location, placed by Graphviz where it is installed, else on a grid.
 
-A card is a location with its name and invariant, and below them, one line for each, the labels of
-its edges to itself and to hubs. Hubs are the targets of very many locations, such as those of
-errors; they stand in a column at the right, and what leads to them is one bend in light grey.
+A card is a location with its name and invariant, and below them, a line or two for each, the labels
+of the edges that leave it. Edges between the same locations are one line. Hubs are the targets of
+very many locations, such as those of errors; they stand in a column at the right, and what leads to
+them is one bend in light grey.
 """
 
 from __future__ import annotations
 
-import json
 import shutil
 import subprocess
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
-from fsmkit.export.uppaal.apart import Box, apart
 from fsmkit.export.uppaal.labels import LETTER, LINE, Block, block, labelled
-from fsmkit.export.uppaal.nails import straightened
 from fsmkit.export.uppaal.network import Edge, Location, Network, Point, Template
 
 MOST_EDGES = 400
-"""Edges that Graphviz is asked to lay out; templates with more are not for the eye."""
+"""Lines that Graphviz is asked to lay out; templates with more are not for the eye."""
 SECONDS = 20
 FEWEST, SHARE = 4, 0.25
 """A hub is entered from so many locations, and from such a share of all."""
 STRIP, HEAD = 30, 48
 """Of a card: the width of the strip below the location, and the height of its name."""
-WIDE, NARROW = 56, 24
-"""Letters of a line of labels in a card, and beside an edge."""
-BETWEEN = 60
-HIGH, MOST_CROSSING, CHAIN = 1800, 5, 3
-"""A drawing that is so high is folded, where so few edges cross the fold.
-
-An edge of a committed location counts as more: a chain stays together.
-"""
+WIDE, BETWEEN, INCH = 56, 60, 72
+HIGH = 2400
+"""A drawing that is so high, in pixels, is folded."""
 COMMITTED, TO_HUB = "#ffa500", "#c8c8c8"
 
-
-def laid_out(network: Network) -> Network:
-    """Return a network with positions for all that is drawn."""
-    return replace(network, templates=tuple(map(_template, network.templates)))
+Way = tuple[str, str]
+"""A line, from a location to another."""
 
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A location and the edges told of in its card, by number; sizes in pixels."""
+    """A location, its edges by number with their labels, and its size in pixels."""
 
     location: Location
     rows: tuple[tuple[int, Block], ...]
     width: int
     height: int
 
-    @property
-    def is_point(self) -> bool:
-        """Whether there is nothing but a committed location."""
-        return self.location.committed and not self.rows
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """The upper left corners of cards, the bends of lines, and where the drawing ends."""
+
+    corners: dict[str, Point]
+    bends: Mapping[Way, tuple[Point, ...]]
+    width: int
+    height: int
+
+
+def laid_out(network: Network) -> Network:
+    """Return a network with positions for all that is drawn."""
+    return replace(network, templates=tuple(map(_template, network.templates)))
 
 
 def hubs_of(template: Template) -> frozenset[str]:
@@ -70,293 +70,164 @@ def hubs_of(template: Template) -> frozenset[str]:
 
 def _template(template: Template) -> Template:
     hubs = hubs_of(template)
-    ids = [loc.id for loc in template.locations if loc.id not in hubs]
-    free = {
-        n
-        for n, edge in enumerate(template.edges)
-        if edge.source != edge.target and not {edge.source, edge.target} & hubs
-    }
-    found = None
-    if len(free) <= MOST_EDGES and shutil.which("dot") is not None:
-        try:
-            found = _folded(template, ids, free)
-        except (subprocess.SubprocessError, ValueError, KeyError):
-            found = None
-    found = found or _on_a_grid(template, _cards(template, ids, free), free)
-    cards = _cards(template, [loc.id for loc in template.locations], set(found.ways))
-    places = found.places | _at_the_side([c for c in cards if c.location.id in hubs], found)
-    ways = found.ways | _of_cards(template.edges, cards, places, hubs)
-    return replace(
-        template,
-        locations=tuple(_placed(loc, places[loc.id]) for loc in template.locations),
-        edges=tuple(ways[n] for n in range(len(template.edges))),
-    )
+    cards = [_card(template, location) for location in template.locations]
+    others = [card for card in cards if card.location.id not in hubs]
+    between = ((edge.source, edge.target) for edge in template.edges)
+    ways = {(a, b): None for a, b in between if a != b and not {a, b} & hubs}
+    drawing = _by_dot(others, ways) or _on_a_grid(others, ways, template.initial)
+    top = BETWEEN
+    for card in (card for card in cards if card.location.id in hubs):
+        drawing.corners[card.location.id] = drawing.width + 2 * BETWEEN, top
+        top += card.height + max(BETWEEN, drawing.height // (len(hubs) + 1) - card.height)
+    edges = list(template.edges)
+    for card in cards:
+        for number, edge in _drawn(card, edges, drawing, hubs).items():
+            edges[number] = edge
+    places = (_at(drawing.corners[location.id]) for location in template.locations)
+    locations = tuple(map(_placed, template.locations, places))
+    return replace(template, locations=locations, edges=tuple(edges))
 
 
-@dataclass(frozen=True, slots=True)
-class Drawing:
-    """Where locations stand, and the edges drawn between them, by number."""
-
-    places: dict[str, Point]
-    ways: dict[int, Edge]
-    width: int
-    height: int
-
-
-# --- cards ----------------------------------------------------------------------------------------
+def _card(template: Template, location: Location) -> Card:
+    own = [n for n, edge in enumerate(template.edges) if edge.source == location.id]
+    own.sort(key=lambda n: (template.edges[n].target != location.id, template.edges[n].target))
+    rows = tuple((n, block(template.edges[n], WIDE)) for n in own)
+    heads = max(len(location.name), len(" && ".join(location.invariant))) * LETTER
+    width = STRIP + max([heads, *(place.width for _, place in rows)])
+    return Card(location, rows, width, HEAD + sum(place.height for _, place in rows))
 
 
-def _cards(template: Template, ids: Sequence[str], free: Collection[int]) -> list[Card]:
-    """Return the cards of locations; ``free``: the edges that are not told of in them."""
-    own: dict[str, list[int]] = {}
-    for number, edge in enumerate(template.edges):
-        if number not in free:
-            own.setdefault(edge.source, []).append(number)
-    wanted = set(ids)
-    return [
-        _card(template.edges, location, own.get(location.id, []))
-        for location in template.locations
-        if location.id in wanted
-    ]
-
-
-def _card(edges: Sequence[Edge], location: Location, own: list[int]) -> Card:
-    own = sorted(own, key=lambda n: (edges[n].target != location.id, edges[n].target))
-    rows = tuple((n, block(edges[n], WIDE)) for n in own)
-    heads = len(location.name), len(" && ".join(location.invariant))
-    width = STRIP + max([max(heads) * LETTER, *(place.width for _, place in rows)])
-    height = HEAD + sum(place.height for _, place in rows)
-    return Card(location, rows, width, height)
+def _at(corner: Point) -> Point:
+    """Return where the location of a card stands."""
+    return corner[0] + STRIP // 2, corner[1] + HEAD - LINE
 
 
 def _placed(location: Location, at: Point) -> Location:
     x, y = at
-    color = COMMITTED if location.committed else location.color
     return replace(
         location,
-        color=color,
+        color=COMMITTED if location.committed else location.color,
         at=at,
         name_at=(x + STRIP // 2, y - 2 * LINE) if location.name else None,
         invariant_at=(x + STRIP // 2, y - LINE) if location.invariant else None,
     )
 
 
-def _of_cards(
-    edges: Sequence[Edge],
-    cards: Sequence[Card],
-    places: Mapping[str, Point],
-    hubs: Collection[str],
+def _drawn(
+    card: Card, edges: Sequence[Edge], drawing: Drawing, hubs: Collection[str]
 ) -> dict[int, Edge]:
-    """Return the edges told of in cards, with nails and labels."""
+    """Return the edges of a card, by number, with nails and labels."""
     found = {}
-    for card in cards:
-        x, y = places[card.location.id]
-        top = y + LINE // 2
-        for number, place in card.rows:
-            edge = edges[number]
-            if edge.target == edge.source:
-                nails: tuple[Point, ...] = ((x - 22, y - 14), (x - 22, y + 14))
-                color = ""
-            else:
-                is_hub = card.location.id in hubs
-                nails = ((x - STRIP, y + STRIP),) if is_hub else ((x + card.width, y),)
-                color = TO_HUB if is_hub or edge.target in hubs else ""
-            drawn = replace(edge, nails=nails, color=color)
-            found[number] = labelled(drawn, place, (x + STRIP // 2 + 4, top))
-            top += place.height
+    x, y = _at(drawing.corners[card.location.id])
+    top = y + LINE // 2
+    for number, place in card.rows:
+        edge = edges[number]
+        is_hub, color = card.location.id in hubs, ""
+        nails = drawing.bends.get((edge.source, edge.target), ())
+        if edge.target == edge.source:
+            nails = ((x - 22, y - 14), (x - 22, y + 14))
+        elif is_hub or edge.target in hubs:
+            nails = ((x - STRIP, y + STRIP),) if is_hub else ((x + card.width, y),)
+            color = TO_HUB
+        drawn = replace(edge, nails=nails, color=color)
+        found[number] = labelled(drawn, place, (x + STRIP // 2 + 4, top))
+        top += place.height
     return found
 
 
-def _at_the_side(hubs: Sequence[Card], drawing: Drawing) -> dict[str, Point]:
-    """Place the hubs in a column, right of all others."""
-    total = sum(card.height for card in hubs)
-    gap = max(BETWEEN, (drawing.height - total) // (len(hubs) + 1))
-    found, top = {}, gap
-    for card in hubs:
-        found[card.location.id] = drawing.width + 2 * BETWEEN, top + HEAD - LINE
-        top += card.height + gap
-    return found
+def _by_dot(cards: Sequence[Card], ways: Collection[Way]) -> Drawing | None:
+    """Return what Graphviz makes of cards as boxes; None where it makes nothing.
 
-
-# --- Graphviz -------------------------------------------------------------------------------------
-
-
-def _folded(template: Template, ids: Sequence[str], free: set[int]) -> Drawing:
-    """Draw by Graphviz; what is high is cut where few edges cross, into two columns."""
-    whole = _by_dot(template.edges, free, _cards(template, ids, free))
-    if whole.height < HIGH:
-        return whole
-    rows = sorted({y for _, y in whole.places.values()})
-    committed = {loc.id for loc in template.locations if loc.committed}
-    best: tuple[int, int, int] | None = None
-    for upper, lower in pairwise(rows):
-        cut = (upper + lower) // 2
-        if not whole.height * 0.25 < cut < whole.height * 0.75:
-            continue
-        cut_off = [e for n in free if _crosses(e := template.edges[n], whole.places, cut)]
-        crossing = sum(CHAIN if e.source in committed else 1 for e in cut_off)
-        rank = crossing, abs(2 * cut - whole.height), cut
-        best = rank if best is None else min(best, rank)
-    if best is None or best[0] > MOST_CROSSING:
-        return whole
-    cut = best[2]
-    inner = {n for n in free if not _crosses(template.edges[n], whole.places, cut)}
-    halves = []
-    for is_lower in (False, True):
-        part = [name for name in ids if (whole.places[name][1] > cut) is is_lower]
-        own = {n for n in inner if template.edges[n].source in part}
-        halves.append(_by_dot(template.edges, own, _cards(template, part, inner)))
-    left, right = halves
-    shifted = _shifted(right, left.width + 2 * BETWEEN)
-    return Drawing(
-        left.places | shifted.places,
-        left.ways | shifted.ways,
-        shifted.width,
-        max(left.height, right.height),
-    )
-
-
-def _crosses(edge: Edge, places: Mapping[str, Point], cut: int) -> bool:
-    return (places[edge.source][1] > cut) != (places[edge.target][1] > cut)
-
-
-def _shifted(drawing: Drawing, by: int) -> Drawing:
-    """Return a drawing moved to the right."""
-
-    def moved(at: Point | None) -> Point | None:
-        return None if at is None else (at[0] + by, at[1])
-
-    ways = {
-        number: replace(
-            edge,
-            nails=tuple((x + by, y) for x, y in edge.nails),
-            select_at=moved(edge.select_at),
-            guard_at=moved(edge.guard_at),
-            sync_at=moved(edge.sync_at),
-            update_at=moved(edge.update_at),
-            comment_at=moved(edge.comment_at),
-        )
-        for number, edge in drawing.ways.items()
-    }
-    places = {name: (x + by, y) for name, (x, y) in drawing.places.items()}
-    return Drawing(places, ways, drawing.width + by, drawing.height)
-
-
-def _by_dot(edges: Sequence[Edge], free: Collection[int], cards: Sequence[Card]) -> Drawing:
-    blocks = {n: block(edges[n], NARROW) for n in sorted(free)}
-    found = json.loads(
-        subprocess.run(
-            ["dot", "-Tjson"],
-            input=_graph(edges, blocks, cards),
+    Lines leave below the strip and enter above it, so they pass no label of their own cards.
+    """
+    if not cards or len(ways) > MOST_EDGES or shutil.which("dot") is None:
+        return None
+    names = {card.location.id: f"n{n}" for n, card in enumerate(cards)}
+    lines = ["digraph { splines=polyline; nodesep=0.4; ranksep=0.4; node [shape=box fixedsize=1]"]
+    lines += [
+        f"{names[c.location.id]} [width={c.width / INCH:.3f} height={c.height / INCH:.3f}]"
+        for c in cards
+    ]
+    lines += [f"{names[a]} -> {names[b]} [tailport=sw headport=nw]" for a, b in ways]
+    try:
+        done = subprocess.run(
+            ["dot", "-Tplain"],
+            input="\n".join([*lines, "}"]),
             capture_output=True,
             text=True,
             check=True,
             timeout=SECONDS,
-        ).stdout
-    )
-    width, height = map(float, found["bb"].split(",")[2:])
-    centres = {one["name"]: _point(one["pos"], height) for one in found["objects"]}
-    places = {}
-    for card in cards:
-        x, y = centres[card.location.id]
-        if not card.is_point:
-            x, y = x - card.width // 2 + STRIP // 2, y - card.height // 2 + HEAD - LINE
-        places[card.location.id] = x, y
-    ways: dict[int, Edge] = {}
-    spaces: dict[int, Box] = {}
-    for one in found.get("edges", ()):
-        number = int(one["id"])
-        points = [_point(p, height) for p in one["pos"].split() if p[:2] not in ("e,", "s,")]
-        ends = places[edges[number].source], places[edges[number].target]
-        ways[number] = replace(edges[number], nails=straightened([ends[0], *points[::3], ends[1]]))
-        if "lp" in one:
-            x, y = _point(one["lp"], height)
-            place = blocks[number]
-            left, upper = x - place.width // 2, y - place.height // 2
-            spaces[number] = left, upper, left + place.width, upper + place.height
-    corners = apart([_space(card, places) for card in cards], list(spaces.values()))
-    for number, corner in zip(spaces, corners, strict=True):
-        ways[number] = labelled(ways[number], blocks[number], corner)
-    return Drawing(places, ways, round(width), round(height))
-
-
-def _space(card: Card, places: Mapping[str, Point]) -> Box:
-    x, y = places[card.location.id]
-    if card.is_point:
-        return x - LINE, y - LINE, x + LINE, y + LINE
-    left, upper = x - STRIP // 2, y - HEAD + LINE
-    return left, upper, left + card.width, upper + card.height
-
-
-def _graph(edges: Sequence[Edge], blocks: Mapping[int, Block], cards: Sequence[Card]) -> str:
-    """Return what Graphviz is asked: cards as boxes, with a port below the location."""
-    found = ["digraph {", "rankdir=TB; splines=polyline; nodesep=0.15; ranksep=0.25;"]
-    found.append("node [shape=plain]; edge [arrowhead=none]")
-    names = {card.location.id: card.is_point for card in cards}
-    for card in cards:
-        name, height = card.location.id, card.height
-        if card.is_point:
-            found.append(f'"{name}" [shape=circle, fixedsize=true, width=0.4, label=""]')
-            continue
-        cells = (
-            f'<TD PORT="p" FIXEDSIZE="TRUE" WIDTH="{STRIP}" HEIGHT="{height}"></TD>'
-            f'<TD FIXEDSIZE="TRUE" WIDTH="{card.width - STRIP}" HEIGHT="{height}"></TD>'
         )
-        table = '<TABLE BORDER="0" CELLBORDER="0" CELLSPACING="0" CELLPADDING="0">'
-        found.append(f'"{name}" [label=<{table}<TR>{cells}</TR></TABLE>>]')
-    for number, place in blocks.items():
-        edge = edges[number]
-        table = f'<TABLE BORDER="0" FIXEDSIZE="TRUE" WIDTH="{place.width}" HEIGHT="{place.height}">'
-        shown = f", label=<{table}<TR><TD></TD></TR></TABLE>>" if place.places else ""
-        tail = f'"{edge.source}"' + ("" if names[edge.source] else ":p")
-        head = f'"{edge.target}"' + ("" if names[edge.target] else ":p")
-        found.append(f'{tail} -> {head} [id="{number}"{shown}]')
-    return "\n".join([*found, "}"])
+    except subprocess.SubprocessError:
+        return None
+    words = [line.split() for line in done.stdout.splitlines()]
+    width, height = (round(INCH * float(size)) for size in words[0][2:4])
+
+    def point(x: str, y: str) -> Point:
+        return round(INCH * float(x)), height - round(INCH * float(y))
+
+    by_name = {name: card for card, name in zip(cards, names.values(), strict=True)}
+    ids = {name: id_ for id_, name in names.items()}
+    corners: dict[str, Point] = {}
+    bends: dict[Way, tuple[Point, ...]] = {}
+    for kind, *rest in words[1:-1]:
+        if kind == "node":
+            card, (x, y) = by_name[rest[0]], point(*rest[1:3])
+            corners[card.location.id] = x - card.width // 2, y - card.height // 2
+        elif kind == "edge":
+            count = int(rest[2])
+            points = [point(*rest[3 + 2 * n : 5 + 2 * n]) for n in range(0, count, 3)]
+            bends[ids[rest[0]], ids[rest[1]]] = tuple(points)
+    return _folded(Drawing(corners, bends, width, height))
 
 
-def _point(text: str, height: float) -> Point:
-    x, y = text.split(",")[-2:]
-    return round(float(x)), round(height - float(y))
+def _folded(drawing: Drawing) -> Drawing:
+    """Return a high drawing in two columns, cut where the fewest lines cross."""
+    corners, height = drawing.corners, drawing.height
+    rows = sorted({y for _, y in corners.values() if height * 0.4 < y < height * 0.6})
+    if height < HIGH or not rows:
+        return drawing
+
+    def crossing(cut: int) -> set[Way]:
+        lower = {name for name, (_, y) in corners.items() if y >= cut}
+        return {way for way in drawing.bends if len(lower & {*way}) == 1}
+
+    cut = min(rows, key=lambda row: (len(crossing(row)), abs(2 * row - height)))
+    cut_off = crossing(cut)
+
+    def moved(at: Point, *, is_lower: bool) -> Point:
+        return (at[0] + drawing.width + 2 * BETWEEN, at[1] - cut) if is_lower else at
+
+    lower = {name for name, (_, y) in corners.items() if y >= cut}
+    return Drawing(
+        {name: moved(at, is_lower=name in lower) for name, at in corners.items()},
+        {
+            way: tuple(moved(at, is_lower=way[0] in lower) for at in points)
+            for way, points in drawing.bends.items()
+            if way not in cut_off
+        },
+        2 * (drawing.width + BETWEEN),
+        max(cut, height - cut),
+    )
 
 
-# --- the grid -------------------------------------------------------------------------------------
-
-
-def _on_a_grid(template: Template, cards: Sequence[Card], free: Collection[int]) -> Drawing:
-    """Place each location in the row of its distance from the start, its labels below its card."""
-    after: dict[str, list[str]] = {}
-    for edge in template.edges:
-        after.setdefault(edge.source, []).append(edge.target)
-    depth = {template.initial: 0}
-    order = [template.initial]
+def _on_a_grid(cards: Sequence[Card], ways: Collection[Way], initial: str) -> Drawing:
+    """Place each card in the row of its distance from the start."""
+    depth = {initial: 0}
+    order = [initial]
     for one in order:
-        for target in after.get(one, ()):
-            if target not in depth:
-                depth[target] = depth[one] + 1
-                order.append(target)
-    below: dict[str, list[tuple[int, Block]]] = {}
-    for number in sorted(free):
-        edge = template.edges[number]
-        below.setdefault(edge.source, []).append((number, block(edge, WIDE)))
+        new = [b for a, b in ways if a == one and b not in depth]
+        depth.update(dict.fromkeys(new, depth[one] + 1))
+        order += new
     rows: dict[int, list[Card]] = {}
     for card in cards:
         rows.setdefault(depth.get(card.location.id, 0), []).append(card)
-    places: dict[str, Point] = {}
-    ways: dict[int, Edge] = {}
-    top, width = HEAD, 0
+    corners: dict[str, Point] = {}
+    top, width = 0, 0
     for _, row in sorted(rows.items()):
-        left, lowest = 0, top
+        left = 0
         for card in row:
-            name = card.location.id
-            places[name] = left, top
-            own = below.get(name, [])
-            y = top + card.height - HEAD // 2
-            for number, place in own:
-                nail = left - 4, y + place.height // 2
-                drawn = replace(template.edges[number], nails=(nail,))
-                ways[number] = labelled(drawn, place, (left + STRIP // 2 + 4, y))
-                y += place.height
-            left += max([card.width, *(STRIP + place.width for _, place in own)]) + BETWEEN
-            lowest, width = max(lowest, y), max(width, left)
-        top = lowest + HEAD + BETWEEN
-    return Drawing(places, ways, width, top)
+            corners[card.location.id] = left, top
+            left += card.width + BETWEEN
+        width, top = max(width, left), top + max(card.height for card in row) + BETWEEN
+    return Drawing(corners, {}, width, top)

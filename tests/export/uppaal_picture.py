@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from fsmkit.export.uppaal.apart import Box
-from fsmkit.export.uppaal.labels import LETTER, LINE, Label, places
+from fsmkit.export.uppaal.labels import LETTER, LINE, Label, labels
 from fsmkit.export.uppaal.network import Edge, Point, Template
 
+Box = tuple[int, int, int, int]
+"""Left, upper, right and lower bound, in pixels."""
 RADIUS, MARGIN = 10, 24
 LINE_COLOR, FILL, NAME, INVARIANT = "#555555", "#d0d0e0", "#a00000", "#a000a0"
 COLORS = {
@@ -89,6 +90,24 @@ def _text(text: str, at: Point, color: str, *, bold: bool = False) -> Iterator[s
             f'<text x="{at[0]}" y="{at[1] + row * LINE + 12}" fill="{color}"{weight}>'
             f"{escape(line)}</text>"
         )
+
+
+def places(edge: Edge) -> list[tuple[Label, str, Point]]:
+    """Return the labels that have a place, with it."""
+    at = {
+        Label.COMMENT: edge.comment_at,
+        Label.SELECT: edge.select_at,
+        Label.GUARD: edge.guard_at,
+        Label.SYNC: edge.sync_at,
+        Label.UPDATE: edge.update_at,
+    }
+    texts = labels(edge).items()
+    return [(kind, text, place) for kind, text in texts if (place := at[kind]) is not None]
+
+
+def overlap(one: Box, other: Box) -> bool:
+    """Whether two boxes have more in common than a border."""
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
 # --- what lies where ------------------------------------------------------------------------------
