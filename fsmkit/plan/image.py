@@ -7,8 +7,8 @@
 A machine, every part as long as the chart says, whatever it holds:
 
 * status (1 byte: 1 running, 2 finished) and fault (1 byte, `FAULTS`);
-* for each region the number of its deepest active state (2); for each history and each region that
-  it records the number of what it recorded (2), 0 for none;
+* for each region its deepest active state (2); for each history and each region that it records
+  the state that it recorded (2), 0 for none; a state is its place in document order;
 * data, outputs, inputs, in the order of the chart;
 * the external queue: how many (1), then as many events as fit;
 * if some state defers: the deferred events in the same way;

@@ -14,18 +14,17 @@ from fsmkit.plan.plan import Move, Plan, Region, Restore, Variant, Within
 def lower(chart: Chart) -> Plan:
     """Return the plan of a chart; its size is near-linear in that of the chart."""
     regions, region_of = _regions(chart)
-    number, last = _numbers(chart, regions, region_of)
+    last = _last_below(chart, region_of)
     recorded = tuple(
         _recorded_regions(chart, regions, region_of, state.index) if state.is_history else ()
         for state in chart.states
     )
     moves = tuple(
-        Move(t.index, _variants(chart, region_of, number, last, recorded, t))
-        for t in chart.transitions
+        Move(t.index, _variants(chart, region_of, last, recorded, t)) for t in chart.transitions
     )
     assert chart.root.initial is not None  # noqa: S101
     start = entries_below(chart, 0, chart.transitions[chart.root.initial].targets)
-    return Plan(chart, regions, region_of, number, last, moves, start, recorded)
+    return Plan(chart, regions, region_of, last, moves, start, recorded)
 
 
 def _regions(chart: Chart) -> tuple[tuple[Region, ...], tuple[int, ...]]:
@@ -49,19 +48,14 @@ def _regions(chart: Chart) -> tuple[tuple[Region, ...], tuple[int, ...]]:
     return regions, tuple(region_of)
 
 
-def _numbers(
-    chart: Chart, regions: tuple[Region, ...], region_of: tuple[int, ...]
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    number = [0] * len(chart.states)
-    for region in regions:
-        for place, index in enumerate(region.states):
-            number[index] = place + 1
-    last = list(number)
+def _last_below(chart: Chart, region_of: tuple[int, ...]) -> tuple[int, ...]:
+    last = list(range(len(chart.states)))
     for state in reversed(chart.states[1:]):
         parent = state.parent
-        if parent is not None and region_of[parent] == region_of[state.index]:
+        inside = parent is not None and region_of[parent] == region_of[state.index]
+        if parent is not None and inside and not state.is_history:
             last[parent] = max(last[parent], last[state.index])
-    return tuple(number), tuple(last)
+    return tuple(last)
 
 
 def _recorded_regions(
@@ -83,7 +77,6 @@ def _recorded_regions(
 def _variants(
     chart: Chart,
     region_of: tuple[int, ...],
-    number: tuple[int, ...],
     last: tuple[int, ...],
     recorded: tuple[tuple[int, ...], ...],
     transition: Transition,
@@ -109,7 +102,7 @@ def _variants(
         return (static,)
     found = []
     if state.kind is Kind.DEEP_HISTORY:
-        found += _deeper(chart, region_of, number, last, transition, parent)
+        found += _deeper(chart, region_of, last, transition, parent)
     found += _by_default(chart, recorded[target], transition, domain)
     return (*found, static)
 
@@ -137,7 +130,6 @@ def _by_default(
 def _deeper(
     chart: Chart,
     region_of: tuple[int, ...],
-    number: tuple[int, ...],
     last: tuple[int, ...],
     transition: Transition,
     parent: int,
@@ -155,7 +147,7 @@ def _deeper(
     for candidate in candidates:
         if chart.states[candidate].kind is not Kind.COMPOUND:
             continue
-        conditions = _all_recorded_below(chart, region_of, number, last, history, parent, candidate)
+        conditions = _all_recorded_below(chart, region_of, last, history, parent, candidate)
         if conditions is not None:
             variants.append(Variant(conditions, candidate, (Restore(history, candidate),)))
     return variants
@@ -164,14 +156,13 @@ def _deeper(
 def _all_recorded_below(
     chart: Chart,
     region_of: tuple[int, ...],
-    number: tuple[int, ...],
     last: tuple[int, ...],
     history: int,
     parent: int,
     candidate: int,
 ) -> tuple[Within, ...] | None:
     region = region_of[candidate]
-    conditions = [Within(history, region, number[candidate] + 1, last[candidate])]
+    conditions = [Within(history, region, candidate + 1, last[candidate])]
     for ancestor in (candidate, *chart.ancestors(candidate)):
         if ancestor == parent:
             break

@@ -1,10 +1,12 @@
 """The Plan: what a machine executes. Numbers, intervals, and ordered lists of exits and entries.
 
 A *region* is a part of the chart in which one path of states is active: the root, and each child
-of a parallel state. Its states are numbered from 1 in document order; a machine keeps for each
-region the number of its deepest active state, 0 while nothing of it is active. So a state is
-active exactly if the number of its region lies between its own and that of its last descendant
-there, also in the midst of a step, when its children are left already or not entered yet.
+of a parallel state. States have one number, their place in document order (`State.index`), in
+the Chart, in generated code and in saved machines; histories have theirs among them. A machine
+keeps for each region the number of its deepest active state, 0 while nothing of it is active. So
+a state is active exactly if the number of its region lies between its own and that of its last
+descendant there, also in the midst of a step, when its children are left already or not entered
+yet.
 """
 
 from __future__ import annotations
@@ -18,9 +20,9 @@ from fsmkit.chart.histories import forgotten_histories
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """``states`` in document order; the number of a state is its place plus one.
+    """``states`` in document order; ``top`` is the child of the parallel state ``owner``.
 
-    ``top`` is the child of the parallel state ``owner``, or the root, which has no number.
+    Or the root, which is in no region: its number is 0, which stands for nothing active.
     """
 
     index: int
@@ -114,10 +116,8 @@ class Plan:
     regions: tuple[Region, ...]
     region_of: tuple[int, ...]
     """By state; of a history that of its parent."""
-    number: tuple[int, ...]
-    """By state: its number in its region; 0 for the root and for histories."""
-    last_number: tuple[int, ...]
-    """By state: the greatest number of a descendant in its region, or its own."""
+    last_below: tuple[int, ...]
+    """By state: the last of its descendants in its own region, or itself."""
     moves: tuple[Move, ...]
     """By transition; of an initial one what it enters below its source, of a default below the
     parent of the history."""

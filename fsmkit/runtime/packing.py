@@ -21,6 +21,7 @@ from fsmkit.language import (
     Type,
     Value,
 )
+from fsmkit.plan import Region
 from fsmkit.plan.image import (
     FAULTS,
     MAGIC,
@@ -195,16 +196,22 @@ class _Reader:
             raise ValueError(f"{value} is over {most}")
         return value
 
+    def _state(self, region: Region) -> int:
+        state = int(self._get("H"))
+        if state and state not in region.states:
+            raise ValueError(f"{state} is no state of region {region.index}")
+        return state
+
     def machine(self) -> Snapshot:
         image = self._image
         status, fault = self._count("B", 3), self._count("B", len(FAULTS) - 1)
         regions = image.plan.regions
-        numbers = [self._count("H", len(region.states)) for region in regions]
+        numbers = [self._state(region) for region in regions]
         recorded: dict[int, set[int]] = {}
         for history, region in image.histories:
-            number = self._count("H", len(regions[region].states))
-            if number:
-                recorded.setdefault(history, set()).add(regions[region].states[number - 1])
+            state = self._state(regions[region])
+            if state:
+                recorded.setdefault(history, set()).add(state)
         values = self.values(image.values)
         owned = len(image.chart.data) + len(image.chart.outputs)
         queue = self._events(self._chart.capacities.queue)
@@ -323,18 +330,13 @@ def _numbers(image: Image, active: frozenset[int]) -> list[int]:
     found = [0] * len(plan.regions)
     for state in active - {0}:
         region = plan.region_of[state]
-        found[region] = max(found[region], plan.number[state])
+        found[region] = max(found[region], state)
     return found
 
 
 def _configuration(image: Image, numbers: Sequence[int]) -> frozenset[int]:
     """Return the active states: in each region the deepest with all above it, and the root."""
-    plan = image.plan
-    deepest = [
-        region.states[number - 1]
-        for region, number in zip(plan.regions, numbers, strict=True)
-        if number
-    ]
+    deepest = [number for number in numbers if number]
     above = (ancestor for state in deepest for ancestor in image.chart.ancestors(state))
     return frozenset((0, *deepest, *above))
 
@@ -344,7 +346,7 @@ def _recorded(image: Image, history: int, region: int, states: frozenset[int]) -
     chart, plan = image.chart, image.plan
     parent = chart.states[history].parent or 0
     below = {a for s in states for a in (s, *chart.ancestors(s)) if chart.is_descendant(a, parent)}
-    return max((plan.number[s] for s in below if plan.region_of[s] == region), default=0)
+    return max((s for s in below if plan.region_of[s] == region), default=0)
 
 
 def _remembered(chart: Chart, history: int, states: set[int]) -> frozenset[int]:

@@ -41,7 +41,7 @@ def plan_document(plan: Plan) -> dict[str, object]:
         "regions": [
             {
                 "top": plan.chart.states[region.top].id,
-                "states": {plan.chart.states[s].id: plan.number[s] for s in region.states},
+                "states": {plan.chart.states[s].id: s for s in region.states},
             }
             for region in plan.regions
         ],
@@ -65,7 +65,7 @@ class _Speller:
 
     def regions(self) -> Iterable[str]:
         for region in self.plan.regions:
-            states = ", ".join(f"{self.plan.number[s]} {self.state(s)}" for s in region.states)
+            states = ", ".join(f"{s} {self.state(s)}" for s in region.states)
             yield f"{self.state(region.top)}: {states}"
 
     def transition(self, index: int) -> str:

@@ -261,12 +261,12 @@ class _Table:
         for state in self._chart.states:
             parent = "FSM_NOWHERE" if state.parent is None else names.states[state.parent]
             if state.is_history:
-                rows.append(row(self._text(state.id), "FSM_NO_STATE", parent, 0, 0, 0))
+                rows.append(row(self._text(state.id), "FSM_NO_STATE", parent, 0, 0))
                 continue
             kind = KINDS.get(state.kind, "FSM_ATOMIC")
-            first, last = plan.number[state.index], plan.last_number[state.index]
+            last = names.states[plan.last_below[state.index]]
             region = plan.region_of[state.index]
-            rows.append(row(self._text(state.id), kind, parent, region, first, last))
+            rows.append(row(self._text(state.id), kind, parent, region, last))
         self._array("fsm_state_info", "states", rows)
 
     def _timeouts(self) -> None:
@@ -302,9 +302,8 @@ class _Table:
         self._array("fsm_number", "numbers", rows)
 
     def _number(self, member: str, region: int, kind: str, state: str) -> str:
-        most = len(self._names.plan.regions[region].states)
         size = f"sizeof({self._names.number_type(region)})"
-        return row(self._offset(member), size, most, kind, state)
+        return row(self._offset(member), size, region, kind, state)
 
     def _slots(self, names: Names, path: str, holder: str) -> Iterator[str]:
         """Yield the machines in slots, each before those within it."""

@@ -196,16 +196,14 @@ class InterfacePrinter:
     def _in_table(self, out: Emitter) -> None:
         """Print the test of many states: compilers take long over a switch of thousands."""
         names, plan = self.names, self.names.plan
-        out.line(
-            "/* By state: its number in its region, 0 for none; the last one below it there. */"
-        )
-        self._table(out, "first", plan.number)
-        self._table(out, "last", plan.last_number)
+        out.line("/* By state: the last one below it in its region; 0 for a history. */")
+        last = [0 if s.is_history else plan.last_below[s.index] for s in self.chart.states]
+        self._table(out, "last", last)
         if not plan.is_single:
             self._table(out, "region_of", plan.region_of)
         out.line(f"if (state == {names.states[0]})")
         out.line(f"    return {_ungroup(names.in_state('m', 0))};")
-        out.line(f"if ((size_t)state >= {len(self.chart.states)}u || first[state] == 0u)")
+        out.line(f"if ((size_t)state >= {len(self.chart.states)}u || last[state] == 0u)")
         out.line("    return false;")
         out.line("uint32_t number = 0u;")
         numbers = []
@@ -219,7 +217,7 @@ class InterfacePrinter:
                 for region, number in zip(plan.regions, numbers, strict=True):
                     out.lines([f"case {region.index}u:", f"    number = {number};", "    break;"])
                 out.lines(["default:", "    break;"])
-        out.line("return number >= first[state] && number <= last[state];")
+        out.line("return number >= (uint32_t)state && number <= last[state];")
 
     def _table(self, out: Emitter, name: str, values: Sequence[int]) -> None:
         with out.block(f"static const {narrowest(max(values))} {name}[] = {{", "};"):

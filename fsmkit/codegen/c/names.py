@@ -189,12 +189,13 @@ class Names:
         Functions that read tables take all regions alike, so there all have the widest.
         """
         is_one_type = self.options.is_small and not self.plan.is_single
-        most = self._largest_region if is_one_type else len(self.plan.regions[region].states)
+        regions = self.plan.regions if is_one_type else self.plan.regions[region : region + 1]
+        most = max(max(each.states, default=0) for each in regions)
         return "uint8_t" if most <= NARROW else "uint16_t"
 
-    @cached_property
-    def _largest_region(self) -> int:
-        return max(len(region.states) for region in self.plan.regions)
+    def number(self, state: int) -> str:
+        """Return the constant of a state as a region holds it; nothing is active in the root."""
+        return self.states[state] if state else "0u"
 
     def note(self, state: int) -> str:
         """Return a comment that tells which state is meant."""
@@ -214,15 +215,18 @@ class Names:
         if state == 0:
             return f"{machine}->running" if not self.does else self.running
         variable = f"{machine}->{self.regions[plan.region_of[state]]}"
-        first, last = plan.number[state], plan.last_number[state]
+        return self.within(variable, state, plan.last_below[state], plan.region_of[state])
+
+    def within(self, variable: str, first: int, last: int, region: int) -> str:
+        """Return the test whether a number of a region lies between those of two states."""
+        states = self.plan.regions[region].states
         if first == last:
-            return f"{variable} == {first}u"
-        region = plan.regions[plan.region_of[state]]
-        if last == len(region.states) and region.index not in self.shared:
-            return f"{variable} >= {first}u"
-        if first == 1:
-            return f"({variable} != 0u && {variable} <= {last}u)"
-        return f"({variable} >= {first}u && {variable} <= {last}u)"
+            return f"{variable} == {self.number(first)}"
+        if last == states[-1] and region not in self.shared:
+            return f"{variable} >= {self.number(first)}"
+        if first == states[0]:
+            return f"({variable} != 0u && {variable} <= {self.number(last)})"
+        return f"({variable} >= {self.number(first)} && {variable} <= {self.number(last)})"
 
     def recorded(self, history: int, region: int) -> str:
         """Return the member with what a history recorded of a region, 0 for nothing."""

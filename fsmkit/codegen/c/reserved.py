@@ -73,7 +73,7 @@ FUNCTIONS = _words(
     "truncate_f fault_i fault_u fault_f arm delay undelay cancel add selection conflict "
     "remove_conflicts microstep take take_eventless react settle begin macrostep unhandled leave "
     "act enter record domain domain_of answer_function answer_table not_running respond "
-    "respond_any may_go_on rest emit take_one place_above places_before place_last path_places "
+    "respond_any may_go_on rest emit take_one place_above region_of place_last path_places "
     "path_of path_step enter_path enter_place enter_recorded entry_of exit_of leave_until "
     "guard_of select_at row_table row_event row_guard row_first region_at grid enters "
     "is_deferred is_allowed select_event select_eventless event_symbol no_event last_below "

@@ -242,7 +242,8 @@ class Mover:
         held = f"self._history_{self._names.bare[condition.history]}"
         if condition.first == 0:
             return f"not {held}"
-        states = self._plan.regions[condition.region].states[condition.first - 1 : condition.last]
+        own = self._plan.regions[condition.region].states
+        states = [state for state in own if condition.first <= state <= condition.last]
         inside = {s for state in states for s in (state, *real_below(self._chart, state))}
         return f"{held} & {mask(self._names, inside)}"
 

@@ -67,10 +67,10 @@ typedef enum {
     FSM_FINAL
 } fsm_state_kind;
 
-/* A state; by its number. It is active if the number of its region is one of first..last. */
+/* A state; by its number. It is active if the number of its region is one from its own to `last`. */
 typedef struct {
     const char *name;
-    uint16_t kind, parent, region, first, last;
+    uint16_t kind, parent, region, last;
 } fsm_state_info;
 
 /* Of events: the host may post it; the host takes it; of several with its name this one is meant. */
@@ -106,7 +106,7 @@ enum { FSM_RECORDED = 0x80, FSM_NOWHERE = 0xFFFF };
 
 typedef struct {
     uint32_t offset;
-    uint16_t size, most, kind;
+    uint16_t size, region, kind;
     uint16_t state; /* of a history: where what it recorded cannot be read; FSM_NOWHERE */
 } fsm_number;
 
@@ -341,7 +341,7 @@ static inline bool fsm_is_active(const fsm_machine_info *info, const void *m, ui
     if (state == 0u)
         return fsm_is_running(info, m);
     const uint32_t number = fsm_number_at(&info->numbers[of->region], m);
-    return number >= of->first && number <= of->last;
+    return number >= state && number <= of->last;
 }
 
 /* ---- for generated code ------------------------------------------------------------------------ */

@@ -253,9 +253,15 @@ static void get_delayed(fsm_reader *r, const fsm_machine_info *info, void *m)
             r->sound = false;
 }
 
-static void get_number(fsm_reader *r, const fsm_number *number, void *m)
+static void get_number(fsm_reader *r, const fsm_machine_info *info, const fsm_number *number,
+                       void *m)
 {
-    const uint32_t value = fsm_take(r, 2u, 0u, number->most);
+    const uint32_t value = fsm_take(r, 2u, 0u, info->state_count - 1u);
+    const fsm_state_info *state = &info->states[value];
+    if (value != 0u && (state->kind == FSM_NO_STATE || state->region != number->region)) {
+        r->sound = false;
+        return;
+    }
     if (number->offset == FSM_ABSENT)
         return;
     void *place = fsm_place_at(m, number->offset);
@@ -278,7 +284,7 @@ static void get_machine(fsm_reader *r, const fsm_machine_info *info, void *m, ui
     if (info->fault != FSM_ABSENT)
         *(uint8_t *)fsm_place_at(m, info->fault) = (uint8_t)fault;
     for (uint32_t i = 0u; i < info->number_count; i++)
-        get_number(r, &info->numbers[i], m);
+        get_number(r, info, &info->numbers[i], m);
     for (uint32_t i = info->region_count; i < info->number_count; i++) {
         const fsm_number *number = &info->numbers[i];
         if (number->state != FSM_NOWHERE && fsm_is_active(info, m, number->state))

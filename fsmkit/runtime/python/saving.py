@@ -160,11 +160,8 @@ class Saving(Machine):
         return size + self._LATER * (8 + self._PAYLOAD)
 
     def _deepest(self, states: tuple[int, ...], active: int) -> int:
-        """Return the number of the last of some states that is active, from 1."""
-        for number in range(len(states), 0, -1):
-            if active >> states[number - 1] & 1:
-                return number
-        return 0
+        """Return the last of some states that is active, 0 for none."""
+        return next((state for state in reversed(states) if active >> state & 1), 0)
 
     def _path(self, recorded: int) -> int:
         """Return what a history recorded, with all above it."""
@@ -196,13 +193,11 @@ class Saving(Machine):
         status, fault = self._take(read, "B", 0, 3), self._take(read, "B", 0, 5)
         active = 1
         for states in self._REGIONS:
-            number = self._take(read, "H", 0, len(states))
-            active |= self._ABOVE[states[number - 1]] if number else 0
+            active |= self._ABOVE[state] if (state := self._take_state(read, states)) else 0
         self._active = active
         for place, (region, _, kept, is_whole) in enumerate(self._RECORDED):
-            number = self._take(read, "H", 0, len(self._REGIONS[region]))
-            if number:
-                found = kept if is_whole else 1 << self._REGIONS[region][number - 1] & kept
+            if state := self._take_state(read, self._REGIONS[region]):
+                found = kept if is_whole else 1 << state & kept
                 self._remember(place, found)
         for name, type_ in self._VARIABLES:
             setattr(self, name, self._get_value(read, type_, list))
@@ -280,6 +275,13 @@ class Saving(Machine):
         if lo is not None and not lo <= value <= hi:
             raise ValueError(f"{value} is not within {lo}..{hi}")
         return value
+
+    def _take_state(self, read: Iterator[int], states: tuple[int, ...]) -> int:
+        """Take one of some states, or 0 for none."""
+        state = int(self._take(read, "H", None, None))
+        if state and state not in states:
+            raise ValueError(f"{state} is no state of its region")
+        return state
 
     def _skip(self, read: Iterator[int], size: int) -> None:
         for _ in islice(read, size):

@@ -30,7 +30,7 @@ class MovePrinter(LeavePrinter):
     def enter_state(self, out: Emitter, state: int) -> None:
         """Print the number, the timers and the entry handlers of a state."""
         region = self.plan.region_of[state]
-        out.line(f"m->{self.names.regions[region]} = {self.plan.number[state]}u;")
+        out.line(f"m->{self.names.regions[region]} = {self.names.number(state)};")
         for history in self.plan.forgotten[state]:
             self.forget(out, history)
         out.line(f"FSM_HOOK_ENTER(m, {self.names.states[state]});")
@@ -255,9 +255,14 @@ class MovePrinter(LeavePrinter):
     def within(self, condition: Within) -> str:
         """Return the test of a condition on what a history recorded."""
         variable = f"m->{self.names.histories[condition.history, condition.region]}"
-        if condition.first == condition.last:
-            return f"{variable} == {condition.first}u"
-        return f"{variable} >= {condition.first}u && {variable} <= {condition.last}u"
+        first, last = condition.first, condition.last
+        inside = [s for s in self.plan.regions[condition.region].states if first <= s <= last]
+        if not inside:
+            return f"{variable} == {self.names.number(0)}"
+        if len(inside) == 1:
+            return f"{variable} == {self.names.number(inside[0])}"
+        ends = self.names.number(inside[0]), self.names.number(inside[-1])
+        return f"{variable} >= {ends[0]} && {variable} <= {ends[1]}"
 
 
 def _domain(domain: int | None) -> int:

@@ -64,7 +64,7 @@ class LeavePrinter:
             with out.block("while (at > until) {"):
                 with out.block("switch (at) {"):
                     for state in region.states:
-                        out.line(f"case {plan.number[state]}u: {self.names.note(state)}")
+                        out.line(f"case {names.number(state)}:")
                         with out.indented():
                             for inner in reversed(self._inner(state)):
                                 out.line(f"{self._leave_name(inner)}(m, 0u, keep);")
@@ -72,7 +72,7 @@ class LeavePrinter:
                             parent = self.chart.states[state].parent
                             assert parent is not None  # noqa: S101
                             same = plan.region_of[parent] == region.index
-                            out.line(f"at = {plan.number[parent] if same else 0}u;")
+                            out.line(f"at = {names.number(parent if same else 0)};")
                             out.line("break;")
                     out.line("default:")
                     with out.indented():
@@ -144,12 +144,12 @@ class LeavePrinter:
     def set_active(self, state: int) -> str:
         """Return the statement that makes a state the deepest active one of its region."""
         region = self.plan.region_of[state]
-        return f"m->{self.names.regions[region]} = {self.plan.number[state]}u;"
+        return f"m->{self.names.regions[region]} = {self.names.number(state)};"
 
     def leave_below(self, domain: int) -> str:
         """Return the call that leaves all states strictly below a domain."""
         region = self.plan.regions[self.plan.region_of[domain]]
-        return f"{self._leave_name(region)}(m, {self.plan.number[domain]}u, false);"
+        return f"{self._leave_name(region)}(m, {self.names.number(domain)}, false);"
 
     def leave_machine(self) -> str:
         """Return the call that leaves everything, but lets the regions tell where it was."""
@@ -206,22 +206,25 @@ class LeavePrinter:
             if is_deep:
                 out.line(f"{kept} = {variable};")
             elif self.chart.states[parent].kind is Kind.PARALLEL:
-                out.line(f"{kept} = 1u;")
+                top = self.names.number(plan.regions[region].top)
+                out.line(f"{kept} = {top};")
             else:
                 children = [
                     c
                     for c in self.chart.states[parent].children
                     if not self.chart.states[c].is_history
                 ]
-                text = f"{plan.number[children[0]]}u"
+                text = names.number(children[0])
                 for child in children[1:]:
-                    text = f"{variable} >= {plan.number[child]}u ? {plan.number[child]}u : {text}"
+                    number = names.number(child)
+                    text = f"{variable} >= {number} ? {number} : {text}"
                     text = f"({text})" if child != children[-1] else text
                 ctype = self._ctype(plan.regions[region])
                 out.line(f"{kept} = ({ctype})({text});")
 
     def _case(self, out: Emitter, state: int, more: int = 0):  # type: ignore[no-untyped-def]
-        return _Case(out, f"case {self.plan.number[state] + more}u: {self.names.note(state)}")
+        added = f" + {more}" if more else ""
+        return _Case(out, f"case {self.names.number(state)}{added}:")
 
     def _default_case(self, out: Emitter) -> None:
         with _Case(out, "default:"):

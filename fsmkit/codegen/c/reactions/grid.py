@@ -100,4 +100,4 @@ class GridPrinter:
         return _Answer(tuple(out.finish().rstrip("\n").split("\n")), first)
 
     def _to(self, transition: Transition) -> int:
-        return self._plan.number[transition.targets[0]] if transition.targets else 0
+        return transition.targets[0] if transition.targets else 0

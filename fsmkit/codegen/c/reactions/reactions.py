@@ -240,7 +240,7 @@ class ReactionPrinter:
         with out.block("{"), out.block(f"switch ({region_number}) {{"):
             for lines, leaves in answers.items():
                 for leaf in leaves:
-                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                    out.line(f"case {self.names.number(leaf)}:")
                 with out.indented():
                     out.lines(lines)
                     if not lines[-1].startswith("return"):
@@ -361,7 +361,7 @@ class ReactionPrinter:
                 found = self.candidates(leaf, lambda t: event in t.events)
                 if not found:
                     continue
-                choice.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                choice.line(f"case {self.names.number(leaf)}:")
                 with choice.indented():
                     word = "if"
                     for transition in found:

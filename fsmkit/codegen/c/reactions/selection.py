@@ -305,7 +305,7 @@ class SelectionPrinter:
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
             for call, leaves in by_call.items():
                 for leaf in leaves:
-                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                    out.line(f"case {self.names.number(leaf)}:")
                 with out.indented():
                     out.line(f"return {call};")
             out.line("default:")
@@ -330,7 +330,7 @@ class SelectionPrinter:
                     lines = [f"{self.prefix}_add(found, {calls[leaf]});"]
                 if lines:
                     printed = True
-                    out.line(f"case {self.plan.number[leaf]}u: {self.names.note(leaf)}")
+                    out.line(f"case {self.names.number(leaf)}:")
                     with out.indented():
                         out.lines(lines)
                         out.line("break;")

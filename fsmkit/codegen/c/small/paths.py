@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
-from fsmkit.codegen.c.small.places import Places
 from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
 from fsmkit.plan import Branch, Content, Enter, Op, Restore
@@ -23,10 +22,9 @@ SUFFIX = 8
 class Paths:
     """All paths of a machine, one after the other."""
 
-    def __init__(self, moves: MovePrinter, places: Places) -> None:
+    def __init__(self, moves: MovePrinter) -> None:
         """Begin without any."""
         self._moves = moves
-        self._places = places
         self._chart = moves.chart
         self._plan = moves.plan
         self.codes: list[int] = []
@@ -81,7 +79,7 @@ class Paths:
         for op in ops:
             match op:
                 case Enter(state, defaults):
-                    found.append(self._places.place(state))
+                    found.append(state)
                     found += map(self._content, defaults)
                 case Content(transition):
                     found.append(self._content(transition))
@@ -94,7 +92,7 @@ class Paths:
 
     def _special(self, lines: Sequence[str], skip: str = "0u") -> int:
         key = (*lines, f"return {skip};")
-        return self.specials.setdefault(key, self._places.count + 1 + len(self.specials))
+        return self.specials.setdefault(key, len(self._chart.states) + len(self.specials))
 
     def _lines(self, print_: Callable[[Emitter], None]) -> Lines:
         out = Emitter()
@@ -120,7 +118,7 @@ class Paths:
             for child in reversed(chart.states[below].children):
                 if not chart.states[child].is_history:
                     path = self._encoded(entry_by_default(chart, child))
-                    found = self._either(f"{member} == {plan.number[child]}u", path, found)
+                    found = self._either(f"{member} == {names.number(child)}", path, found)
             return found
         self.restores = True
         calls = []
@@ -129,8 +127,7 @@ class Paths:
             own = plan.region_of[below] == index and chart.states[below].kind is Kind.COMPOUND
             if not own and not chart.is_descendant(top, below):
                 continue
-            base = self._places.base[index]
-            begin = base + (plan.number[below] if own else 0)
-            end = self._places.of(base, f"m->{names.histories[history, index]}")
+            begin = below if own else top - 1
+            end = f"m->{names.histories[history, index]}"
             calls.append(f"{names.prefix}_enter_recorded(m, {begin}u, {end});")
         return [self._special(calls)]

@@ -48,7 +48,7 @@ class PlainPrinter(SmallPrinter):
         for transition in self.taken:
             (variant,) = self.plan.moves[transition.index].variants
             if variant.domain is not None:
-                self.paths.add(variant.entry, self.places.place(variant.domain))
+                self.paths.add(variant.entry, variant.domain)
         self.paths.add(self.plan.start, 0)
 
     def number(self, transition: int) -> int:
@@ -62,8 +62,7 @@ class PlainPrinter(SmallPrinter):
         for transition in self._all:
             (variant,) = moves[transition.index].variants
             domain = variant.domain
-            place = None if domain is None else self.places.place(domain)
-            begins.append(0 if place is None else self.paths.at(variant.entry, place))
+            begins.append(0 if domain is None else self.paths.at(variant.entry, domain))
         self._table(
             out,
             "path_of",
@@ -113,9 +112,7 @@ class PlainPrinter(SmallPrinter):
         self._table(out, "row_event", events or [0], "By row: the event that is asked for.")
         self._table(out, "row_guard", numbers or [0], "By row: the guard; 0 for none.")
         first = [0, 0, *accumulate(map(len, self._rows_of))]
-        self._table(
-            out, "row_first", first, "By place: the first row of a state; the last are not one's."
-        )
+        self._table(out, "row_first", first, "By state: its first row; the last are not one's.")
         self._fill(out, FIND_PLAIN)
 
     def _path_at(self, ops: tuple[Op, ...]) -> int:

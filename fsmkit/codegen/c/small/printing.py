@@ -21,11 +21,9 @@ from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.small.paths import Lines, Paths
-from fsmkit.codegen.c.small.places import Places
 from fsmkit.codegen.c.small.text import (
     ENTER_MANY,
     ENTER_ONE,
-    ENTER_WIDE,
     FIND,
     LEAVE_MANY,
     LEAVE_ONE,
@@ -48,8 +46,8 @@ class SmallPrinter(MovePrinter):
         """Find all paths, so that they can be named before the tables are printed."""
         super().__init__(names, content)
         self.selection = selection
-        self.places = Places(self.plan)
-        self.paths = Paths(self, self.places)
+        self.paths = Paths(self)
+        self._states = range(1, len(self.chart.states))
         self.taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
         self._add_paths()
 
@@ -66,7 +64,7 @@ class SmallPrinter(MovePrinter):
         if self.names.form is Form.GRID:
             for op in ops:
                 if isinstance(op, Enter):
-                    out.line(f"{self.prefix}_enter_place(m, {self.places.place(op.state)}u);")
+                    out.line(f"{self.prefix}_enter_place(m, {op.state}u);")
                 elif isinstance(op, Content):
                     self.take_content(out, op.transition)
             return
@@ -74,7 +72,7 @@ class SmallPrinter(MovePrinter):
 
     def exit_call(self, state: int) -> str:
         """Return the call of what is done when a state is left."""
-        return f"{self.prefix}_exit_of(m, {self.places.place(state)}u);"
+        return f"{self.prefix}_exit_of(m, {state}u);"
 
     def leave_below(self, domain: int) -> str:
         """Return the call that leaves all states strictly below a domain."""
@@ -89,41 +87,31 @@ class SmallPrinter(MovePrinter):
         if not self.plan.is_single:
             end = self.chart.states[domain].last_descendant if domain else len(self.chart.states)
             last = f"{bisect_right(self.plan.regions, end, key=attrgetter('top')) - 1}u, "
-        return f"{self.prefix}_leave_until(m, {self.places.place(domain)}u, {last}{keep});"
+        return f"{self.prefix}_leave_until(m, {domain}u, {last}{keep});"
 
     # --- states ---------------------------------------------------------------------------
 
     def print_states(self, out: Emitter) -> None:
         """Print how states are entered and left."""
-        above = [0, *(self.places.place(self.chart.states[s].parent or 0) for s in self._states)]
-        self._table(out, "place_above", above, "By place: the place of the state around it.")
+        above = [state.parent or 0 for state in self.chart.states]
+        self._table(out, "place_above", above, "By state: the state around it.")
         if not self.plan.is_single:
-            self._table(
-                out, "places_before", self.places.base[:-1], "By region: the places before it."
-            )
+            self._table(out, "region_of", self.plan.region_of, "By state: its region.")
             self._region(out)
-        if not self.places.is_same:
-            self._table(out, "state_at", [0, *self._states], "By place: the state.")
         self._over_states(out, "entry", "FSM_HOOK_ENTER", self.entry)
-        enter = ENTER_MANY if len(self.plan.regions) <= NARROW else ENTER_WIDE
-        self._fill(out, ENTER_ONE if self.plan.is_single else enter)
+        self._fill(out, ENTER_ONE if self.plan.is_single else ENTER_MANY)
         self._over_states(out, "exit", "FSM_HOOK_EXIT", self.leave_state)
         self._fill(out, LEAVE_ONE if self.plan.is_single else LEAVE_MANY)
         if self.paths.restores:
-            last = [self.plan.last_number[s] - self.plan.number[s] for s in self._states]
-            ends = [0, *(place + more for place, more in enumerate(last, 1))]
-            self._table(out, "place_last", ends, "By place: the last one below it in its region.")
+            last = self.plan.last_below
+            self._table(out, "place_last", last, "By state: the last one below it in its region.")
             self._fill(out, RESTORE)
         self._walk(out)
 
     @property
-    def _states(self) -> list[int]:
-        return self.places.states
-
-    @property
     def _width(self) -> str:
         """The C type of a place."""
-        return "uint8_t" if self.places.count <= NARROW else "uint16_t"
+        return "uint8_t" if len(self._states) <= NARROW else "uint16_t"
 
     def _table(self, out: Emitter, name: str, values: Sequence[int], note: str) -> None:
         ctype = narrowest(max(values))
@@ -138,7 +126,7 @@ class SmallPrinter(MovePrinter):
             "NUMBER": self._width,
             "ACTIVE": f"m->{self.names.regions[0]}",
             "REGIONS": str(len(self.plan.regions)),
-            "PLACES": str(self.places.count),
+            "PLACES": str(len(self._states)),
             "WITHIN": self.names.number_type(0),
             "WALK": self._walk_from(),
             **parts,
@@ -164,24 +152,21 @@ class SmallPrinter(MovePrinter):
         """
         p = self.prefix
         done: dict[Lines, list[int]] = {}
-        for place, state in enumerate(self._states, 1):
+        for state in self._states:
             each = Emitter()
             body(each, state)
             text = each.finish().rstrip("\n")
             if text:
-                done.setdefault(tuple(text.split("\n")), []).append(place)
+                done.setdefault(tuple(text.split("\n")), []).append(state)
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
-            state_at = "place" if self.places.is_same else f"{p}_state_at[place]"
             out.lines(["(void)m;", "(void)place;"])
-            if not self.places.is_same:
-                out.line(f"(void){p}_state_at; /* for the hook alone */")
-            out.line(f"{hook}(m, ({p}_state){state_at});")
+            out.line(f"{hook}(m, ({p}_state)place);")
             if done:
                 with out.block("switch (place) {"):
                     for lines, members in done.items():
-                        for place in members:
-                            out.line(f"case {place}u: {self.names.note(self._states[place - 1])}")
+                        for state in members:
+                            out.line(f"case {self.names.number(state)}:")
                         with out.indented():
                             out.lines((*lines, "break;"))
                     out.lines(["default:", "    break;"])
@@ -200,14 +185,14 @@ class SmallPrinter(MovePrinter):
             out,
             "path_places",
             self.paths.codes,
-            "Places of states to enter; each path ends with 0.",
+            "States to enter; each path ends with 0.",
         )
         if not specials:
             self._fill(out, WALK_PLAIN, FORGET=self._forget_all())
             return
         out.line("/* What is asked or done on a path; returns how much of it to skip. */")
         skipped = narrowest(len(self.paths.codes), least="uint16_t")
-        numbers = narrowest(self.places.count + len(specials), least="uint16_t")
+        numbers = narrowest(len(self._states) + len(specials), least="uint16_t")
         out.line(f"static {skipped} {p}_path_step({p} *m, {numbers} code)")
         with out.block("{"):
             out.line("(void)m;")
@@ -248,7 +233,7 @@ class SmallPrinter(MovePrinter):
             out.line(f"return {p}_domain_of[taken - 1u];")
         out.line()
         out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
-        if self.plan.is_single and self.places.is_same:
+        if self.plan.is_single:
             with out.block("{"):
                 out.line("if (domain != 0u)")
                 out.line(f"    {p}_leave_until(m, ({self._width})(domain - 1u), false);")
@@ -327,9 +312,7 @@ class SmallPrinter(MovePrinter):
                 out.line(f"{{{event}u, {answer}}}, /* {note} */")
         out.line()
         first = [0, 0, *accumulate(map(len, rows))]
-        self._table(
-            out, "row_first", first, "By place: the first row of a state; the last are not one's."
-        )
+        self._table(out, "row_first", first, "By state: its first row; the last are not one's.")
         self._fill(out, FIND)
 
     def _holds(self, out: Emitter) -> None:
@@ -371,8 +354,8 @@ class SmallPrinter(MovePrinter):
 
     def print_selectors(self, out: Emitter) -> None:
         """Print the functions that the loop calls, after the type of what they find."""
-        parallel = [p for p, s in enumerate(self._states, 1) if self._is_parallel(s)]
-        tests = "".join(f" && place != {place}u" for place in parallel)
+        parallel = list(filter(self._is_parallel, self._states))
+        tests = "".join(f" && place != {self.names.number(state)}" for state in parallel)
         eventless = any(t.trigger is Trigger.EVENTLESS for t in self.taken)
         count = len(self.chart.events)
         event = f"event <= {count}u ? event : 0u" if eventless else "event"

@@ -11,28 +11,7 @@ static void @_enter_place(@ *m, $NUMBER place)
 ENTER_MANY = """
 static void @_enter_place(@ *m, $NUMBER place)
 {
-    $REGION region = $REGIONSu - 1u;
-    while (place <= @_places_before[region])
-        region--;
-    *@_region_at(m, region) = ($WITHIN)(place - @_places_before[region]);
-    @_entry_of(m, place);
-}
-"""
-
-ENTER_WIDE = """
-static void @_enter_place(@ *m, $NUMBER place)
-{
-    /* The last region whose places begin before this one. */
-    $REGION region = 0u;
-    $REGION end = $REGIONSu;
-    while (end - region > 1u) {
-        const $REGION between = ($REGION)(region + (end - region) / 2u);
-        if (@_places_before[between] < place)
-            region = between;
-        else
-            end = between;
-    }
-    *@_region_at(m, region) = ($WITHIN)(place - @_places_before[region]);
+    *@_region_at(m, @_region_of[place]) = ($WITHIN)place;
     @_entry_of(m, place);
 }
 """
@@ -56,15 +35,16 @@ LEAVE_MANY = """
 static void @_leave_until(@ *m, $NUMBER until, $REGION last, bool keep)
 {
     for ($REGION region = last;; region--) {
-        const $NUMBER before = @_places_before[region];
-        const bool is_own = region == 0u || before < until;
+        const bool is_own = region == @_region_of[until];
         $WITHIN *active = @_region_at(m, region);
-        $NUMBER place = ($NUMBER)(before + *active);
-        while (place > (is_own ? until : before)) {
+        $NUMBER place = *active;
+        while (place > (is_own ? until : 0u)) {
             @_exit_of(m, place);
-            place = @_place_above[place] > before ? @_place_above[place] : before;
+            place = @_place_above[place];
+            if (@_region_of[place] != region)
+                place = 0u;
             if (!keep)
-                *active = ($WITHIN)(place - before);
+                *active = ($WITHIN)place;
         }
         if (is_own)
             return;
@@ -149,9 +129,8 @@ SELECT_MANY = """
 static void @_$NAME_0(@ *m$PARAMETER, @_selection *found)
 {
     for ($REGION region = 0u; region < $REGIONSu; region++) {
-        const $WITHIN number = *@_region_at(m, region);
-        const $NUMBER place = ($NUMBER)(@_places_before[region] + number);
-        if (number != 0u$ATOMIC)
+        const $NUMBER place = *@_region_at(m, region);
+        if (place != 0u$ATOMIC)
             @_add(found, @_select_at(m, place, $EVENT));
     }
 }

@@ -12,7 +12,6 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.walk import charts_within
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.reactions.sharing import number_of
-from fsmkit.codegen.c.small.places import Places
 from fsmkit.document.document import Kind
 from fsmkit.system.readiness import resting
 from fsmkit.verify.engines.c.binding_values import ValueWriter
@@ -38,42 +37,36 @@ class RegionWriter(ValueWriter):
     def _regions(self) -> None:
         """Write the tables, and what reads the numbers of regions."""
         out, names, plan = self.out, self.names, self.names.plan
-        places = Places(plan)
         above = []
-        for state in places.states:
-            parent = self.chart.states[state].parent or 0
-            is_inside = plan.region_of[parent] == plan.region_of[state]
-            above.append(places.place(parent) if is_inside else 0)
+        for state in self.chart.states:
+            parent = state.parent or 0
+            is_inside = plan.region_of[parent] == plan.region_of[state.index]
+            above.append(parent if is_inside else 0)
         rests = resting(self.chart, self.machine)
-        leaves = [state if self.chart.states[state].is_leaf else 0 for state in places.states]
-        out.line(
-            "/* By place, region by region: the state; the place around it in its region, 0 for"
-        )
-        out.line(
-            " * none; whether it is a leaf; whether the machine must go on where it is one. */"
-        )
-        self._table_of("place_state", [0, *places.states])
-        self._table_of("place_above", [0, *above])
-        self._table_of("place_leaf", [0, *(int(leaf > 0) for leaf in leaves)])
-        self._table_of("place_restless", [0, *(int(s > 0 and s not in rests) for s in leaves)])
-        self._table_of("region_base", places.base[:-1])
+        leaves = [state.index > 0 and state.is_leaf for state in self.chart.states]
+        out.line("/* By state: the state around it in its region, 0 for none; whether it is a")
+        out.line(" * leaf; whether the machine must go on where it is one. */")
+        self._table_of("state_above", above)
+        self._table_of("state_leaf", [int(leaf) for leaf in leaves])
+        restless = [int(leaf and s not in rests) for s, leaf in enumerate(leaves)]
+        self._table_of("state_restless", restless)
         out.line()
-        with out.block(f"static uint32_t place_in(const {self.type} *m, uint32_t region)\n{{"):
+        with out.block(f"static uint32_t state_in(const {self.type} *m, uint32_t region)\n{{"):
             out.line("uint32_t number = 0u;")
             with out.block("switch (region) {"):
                 for region in plan.regions:
                     member = f"m->{names.regions[region.index]}"
                     text = number_of(member) if region.index in names.shared else member
                     out.lines([f"case {region.index}u:", f"    number = {text};", "    break;"])
-            out.line("return number == 0u ? 0u : region_base[region] + number;")
+            out.line("return number;")
         out.text(f"""
 
         /* Whether one of a set of states, a bit for each, is active. */
         static bool is_any_active(const {self.type} *m, const unsigned char *states)
         {{
             {self.each_region}
-                for (uint32_t at = place_in(m, region); at != 0u; at = place_above[at])
-                    if (states[place_state[at] / 8u] >> place_state[at] % 8u & 1u)
+                for (uint32_t at = state_in(m, region); at != 0u; at = state_above[at])
+                    if (states[at / 8u] >> at % 8u & 1u)
                         return true;
             return false;
         }}

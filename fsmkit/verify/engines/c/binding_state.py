@@ -294,16 +294,16 @@ class StateWriter(RegionWriter):
             self._view_within()
             out.line("v.at_rest = true;")
             out.line(self.each_region)
-            out.line("    v.at_rest = v.at_rest && !place_restless[place_in(m, region)];")
+            out.line("    v.at_rest = v.at_rest && !state_restless[state_in(m, region)];")
             out.line("return v;")
         out.line()
         with out.block("static void configuration(const void *state, unsigned char *shown)\n{"):
             out.line(f"const {t} *m = state;")
             out.line(f"shown[0] = {self.running};")
             with out.block(f"{self.each_region} {{"):
-                out.line("uint32_t place = place_in(m, region);")
-                out.line("shown[2u * region + 1u] = (unsigned char)(place & 255u);")
-                out.line("shown[2u * region + 2u] = (unsigned char)(place >> 8u);")
+                out.line("uint32_t deepest = state_in(m, region);")
+                out.line("shown[2u * region + 1u] = (unsigned char)(deepest & 255u);")
+                out.line("shown[2u * region + 2u] = (unsigned char)(deepest >> 8u);")
             at = own_configuration_size(self.chart)
             for inner, (slot, table) in zip(self.chart.invocations, self.sessions, strict=True):
                 out.line(f"if (m->{slot}.running)")
@@ -335,8 +335,8 @@ class StateWriter(RegionWriter):
                 out.line('printf("\\n");')
             out.line(f"printf({quoted(self._traced('='))});")
             out.line(self.each_region)
-            out.line("    if (place_leaf[place_in(m, region)])")
-            out.line('        printf(" %u", (unsigned)place_state[place_in(m, region)]);')
+            out.line("    if (state_leaf[state_in(m, region)])")
+            out.line('        printf(" %u", (unsigned)state_in(m, region));')
             out.line(f'printf("%s\\n", {t}_finished(m) ? " finished" : "");')
             for slot, table in self.sessions:
                 out.line(f"if (m->{slot}.running)")
