@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import PurePath
 
@@ -25,7 +25,7 @@ from fsmkit.codegen.c.reserved import (
     unreserved,
 )
 from fsmkit.diagnostics import fail
-from fsmkit.document.document import Trigger
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import EnumType, RecordType
 from fsmkit.plan import Plan
@@ -95,6 +95,18 @@ class Names:
     def delays(self) -> bool:
         """Whether events are sent later; known when all content is printed."""
         return "delay" in self.used
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether an inherited reaction is there once, for all states that inherit it."""
+        return not (self.options.is_fast or self.options.is_small)
+
+    @property
+    def ends(self) -> bool:
+        """Whether the machine can come to its end, or be ended by what invoked it."""
+        is_family = bool(self.slots or self.invoking or self.is_invoked)
+        states = self.chart.states
+        return is_family or any(s.parent == 0 and s.kind is Kind.FINAL for s in states)
 
     @property
     def has_timers(self) -> bool:
@@ -275,7 +287,7 @@ def _choose(names: Names, options: Options) -> None:
     for region, history in names.shared.items():
         del names.histories[history, region]
     for inner in names.invoked:
-        _choose(inner, Options(is_small=options.is_small, is_tabled=options.is_tabled))
+        _choose(inner, replace(options, without=frozenset(), extras=frozenset()))
 
 
 def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names:

@@ -39,7 +39,9 @@ class Options:
     extras: frozenset[str] = frozenset()
     """Of `EXTRAS`."""
     is_small: bool = False
-    """Whether code is to be small rather than fast."""
+    """Whether code is to be tables, which are small, and slower."""
+    is_fast: bool = False
+    """Whether each state has inherited reactions as code of its own, which is fast, and larger."""
     is_tabled: bool = False
     """With that: tables also where a grid of answers takes fewer bytes, as each is code."""
 
@@ -48,12 +50,13 @@ def read_options(options: Mapping[str, str]) -> Options:
     """Return the options of a target; an error where one names what is not there."""
     without = _named(options, "without", PARTS)
     extras = _named(options, "with", EXTRAS)
-    aim = options.get("optimize", AIMS[0])
-    if aim not in (*AIMS, COMPILING):
+    aim = options.get("optimize", "")
+    if aim not in ("", *AIMS, COMPILING):
         raise fail(
             "unknown-aim", f"C cannot be optimized for `{aim}`", help=f"use {' or '.join(AIMS)}"
         )
-    return Options(without, extras, is_small=aim != AIMS[0], is_tabled=aim == COMPILING)
+    is_small = aim in (AIMS[1], COMPILING)
+    return Options(without, extras, is_small, aim == AIMS[0], is_tabled=aim == COMPILING)
 
 
 def _named(options: Mapping[str, str], option: str, known: Mapping[str, str]) -> frozenset[str]:

@@ -164,18 +164,14 @@ class SourcePrinter:
         reached = entered(names.plan)
         for state in self.chart.states[1:]:
             if not state.is_history:
-                for verb, body in (("exit", moves.leave_state), ("enter", moves.enter_state)):
-                    if verb == "enter" and state.index not in reached:
-                        continue
-                    name = names.function(verb, state.index)
-                    out.line(f"static void {name}({p} *m) {names.note(state.index)}")
-                    with out.block("{"):
-                        if verb == "exit":
-                            out.line(f"FSM_HOOK_EXIT(m, {names.states[state.index]});")
-                        body(out, state.index)
-                        if verb == "exit":
-                            out.line("(void)m; /* for the hook alone */")
-                    out.line()
+                entries = moves.entries(state.index) if state.index in reached else ()
+                both = (("exit", moves.exits(state.index)), ("enter", entries))
+                for verb, lines in both:
+                    if lines and (verb == "exit" or len(lines) > 2):
+                        out.line(f"static void {names.function(verb, state.index)}({p} *m)")
+                        with out.block("{"):
+                            out.lines(lines)
+                        out.line()
         for region in reversed(names.plan.regions):
             moves.leave_region(out, region)
             if region.index:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.analysis.effects import can_fail
+from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
 from fsmkit.codegen.c.names import Names
@@ -14,9 +15,16 @@ from fsmkit.emit import Emitter
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Region, Restore, Within
 from fsmkit.plan.entries import entry_by_default
 
+Lines = tuple[str, ...]
+
 
 class MovePrinter(LeavePrinter):
     """Prints the functions that change the configuration."""
+
+    def __init__(self, names: Names, content: ContentPrinter) -> None:
+        """Print with these names."""
+        super().__init__(names, content)
+        self._entries: dict[int, Lines] = {}
 
     take_text = TAKE_SINGLE
     """The function that takes what was selected, in a chart of one region."""
@@ -27,14 +35,22 @@ class MovePrinter(LeavePrinter):
 
     # --- what one state does --------------------------------------------------------------
 
-    def enter_state(self, out: Emitter, state: int) -> None:
-        """Print the number, the timers and the entry handlers of a state."""
-        region = self.plan.region_of[state]
-        out.line(f"m->{self.names.regions[region]} = {self.names.number(state)};")
-        for history in self.plan.forgotten[state]:
-            self.forget(out, history)
-        out.line(f"FSM_HOOK_ENTER(m, {self.names.states[state]});")
-        self.entry(out, state)
+    def enter_call(self, state: int) -> Lines:
+        """Return how a state is entered: a call, or all of it where that is little."""
+        lines = self.entries(state)
+        return lines if len(lines) == 2 else (f"{self.names.function('enter', state)}(m);",)
+
+    def entries(self, state: int) -> Lines:
+        """Return the number, the timers and the entry handlers of a state."""
+        if state not in self._entries:
+            out = Emitter()
+            out.line(self.set_active(state))
+            for history in self.plan.forgotten[state]:
+                self.forget(out, history)
+            out.line(f"FSM_HOOK_ENTER(m, {self.names.states[state]});")
+            self.entry(out, state)
+            self._entries[state] = tuple(out.finish().rstrip("\n").split("\n"))
+        return self._entries[state]
 
     def entry(self, out: Emitter, state: int) -> None:
         """Print what is done when a state is entered, once it is active."""
@@ -133,8 +149,6 @@ class MovePrinter(LeavePrinter):
                     copy(out, Place(names, part.type, text), Place(names, part.type, place))
                 out.close()
 
-    # --- functions ------------------------------------------------------------------------
-
     # --- entering -------------------------------------------------------------------------
 
     def ops(self, out: Emitter, ops: tuple[Op, ...]) -> None:
@@ -142,7 +156,7 @@ class MovePrinter(LeavePrinter):
         for op in ops:
             match op:
                 case Enter(state, defaults):
-                    out.line(f"{self.names.function('enter', state)}(m);")
+                    out.lines(self.enter_call(state))
                     for transition in defaults:
                         self.take_content(out, transition)
                 case Content(transition):
@@ -228,7 +242,7 @@ class MovePrinter(LeavePrinter):
                     path.append(ancestor)
                 with self._case(out, leaf, more):
                     for state in reversed(path):
-                        out.line(f"{self.names.function('enter', state)}(m);")
+                        out.lines(self.enter_call(state))
                     for inner in self._inner(leaf):
                         self._restore_region(out, history, inner, inner.top, include_top=True)
             self._default_case(out)

@@ -25,8 +25,18 @@ class LeavePrinter:
         self.content = content
         self.prefix = names.prefix
         own = {history for history, _ in names.histories}
+        self._exits: dict[int, tuple[str, ...]] = {}
         self._histories = tuple(self.chart.states[history] for history in sorted(own))
         """Those with a member of their own."""
+
+    def exits(self, state: int) -> tuple[str, ...]:
+        """Return what is done when a state is left, beside the hook."""
+        if state not in self._exits:
+            out = Emitter()
+            self.leave_state(out, state)
+            text = out.finish().rstrip("\n")
+            self._exits[state] = tuple(text.split("\n")) if text else ()
+        return self._exits[state]
 
     def leave_state(self, out: Emitter, state: int) -> None:
         """Print the timers and the exit handlers of a state."""
@@ -54,38 +64,52 @@ class LeavePrinter:
         """Print the function that leaves what is active in a region, innermost first."""
         names, plan = self.names, self.plan
         variable = f"m->{names.regions[region.index]}"
-        number = self._ctype(region)
+        number, above = self._ctype(region), f"{self._leave_name(region)}_above"
+        keep = ", bool keep" if names.ends else ""
+        if not region.states:
+            return
+        parents = [self.chart.states[s].parent or 0 for s in range(max(region.states) + 1)]
+        inside = [p if plan.region_of[p] == region.index else 0 for p in parents]
+        listed = ", ".join(names.number(p) for p in inside)
+        out.line("/* By state: the state around it in its region; 0 for none. */")
+        out.line(f"static const {number} {above}[{len(inside)}] = {{{listed}}};")
+        out.line()
         name = self._leave_name(region)
-        out.line(f"static void {name}({self.prefix} *m, {number} until, bool keep)")
+        out.line("/* Leave what is active below a state, innermost first. */")
+        out.line(f"static void {name}({self.prefix} *m, {number} until{keep})")
         with out.block("{"):
             out.line(f"{number} at = {variable};")
             if region.index in names.shared:
                 out.line(f"const {number} was = at;")
-            with out.block("while (at > until) {"):
-                with out.block("switch (at) {"):
-                    for state in region.states:
-                        out.line(f"case {names.number(state)}:")
-                        with out.indented():
-                            for inner in reversed(self._inner(state)):
-                                out.line(f"{self._leave_name(inner)}(m, 0u, keep);")
-                            out.line(f"{names.function('exit', state)}(m);")
-                            parent = self.chart.states[state].parent
-                            assert parent is not None  # noqa: S101
-                            same = plan.region_of[parent] == region.index
-                            out.line(f"at = {names.number(parent if same else 0)};")
-                            out.line("break;")
-                    out.line("default:")
-                    with out.indented():
-                        out.line("at = 0u;")
-                        out.line("break;")
-                out.line("if (!keep)")
-                with out.indented():
+            with out.block(f"while (at > until && at < {len(inside)}u) {{"):
+                self._over_left(out, region)
+                out.line(f"at = {above}[at];")
+                if names.ends:
+                    with out.block("if (!keep) {"):
+                        out.line(f"{variable} = at;")
+                else:
                     out.line(f"{variable} = at;")
             if region.index in names.shared:
-                out.line("if (until == 0u && !keep)")
-                with out.indented():
+                with out.block(f"if (until == 0u{' && !keep' if names.ends else ''}) {{"):
                     out.line(self._keep_record(region))
         out.line()
+
+    def _over_left(self, out: Emitter, region: Region) -> None:
+        """Print what is done when the state ``at`` of a region is left."""
+        inner = {s: self._inner(s) for s in region.states if self._inner(s)}
+        for state, regions in inner.items():
+            with out.block(f"if (at == {self.names.number(state)}) {{"):
+                for each in reversed(regions):
+                    out.line(self._leave_call(each, 0, "keep"))
+        out.line(f"FSM_HOOK_EXIT(m, ({self.prefix}_state)at);")
+        calls = [s for s in region.states if self.exits(s)]
+        if not calls:
+            return
+        with out.block("switch (at) {"):
+            for state in calls:
+                with self._case(out, state):
+                    out.line(f"{self.names.function('exit', state)}(m);")
+            self._default_case(out)
 
     def _inner(self, state: int) -> list[Region]:
         return self.plan.inner[state]
@@ -98,7 +122,13 @@ class LeavePrinter:
 
     def leave_all(self, region: Region) -> str:
         """Return the call that leaves all of a region of a parallel state."""
+        if self.names.is_shared:
+            return self._leave_call(region, 0)
         return f"{self.prefix}_leave_all_{region.index}(m);"
+
+    def _leave_call(self, region: Region, until: int, keep: str = "false") -> str:
+        more = f", {keep}" if self.names.ends else ""
+        return f"{self._leave_name(region)}(m, {self.names.number(until)}{more});"
 
     def leave_all_function(self, out: Emitter, region: Region) -> None:
         """Print the function that leaves all of a region, without a loop."""
@@ -120,7 +150,7 @@ class LeavePrinter:
                                 out.line(self.leave_all(inner))
                             if each != state and self.is_seen(each):
                                 out.line(self.set_active(each))
-                            out.line(f"{names.function('exit', each)}(m);")
+                            out.lines(self.exit_call(each))
                 self._default_case(out)
             out.line(self._keep_record(region) if is_shared else f"{variable} = 0u;")
         out.line()
@@ -131,9 +161,10 @@ class LeavePrinter:
         member = self.names.regions[region.index]
         return f"m->{member} = (uint8_t)(was | {RECORDED}u); /* {comment(note)} */"
 
-    def exit_call(self, state: int) -> str:
-        """Return the call of what is done when a state is left."""
-        return f"{self.names.function('exit', state)}(m);"
+    def exit_call(self, state: int) -> list[str]:
+        """Return the hook of a state that is left, and the call of what is done then."""
+        hook = f"FSM_HOOK_EXIT(m, {self.names.states[state]});"
+        return [hook, *([f"{self.names.function('exit', state)}(m);"] if self.exits(state) else [])]
 
     def is_seen(self, state: int) -> bool:
         """Whether it can be told what is active while a state is left."""
@@ -149,11 +180,11 @@ class LeavePrinter:
     def leave_below(self, domain: int) -> str:
         """Return the call that leaves all states strictly below a domain."""
         region = self.plan.regions[self.plan.region_of[domain]]
-        return f"{self._leave_name(region)}(m, {self.names.number(domain)}, false);"
+        return self._leave_call(region, domain)
 
     def leave_machine(self) -> str:
         """Return the call that leaves everything, but lets the regions tell where it was."""
-        return f"{self._leave_name(self.plan.regions[0])}(m, 0u, true);"
+        return self._leave_call(self.plan.regions[0], 0, "true")
 
     def record(self, out: Emitter) -> None:
         """Print the function that records the histories of the states about to be left."""
@@ -175,22 +206,36 @@ class LeavePrinter:
                     self._record_one(out, history.index, parent)
         out.line()
 
-    def record_below(self, out: Emitter, domain: int, path: Sequence[int] | None) -> None:
+    def record_below(
+        self, out: Emitter, domain: int, source: int, path: Sequence[int] | None
+    ) -> None:
         """Print that the histories of what is active below a domain are recorded.
 
-        ``path``: what is active there of the region of the domain, if that is known.
+        ``source``: a state that is active; ``path``: all that is active below the domain in its
+        region, if that is known.
         """
         for history in self._histories:
             parent = history.parent
             assert parent is not None  # noqa: S101
             if not self.chart.is_descendant(parent, domain):
                 continue
-            if path is not None and parent in path:
+            if self._are_apart(parent, source):
+                continue
+            if parent in (path or ()) or parent in (source, *self.chart.ancestors(source)):
                 self._record_one(out, history.index, parent)
             elif path is None or self.plan.region_of[parent] != self.plan.region_of[domain]:
                 active = self.names.in_state("m", parent)
                 with out.block(f"if ({ungrouped(active)}) {{ {self.names.note(history.index)}"):
                     self._record_one(out, history.index, parent)
+
+    def _are_apart(self, one: int, other: int) -> bool:
+        """Whether two states of one region are never active together."""
+        if self.plan.region_of[one] != self.plan.region_of[other]:
+            return False
+        chart = self.chart
+        return one != other and not (
+            chart.is_descendant(one, other) or chart.is_descendant(other, one)
+        )
 
     def _can_be_domain(self, state: int) -> bool:
         return state == 0 or self.chart.states[state].kind is Kind.COMPOUND

@@ -124,8 +124,11 @@ class ReactionPrinter:
         if variant.domain is None:
             return Step(act=act)
         record, leave = Emitter(), Emitter()
+        source = transition.source
+        if self.names.is_shared and leaf != source:
+            leaf = None
         path = None if leaf is None else self._path(leaf, variant.domain)
-        self._moves.record_below(record, variant.domain, path)
+        self._moves.record_below(record, variant.domain, source, path)
         if path is None:
             leave.line(self._moves.leave_below(variant.domain))
         else:
@@ -138,6 +141,7 @@ class ReactionPrinter:
         self._moves.ops(enter, variant.entry)
         rest = _lines(enter)
         is_inherited = bool(self.chart.states[transition.source].children)
+        is_inherited = is_inherited and not self.names.is_shared
         if is_alone and is_inherited and len(act) + len(rest) > SHORT:
             act, rest = (), self._shared(transition, variant, (*act, *rest))
         return Step(_lines(record), _lines(leave), act, rest)
@@ -173,7 +177,7 @@ class ReactionPrinter:
             out.line(self._moves.leave_all(inner))
         if not is_deepest and self._moves.is_seen(state):
             out.line(self._moves.set_active(state))
-        out.line(self._moves.exit_call(state))
+        out.lines(self._moves.exit_call(state))
 
     def _act(self, transition: Transition) -> Lines:
         if transition.index not in self._acts:
@@ -187,15 +191,20 @@ class ReactionPrinter:
     # --- one at most ----------------------------------------------------------------------
 
     def _answer(
-        self, candidates: Sequence[Transition], leaf: int, before: Sequence[str] = ()
+        self,
+        candidates: Sequence[Transition],
+        leaf: int | None,
+        before: Sequence[str] = (),
+        *,
+        may_stop: bool = False,
     ) -> Lines:
         """Return the code that takes the first enabled transition and returns.
 
-        ``before``: what asks whether any may be taken, which eventless ones begin with.
+        ``before``: what asks whether any may be taken, which eventless ones begin with;
+        ``may_stop``: whether a guard asked before can have stopped the machine.
         """
         done = "return true;" if before else HANDLED
         out = Emitter()
-        may_stop = False
         for transition in candidates:
             guard = transition.guard
             may_stop = may_stop or (guard is not None and (can_fail(guard) or has_effect(guard)))
@@ -251,8 +260,64 @@ class ReactionPrinter:
     # --- by state: a chart of one region --------------------------------------------------
 
     def print_by_state(self, out: Emitter) -> None:
-        """Print what each state does with each event, inherited transitions with its own."""
+        """Print what each state does with each event."""
         p = self.prefix
+        calls = self._shared_calls(out) if self.names.is_shared else self._own_calls(out)
+        out.line(f"static fsm_result {p}_not_running({p} *m, const {p}_event *cause)")
+        with out.block("{"):
+            out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
+        out.line()
+        leaves = set(self._selection.leaves(self.plan.regions[0]))
+        rows = []
+        for state in self.chart.states[: max(leaves, default=0) + 1]:
+            name = calls.get(state.index, f"{p}_unhandled") if state.index in leaves else ""
+            note = state.id if state.index else "not started, or finished"
+            rows.append((name or f"{p}_not_running", note))
+        index = f"m->{self.names.regions[0]}"
+        print_answers(out, self.names, "By the deepest active state.", rows, index, "not_running")
+
+    def _shared_calls(self, out: Emitter) -> dict[int, str]:
+        """Print what each state with reactions does; what it does not answer, those above do."""
+        calls = {0: f"{self.prefix}_unhandled"}
+        for state in self.plan.regions[0].states:
+            above = calls[self.chart.states[state].parent or 0]
+            calls[state] = above
+            own = self._selection.own(state, Trigger.EVENT)
+            leaf = None if self.chart.states[state].children else state
+            answers: dict[Lines, list[int]] = {}
+            for event in self.by_event:
+                if self.shapes.shape(event) is not Shape.ANY:
+                    found = _open(askable([t for t in own if event in t.events]))
+                    if found:
+                        may_stop = self._may_stop_below(state, event)
+                        lines = self._answer(found, leaf, may_stop=may_stop)
+                        answers.setdefault(lines, []).append(event)
+            if answers:
+                calls[state] = self._state_function(out, state, answers, above)
+        return calls
+
+    def _may_stop_below(self, state: int, event: int) -> bool:
+        """Whether a guard that is asked before, of a state below, can stop the machine."""
+        return any(
+            t.guard is not None
+            and (can_fail(t.guard) or has_effect(t.guard))
+            and self.chart.is_descendant(t.source, state)
+            for t in self.by_event[event]
+        )
+
+    def _state_function(
+        self, out: Emitter, state: int, answers: dict[Lines, list[int]], otherwise: str
+    ) -> str:
+        """Print the function of a state; return its name."""
+        name, p = self.names.function("at", state), self.prefix
+        out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause) {self._where(state)}")
+        with out.block("{"):
+            self._over_events(out, answers, f"return {otherwise}(m, cause);")
+        out.line()
+        return name
+
+    def _own_calls(self, out: Emitter) -> dict[int, str]:
+        """Print what each state does with each event, inherited transitions with its own."""
         calls: dict[int, str] = {}
         for leaf in self._selection.leaves(self.plan.regions[0]):
             answers: dict[Lines, list[int]] = {}
@@ -264,32 +329,15 @@ class ReactionPrinter:
                     answers.setdefault(self._answer(found, leaf), []).append(event)
             if not answers:
                 continue
-            name = self.names.function("at", leaf)
-            calls[leaf] = name
-            out.line(
-                f"static fsm_result {name}({p} *m, const {p}_event *cause) {self._where(leaf)}"
-            )
-            with out.block("{"):
-                self._over_events(out, answers)
-            out.line()
-        out.line(f"static fsm_result {p}_not_running({p} *m, const {p}_event *cause)")
-        with out.block("{"):
-            out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
-        out.line()
-        rows = [(f"{p}_not_running", "not started, or finished")]
-        leaves = set(self._selection.leaves(self.plan.regions[0]))
-        for state in self.plan.regions[0].states:
-            name = calls.get(state, f"{p}_unhandled") if state in leaves else f"{p}_not_running"
-            rows.append((name, self.chart.states[state].id))
-        index = f"m->{self.names.regions[0]}"
-        print_answers(out, self.names, "By the deepest active state.", rows, index, "not_running")
+            calls[leaf] = self._state_function(out, leaf, answers, f"{self.prefix}_unhandled")
+        return calls
 
     def _where(self, state: int) -> str:
         place = self.names.place(self.chart.states[state].span)
         above = [self.chart.states[a].id for a in self.chart.ancestors(state)[:-1]]
         return self.names.remark(" in ".join((f"{place}  " + self.chart.states[state].id, *above)))
 
-    def _over_events(self, out: Emitter, answers: dict[Lines, list[int]]) -> None:
+    def _over_events(self, out: Emitter, answers: dict[Lines, list[int]], otherwise: str) -> None:
         with out.block("switch (cause->event) {"):
             for lines, events in answers.items():
                 for event in events:
@@ -297,8 +345,8 @@ class ReactionPrinter:
                 with out.indented():
                     out.lines(lines)
                     if not lines[-1].startswith("return"):
-                        out.line(self._ignored)
-            out.lines(["default:", f"    {self._ignored}"])
+                        out.line(otherwise)
+            out.lines(["default:", f"    {otherwise}"])
 
     # --- by event: a chart of several regions ---------------------------------------------
 
@@ -393,6 +441,12 @@ class ReactionPrinter:
                 with out.indented():
                     out.lines((*lines, "break;"))
             out.lines(["default:", "    break;"])
+
+
+def _open(transitions: Sequence[Transition]) -> Sequence[Transition]:
+    """Return candidates until the first without a guard."""
+    closing = (place for place, t in enumerate(transitions) if t.guard is None)
+    return transitions[: next(closing, len(transitions)) + 1]
 
 
 def _lines(out: Emitter) -> Lines:

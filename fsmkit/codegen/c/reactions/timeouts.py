@@ -43,7 +43,8 @@ class TimeoutPrinter:
                     if t.trigger is Trigger.EVERY:
                         names.used.add("arm")
                         out.line(f"{names.prefix}_arm(m, {t.index}u, {t.delay}u);")
-                    step = self.reactions.step(t, None).lines
+                    leaf = None if chart.states[t.source].children else t.source
+                    step = self.reactions.step(t, leaf).lines
                     if t.guard is None:
                         out.lines(step)
                     else:

@@ -12,10 +12,14 @@ if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
 
 
-class SmallC:
-    """Runs scripts on small machines; to write one, ask the target `c` for it."""
+class AimedC:
+    """Runs scripts on machines for one aim; to write one, ask the target `c` for it."""
 
-    name = "c-size"
+    def __init__(self, name: str, *, is_small: bool = False, is_fast: bool = False) -> None:
+        """Run machines of such code under a name."""
+        self.name = name
+        self._is_small = is_small
+        self._is_fast = is_fast
 
     def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
         """Build a chart and return the trace of a script."""
@@ -31,7 +35,7 @@ class SmallC:
         for chart, _ in pairs:
             report_limits(chart, findings)
         findings.stop_on_errors()
-        return run_many(pairs, replace(OPTIONS, is_small=True))
+        return run_many(pairs, replace(OPTIONS, is_small=self._is_small, is_fast=self._is_fast))
 
 
-PLUGIN = SmallC()
+PLUGIN = AimedC("c-size", is_small=True)

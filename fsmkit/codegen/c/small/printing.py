@@ -70,9 +70,9 @@ class SmallPrinter(MovePrinter):
             return
         out.line(f"{self.prefix}_enter_path(m, {self._path_at(ops)}u);")
 
-    def exit_call(self, state: int) -> str:
+    def exit_call(self, state: int) -> list[str]:
         """Return the call of what is done when a state is left."""
-        return f"{self.prefix}_exit_of(m, {state}u);"
+        return [f"{self.prefix}_exit_of(m, {state}u);"]
 
     def leave_below(self, domain: int) -> str:
         """Return the call that leaves all states strictly below a domain."""
