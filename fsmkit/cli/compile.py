@@ -53,7 +53,9 @@ Examples:
 @click.option("--no-build", is_flag=True, help="pyext: write the sources, build nothing.")
 @click.option("--with", "extras", help="Add parts, with commas: save; for C also trace.")
 @click.option(
-    "--optimize", type=OneOf("aim", ("speed", "size")), help="C: make the code fast, or small."
+    "--optimize",
+    type=OneOf("aim", ("speed", "size")),
+    help="C: faster, larger code, or smaller, slower code.",
 )
 @click.option("--without", help="C: leave out parts, with commas: queue, counters.")
 @click.option(

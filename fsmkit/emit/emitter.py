@@ -6,6 +6,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from textwrap import dedent
 
+WIDTH = 100
+"""Characters that a line of items has at most."""
+
 
 class Emitter:
     """Collects lines at the current depth."""
@@ -24,6 +27,17 @@ class Emitter:
         """Add several lines."""
         for text in texts:
             self.line(text)
+
+    def wrapped(self, items: Iterable[str]) -> None:
+        """Add items, each with a comma, as many on a line as there is room for."""
+        row = ""
+        for item in items:
+            if row and len(row) + len(item) + 2 > WIDTH - len(self._unit) * self._depth:
+                self.line(row)
+                row = ""
+            row += f"{' ' if row else ''}{item},"
+        if row:
+            self.line(row)
 
     def text(self, block: str) -> None:
         """Add a block written in place with triple quotes, keeping its relative indentation."""

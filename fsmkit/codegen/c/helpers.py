@@ -71,6 +71,15 @@ static void @_raise(@ *m, const @_event *e, bool tell)
     }
 }
 """,
+    "raise_plain": """
+/* Raise an event without a payload. */
+static void @_raise_plain(@ *m, @_event_name event)
+{
+    @_event e = @_no_event;
+    e.event = ($EVENT)event;
+    @_raise(m, &e, true);
+}
+""",
     "error": """
 static void @_error(@ *m, uint16_t event, const char *name)
 {
@@ -198,6 +207,12 @@ static void @_arm(@ *m, uint16_t transition, uint32_t delay)
         (void)fsm_timers_insert(m->timers, &m->timer_count, timer);
 }
 """,
+    "disarm": """
+static void @_disarm(@ *m, uint16_t transition)
+{
+    fsm_timers_disarm(m->timers, &m->timer_count, transition);
+}
+""",
     "delay": """
 /* Delayed events stand in the order of their timers, so that equal states are equal bytes. */
 static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint16_t route,
@@ -263,6 +278,7 @@ static void @_cancel(@ *m, uint16_t mark)
 }
 
 NEEDS = {
+    "raise_plain": ("raise",),
     "error": ("raise",),
     "end_block": ("error",),
     "holds": ("end_block",),
@@ -275,6 +291,7 @@ NEEDS = {
 
 ORDER = (
     "raise",
+    "raise_plain",
     "error",
     "end_block",
     "send",
@@ -288,6 +305,7 @@ ORDER = (
     "holds",
     "guard_holds",
     "arm",
+    "disarm",
     "delay",
     "cancel",
     "cancel_nothing",

@@ -10,7 +10,7 @@ from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import narrowest
-from fsmkit.codegen.c.names import NARROW, Names
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import number_of
 from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, Field, RecordType
@@ -157,72 +157,74 @@ class InterfacePrinter:
                 out.line(f"{payload}.{name} = {name};")
 
     def _in_state(self, out: Emitter) -> None:
-        names, chart = self.names, self.chart
+        names, plan = self.names, self.names.plan
         p = names.prefix
+        last = [0 if s.is_history else plan.last_below[s.index] for s in self.chart.states]
+        out.line("/* By state: the last one below it in its region; 0 for a history. */")
+        self._table(out, f"{p}_last_in_region", last)
+        out.line()
         out.line(f"bool {p}_in(const {p} *m, {p}_state state)")
         with out.block("{"):
-            if len(chart.states) > NARROW:
-                self._in_table(out)
-            else:
-                self._in_switch(out)
+            with out.block(f"if (state == {names.states[0]}) {{"):
+                out.line(f"return {_ungroup(names.in_state('m', 0))};")
+            with out.block(f"if ((size_t)state >= {len(self.chart.states)}u) {{"):
+                out.line("return false;")
+            self._number_of(out)
+            out.line(f"return number >= (uint32_t)state && number <= {p}_last_in_region[state];")
         out.line()
-        leaves = ", ".join(names.states[s.index] for s in chart.states if s.is_leaf)
         out.line(f"uint16_t {p}_active(const {p} *m, {p}_state *states, uint16_t room)")
         with out.block("{"):
-            out.line(f"static const {p}_state leaves[] = {{{leaves}}};")
-            out.line("uint16_t count = 0u;")
-            each = "for (size_t i = 0u; i < sizeof leaves / sizeof leaves[0]; i++) {"
-            with out.block(each), out.block(f"if ({p}_in(m, leaves[i])) {{"):
-                out.line("if (count < room)")
-                with out.indented():
-                    out.line("states[count] = leaves[i];")
-                out.line("count++;")
-            out.line("return count;")
+            if plan.is_single:
+                self._active_leaf(out)
+            else:
+                self._active_leaves(out)
         out.line()
 
-    def _in_switch(self, out: Emitter) -> None:
-        names = self.names
-        with out.block("switch (state) {"):
-            for state in self.chart.states:
-                if not state.is_history:
-                    out.line(f"case {names.states[state.index]}:")
-                    with out.indented():
-                        out.line(f"return {_ungroup(names.in_state('m', state.index))};")
-            out.line(f"case {names.upper}_STATES:")
-            out.line("default:")
-            with out.indented():
-                out.line("return false;")
-
-    def _in_table(self, out: Emitter) -> None:
-        """Print the test of many states: compilers take long over a switch of thousands."""
+    def _number_of(self, out: Emitter) -> None:
+        """Print the number of the region of a state."""
         names, plan = self.names, self.names.plan
-        out.line("/* By state: the last one below it in its region; 0 for a history. */")
-        last = [0 if s.is_history else plan.last_below[s.index] for s in self.chart.states]
-        self._table(out, "last", last)
-        if not plan.is_single:
-            self._table(out, "region_of", plan.region_of)
-        out.line(f"if (state == {names.states[0]})")
-        out.line(f"    return {_ungroup(names.in_state('m', 0))};")
-        out.line(f"if ((size_t)state >= {len(self.chart.states)}u || last[state] == 0u)")
-        out.line("    return false;")
-        out.line("uint32_t number = 0u;")
         numbers = []
         for region in plan.regions:
             member = f"m->{names.regions[region.index]}"
             numbers.append(number_of(member) if region.index in names.shared else member)
         if plan.is_single:
-            out.line(f"number = {numbers[0]};")
-        else:
-            with out.block("switch (region_of[state]) {"):
-                for region, number in zip(plan.regions, numbers, strict=True):
-                    out.lines([f"case {region.index}u:", f"    number = {number};", "    break;"])
-                out.lines(["default:", "    break;"])
-        out.line("return number >= (uint32_t)state && number <= last[state];")
+            out.line(f"const uint32_t number = {numbers[0]};")
+            return
+        self._table(out, "region_of", plan.region_of)
+        out.line("uint32_t number = 0u;")
+        with out.block("switch (region_of[state]) {"):
+            for region, number in zip(plan.regions, numbers, strict=True):
+                out.lines([f"case {region.index}u:", f"    number = {number};", "    break;"])
+            out.lines(["default:", "    break;"])
+
+    def _active_leaf(self, out: Emitter) -> None:
+        """Print the one active atomic state of a region; above such a state lie others."""
+        p, number = self.names.prefix, f"m->{self.names.regions[0]}"
+        count = len(self.chart.states)
+        out.line(f"const uint32_t number = {number};")
+        test = f"number == 0u || number >= {count}u || {p}_last_in_region[number] != number"
+        with out.block(f"if ({test}) {{"):
+            out.line("return 0u;")
+        with out.block("if (room > 0u) {"):
+            out.line(f"states[0] = ({p}_state)number;")
+        out.line("return 1u;")
+
+    def _active_leaves(self, out: Emitter) -> None:
+        p = self.names.prefix
+        leaves = [self.names.states[s.index] for s in self.chart.states if s.is_leaf]
+        with out.block(f"static const {p}_state leaves[] = {{", "};"):
+            out.wrapped(leaves)
+        out.line("uint16_t count = 0u;")
+        each = "for (size_t i = 0u; i < sizeof leaves / sizeof leaves[0]; i++) {"
+        with out.block(each), out.block(f"if ({p}_in(m, leaves[i])) {{"):
+            with out.block("if (count < room) {"):
+                out.line("states[count] = leaves[i];")
+            out.line("count++;")
+        out.line("return count;")
 
     def _table(self, out: Emitter, name: str, values: Sequence[int]) -> None:
         with out.block(f"static const {narrowest(max(values))} {name}[] = {{", "};"):
-            for at in range(0, len(values), 16):
-                out.line(", ".join(f"{value}u" for value in values[at : at + 16]) + ",")
+            out.wrapped([f"{value}u" for value in values])
 
     def _names(self, out: Emitter) -> None:
         names, chart = self.names, self.chart
@@ -245,7 +247,7 @@ class InterfacePrinter:
                     continue
                 entries = [_entry(out, place, text) for place, text in enumerate(texts)]
                 with out.block("static const char *const texts[] = {", "};"):
-                    out.lines(f"{entry}," for entry in entries)
+                    out.wrapped(entries)
                 out.line(
                     'return (size_t)number < sizeof texts / sizeof texts[0] ? texts[number] : "?";'
                 )

@@ -108,7 +108,7 @@ class SourcePrinter:
         names = self.names
         p = names.prefix
         for operation in self.chart.operations:
-            if "call " + operation.name not in names.used:
+            if "guarded " + operation.name not in names.used:
                 continue
             fields, result = operation.parameters, operation.result
             ctype = "void" if result is None else storage(result, names.records).text
@@ -154,6 +154,17 @@ class SourcePrinter:
                 with out.indented():
                     out.line("break;")
         out.line()
+        text = """
+/* An event without a payload leaves the machine. */
+static void @_emit_plain(@ *m, @_event_name event, uint16_t peer)
+{
+    @_event e = @_no_event;
+    e.event = ($EVENT)event;
+    @_emit(m, &e, peer);
+}
+"""
+        out.lines(fill(names, text, EVENT=event_type(names)))
+        out.line()
 
     def _print_states(self) -> None:
         out, moves, names = self.states, self.moves, self.names
@@ -165,9 +176,10 @@ class SourcePrinter:
         for state in self.chart.states[1:]:
             if not state.is_history:
                 entries = moves.entries(state.index) if state.index in reached else ()
-                both = (("exit", moves.exits(state.index)), ("enter", entries))
-                for verb, lines in both:
-                    if lines and (verb == "exit" or len(lines) > 2):
+                # less stands where it is done
+                both = (("exit", moves.exits(state.index), 1), ("enter", entries, 2))
+                for verb, lines, little in both:
+                    if len(lines) > little:
                         out.line(f"static void {names.function(verb, state.index)}({p} *m)")
                         with out.block("{"):
                             out.lines(lines)

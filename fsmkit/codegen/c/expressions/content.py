@@ -65,9 +65,9 @@ class ContentPrinter:
         """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
         if not block:
             return
-        printer = Printer(self._names, events)
-        body = Emitter()
         is_failing = any(map(can_end, block))
+        printer = Printer(self._names, events, is_sound=not is_failing)
+        body = Emitter()
         for statement in block:
             self._statement(body, statement, printer, failing=is_failing)
         texts = body.finish().rstrip("\n").split("\n")
@@ -103,6 +103,9 @@ class ContentPrinter:
         match statement:
             case Assign(location, value):
                 self._assign(out, location, value, printer)
+            case Raise(event, ()):
+                out.line(f"{prefix}_raise_plain(m, {self._names.events[event]});")
+                self._names.used.add("raise_plain")
             case Raise(event, arguments):
                 self._event(out, event, arguments, printer)
                 out.line(f"{prefix}_raise(m, &e, true);")
@@ -211,8 +214,13 @@ class ContentPrinter:
     def _send(self, out: Emitter, statement: Send, printer: Printer) -> None:
         names = self._names
         prefix = names.prefix
-        self._event(out, statement.event, statement.arguments, printer)
         peer = 0 if statement.peer is None else names.symbol(statement.peer)
+        is_port = statement.destination is Destination.PORT and statement.delay is None
+        if is_port and not statement.arguments:
+            out.line(f"{prefix}_emit_plain(m, {names.events[statement.event]}, {peer}u);")
+            names.used.add("emit")
+            return
+        self._event(out, statement.event, statement.arguments, printer)
         if statement.delay is not None:
             names.used.add("delay")
             delay = printer.value(statement.delay, DurationType())

@@ -322,7 +322,10 @@ class Printer(Operators):
             expr.arguments, tuple(field.type for field in operation.parameters)
         )
         self.names.used.add("call " + expr.operation)
-        name = f"{self.names.prefix}_call_{self.names.operations[expr.operation]}"
+        if not self.is_sound:
+            self.names.used.add("guarded " + expr.operation)
+        verb = "" if self.is_sound else "call_"
+        name = f"{self.names.prefix}_{verb}{self.names.operations[expr.operation]}"
         text = f"{name}({', '.join(('m', *texts))})"
         loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")
         if before:

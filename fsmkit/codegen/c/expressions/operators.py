@@ -37,12 +37,13 @@ from fsmkit.language import Binary, BinaryOp, BoolType, FloatType, IntType, Over
 class Operators:
     """Prints operators; collects the temporaries they need.
 
-    ``events``: those that can be at hand.
+    ``events``: those that can be at hand; ``is_sound``: nothing that is printed can fail.
     """
 
     names: Names
     events: tuple[int, ...] = ()
     temporaries: list[tuple[str, str]] = field(default_factory=list)
+    is_sound: bool = False
 
     def cast(self, fragment: Fragment, ctype: str) -> str:
         """Return a fragment as another C type; values are known to fit."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.analysis.effects import is_plain
+from fsmkit.chart.content import statements
+from fsmkit.chart.statements import If, Log
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
@@ -33,16 +35,26 @@ class LeavePrinter:
         """Return what is done when a state is left, beside the hook."""
         if state not in self._exits:
             out = Emitter()
+            if self._only_logs(state):
+                out.line("(void)m; /* for hooks alone */")
             self.leave_state(out, state)
             text = out.finish().rstrip("\n")
             self._exits[state] = tuple(text.split("\n")) if text else ()
         return self._exits[state]
 
+    def _only_logs(self, state: int) -> bool:
+        """Whether all that is done when a state is left is for hooks, if there are any."""
+        own = self.chart.states[state]
+        found = [s for block in own.on_exit for s in statements(block)]
+        does_more = self._timed(state) or own.invokes
+        return bool(found) and not does_more and all(isinstance(s, Log | If) for s in found)
+
     def leave_state(self, out: Emitter, state: int) -> None:
         """Print the timers and the exit handlers of a state."""
         names = self.names
         for transition in self._timed(state):
-            out.line(f"fsm_timers_disarm(m->timers, &m->timer_count, {transition}u);")
+            names.used.add("disarm")
+            out.line(f"{self.prefix}_disarm(m, {transition}u);")
         what = "exit of " + self.chart.states[state].id
         for block in self.chart.states[state].on_exit:
             self.content.block(out, block, (), what)
@@ -70,9 +82,9 @@ class LeavePrinter:
             return
         parents = [self.chart.states[s].parent or 0 for s in range(max(region.states) + 1)]
         inside = [p if plan.region_of[p] == region.index else 0 for p in parents]
-        listed = ", ".join(names.number(p) for p in inside)
         out.line("/* By state: the state around it in its region; 0 for none. */")
-        out.line(f"static const {number} {above}[{len(inside)}] = {{{listed}}};")
+        with out.block(f"static const {number} {above}[{len(inside)}] = {{", "};"):
+            out.wrapped(names.number(p) for p in inside)
         out.line()
         name = self._leave_name(region)
         out.line("/* Leave what is active below a state, innermost first. */")
@@ -108,7 +120,7 @@ class LeavePrinter:
         with out.block("switch (at) {"):
             for state in calls:
                 with self._case(out, state):
-                    out.line(f"{self.names.function('exit', state)}(m);")
+                    out.lines(self._exit_lines(state))
             self._default_case(out)
 
     def _inner(self, state: int) -> list[Region]:
@@ -164,7 +176,12 @@ class LeavePrinter:
     def exit_call(self, state: int) -> list[str]:
         """Return the hook of a state that is left, and the call of what is done then."""
         hook = f"FSM_HOOK_EXIT(m, {self.names.states[state]});"
-        return [hook, *([f"{self.names.function('exit', state)}(m);"] if self.exits(state) else [])]
+        return [hook, *self._exit_lines(state)]
+
+    def _exit_lines(self, state: int) -> tuple[str, ...]:
+        """Return the call of what is done when a state is left, or that where it is little."""
+        lines = self.exits(state)
+        return lines if len(lines) < 2 else (f"{self.names.function('exit', state)}(m);",)
 
     def is_seen(self, state: int) -> bool:
         """Whether it can be told what is active while a state is left."""

@@ -90,7 +90,7 @@ class SelectionPrinter:
     def _guard(self, out: Emitter, transition: Transition) -> str:
         guard = transition.guard
         assert guard is not None  # noqa: S101
-        printer = Printer(self.names, transition.events)
+        printer = Printer(self.names, transition.events, is_sound=not can_fail(guard))
         text = printer.condition(guard)
         if not printer.temporaries and not can_fail(guard):
             return text
