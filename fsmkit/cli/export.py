@@ -127,7 +127,7 @@ def command(
         def tell(states: int, transitions: int) -> None:
             show(f"exploring {name}: {states:,} states, {transitions:,} transitions")
 
-        wanted = ExportOptions(time == "untimed", silent, most, deadline, tell)
+        wanted = ExportOptions(time == "untimed", silent, most, deadline, tell, findings)
         with given_up_at(deadline), deadline.stage(Stage.EXPLORING):
             found = write(wanted)
     report(findings)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import Findings, fail
 from fsmkit.export.explored import Explored, local_steps_of
-from fsmkit.export.exporter import ExportOptions
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.local_states import in_order, names_and_texts, word
 from fsmkit.export.network import Arrival, Automaton, Local, Move, Network, Place, Sent
 from fsmkit.export.transition_system import cause
@@ -20,6 +20,15 @@ from fsmkit.verify.report.counterexample import occurrence_text
 from fsmkit.verify.statespace.actions import FAULT, Action, Message, Outcome
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.global_steps import LocalState
+
+
+def exported(
+    system: System, wanted: ExportOptions, write: Callable[[Network, Findings], str]
+) -> Exported:
+    """Explore a system, and write its network."""
+    network = network_of(system, wanted)
+    figures = {"states": network.states, "transitions": network.transitions}
+    return Exported(write(network, wanted.findings), figures)
 
 
 def network_of(system: System, wanted: ExportOptions) -> Network:

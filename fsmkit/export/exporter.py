@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
+from fsmkit.texts import plain
 from fsmkit.verify.resources.deadline import Deadline, TimeUp
 
 
@@ -18,7 +20,7 @@ class ExportOptions:
     """How to export: time and watchdogs as `verify.explore` takes them, and where to give up.
 
     ``most``: states that are explored. Where the ``deadline`` passes, `TimeUp` is raised.
-    ``progress`` is told states and transitions so far.
+    ``progress`` is told states and transitions so far, ``findings`` the properties left out.
     """
 
     untimed: bool = False
@@ -26,6 +28,18 @@ class ExportOptions:
     most: int = 1_000_000
     deadline: Deadline = field(default_factory=Deadline)
     progress: Callable[[int, int], None] | None = None
+    findings: Findings = field(default_factory=Findings)
+
+
+def leave_out(property_: Property, why: str, findings: Findings | None) -> None:
+    """Report that a notation does not say a property."""
+    if findings is not None:
+        findings.add(
+            "property-not-exported",
+            f"`{property_.name}` is left out: {plain(why)}",
+            property_.span,
+            help=f"`fsmkit check --property {plain(property_.name)}` decides it",
+        )
 
 
 @contextmanager

@@ -22,14 +22,18 @@ REFUSED = {
 }
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("notation", REFUSED)
 def test_an_unknown_kind_is_refused(load: Load, notation: str) -> None:
     system = load(drive=DRIVE, axis=AXIS, driver=DRIVER)
     known = next(p for p in system.properties if p.condition is not None)
     asked = replace(known, name="strange", kind=UNHEARD)
-    text = plugin(Exporter, notation).export(
-        replace(system, properties=(asked,)), ExportOptions()
-    ).text  # fmt: skip
+    options = ExportOptions()
+    text = plugin(Exporter, notation).export(replace(system, properties=(asked,)), options).text
+    (finding,) = options.findings
+    assert finding.rule.name == "property-not-exported"
+    assert "strange" in finding.message
+    assert finding.help == "`fsmkit check --property strange` decides it"
     lines = text.split("\n")
     (place,) = [n for n, line in enumerate(lines) if REFUSED[notation] in line]
     assert "strange" in "".join(lines[place - 2 : place + 1])

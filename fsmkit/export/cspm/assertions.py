@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from itertools import product
 from typing import assert_never
 
-from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.cspm.identifiers import Names
+from fsmkit.export.exporter import leave_out
 from fsmkit.export.formula import (
     All,
     Any,
@@ -61,12 +62,16 @@ class Asserted:
         return not self.missing and not self.is_livelock
 
 
-def asserted(network: Network, names: Names) -> tuple[Asserted, ...]:
+def asserted(
+    network: Network, names: Names, findings: Findings | None = None
+) -> tuple[Asserted, ...]:
     """Return what the properties of a system assert."""
-    return tuple(
-        _asserted(network, names.new(property_.name), property_)
-        for property_ in network.closed.system.properties
-    )
+    properties = network.closed.system.properties
+    found = tuple(_asserted(network, names.new(one.name), one) for one in properties)
+    for one in found:
+        if one.missing:
+            leave_out(one.of, one.missing, findings)
+    return found
 
 
 def _asserted(network: Network, name: str, property_: Property) -> Asserted:

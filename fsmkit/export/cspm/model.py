@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.export.cspm.alphabet import Alphabet
 from fsmkit.export.cspm.assertions import Asserted, asserted
@@ -42,19 +43,19 @@ section `Timed`: it would give each event a duration, and here steps take no tim
 
 
 @notating
-def written(network: Network) -> str:
+def written(network: Network, findings: Findings | None = None) -> str:
     """Return the model."""
-    return _Writer(network).text()
+    return _Writer(network, findings).text()
 
 
 class _Writer:
     """Writes the parts in their order."""
 
-    def __init__(self, network: Network) -> None:
+    def __init__(self, network: Network, findings: Findings | None) -> None:
         self._network = network
         self._all = Alphabet(network)
         self._frame = Frame(self._all.names)
-        self._asserted = asserted(network, self._all.names)
+        self._asserted = asserted(network, self._all.names, findings)
         self._parts: list[tuple[str, list[str]]] = []
         self._timed = network.closed.unit > 0
         self._out = Emitter("  ")

@@ -15,12 +15,10 @@ class Cspm:
 
     def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Explore by the interpreter, then write the local steps."""
-        from fsmkit.export.collect import network_of
+        from fsmkit.export.collect import exported
         from fsmkit.export.cspm.model import written
 
-        network = network_of(system, wanted)
-        figures = {"states": network.states, "transitions": network.transitions}
-        return Exported(written(network), figures)
+        return exported(system, wanted, written)
 
     def export_refinement(self, derived: Chart, base: Chart, wanted: ExportOptions) -> Exported:
         """Take the steps of both charts by the interpreter, then write them."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from fsmkit.diagnostics import Findings
 from fsmkit.export.changes import Joint, by_themselves, changes
 from fsmkit.export.jani.edges import edges_of
 from fsmkit.export.jani.identifiers import UNFORESEEN, Spelling
@@ -42,9 +43,9 @@ PLACE = "here"
 
 
 @notating
-def model_of(network: Network) -> Json:
-    """Return the model."""
-    return _Writer(network).model()
+def model_of(network: Network, findings: Findings | None = None) -> Json:
+    """Return the model; ``findings`` report the properties that are left out."""
+    return _Writer(network).model(findings)
 
 
 class _Writer:
@@ -55,7 +56,7 @@ class _Writer:
         self._spelling = Spelling(network)
         self._automata = network.automata
 
-    def model(self) -> Json:
+    def model(self, findings: Findings | None) -> Json:
         network = self._network
         elements = [
             *self._spelling.machines,
@@ -72,7 +73,7 @@ class _Writer:
             actions[TICK] = len(self._automata)
             note = f"{network.closed.unit} ticks of time pass"
             automata.append(_automaton(self._spelling.clock, [self._tick()], note))
-        properties, remarks = properties_of(network, self._spelling)
+        properties, remarks = properties_of(network, self._spelling, findings)
         return {
             "jani-version": 1,
             "name": network.name,

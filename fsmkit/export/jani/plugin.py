@@ -14,13 +14,11 @@ class Jani:
 
     def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Explore, then write the local steps."""
-        from fsmkit.export.collect import network_of
+        from fsmkit.export.collect import exported
         from fsmkit.export.jani.layout import laid_out
         from fsmkit.export.jani.model import model_of
 
-        network = network_of(system, wanted)
-        figures = {"states": network.states, "transitions": network.transitions}
-        return Exported(laid_out(model_of(network)), figures)
+        return exported(system, wanted, lambda network, found: laid_out(model_of(network, found)))
 
 
 PLUGIN = Jani()

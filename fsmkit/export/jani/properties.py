@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.export.exporter import leave_out
 from fsmkit.export.formula import condition_of, deadlock, goal_of
 from fsmkit.export.jani.identifiers import UNFORESEEN, Spelling
 from fsmkit.export.jani.terms import Json, binary, conjunction, negated
@@ -14,19 +15,23 @@ FORESEEN = "foreseen"
 """The property that nothing happens which the explorer never saw."""
 
 
-def properties_of(network: Network, spelling: Spelling) -> tuple[list[Json], list[str]]:
+def properties_of(
+    network: Network, spelling: Spelling, findings: Findings | None = None
+) -> tuple[list[Json], list[str]]:
     """Return the properties, and remarks on those that are left out."""
     found: list[Json] = []
     remarks: list[str] = []
     properties = network.closed.system.properties
     for property_ in properties:
+        values: dict[str, Json] | str
         try:
             values = _values(network, spelling, property_)
         except FsmkitError as error:
-            remarks.append(_left_out(property_, error.diagnostics[0].message))
-            continue
+            values = error.diagnostics[0].message
         if isinstance(values, str):
-            remarks.append(_left_out(property_, values))
+            leave_out(property_, values, findings)
+            name, text = plain(property_.name), plain(property_.text)
+            remarks.append(f"Property `{name}` ({text}) is not carried over: {values}.")
             continue
         decided = property_.kind.decided
         unfair = isinstance(decided, OverGraph) and decided.is_fair
@@ -38,12 +43,6 @@ def properties_of(network: Network, spelling: Spelling) -> tuple[list[Json], lis
         name += "_"
     found.append(_property(name, never(UNFORESEEN), "all that happens the explorer saw, too"))
     return found, remarks
-
-
-def _left_out(property_: Property, why: str) -> str:
-    return (
-        f"Property `{plain(property_.name)}` ({plain(property_.text)}) is not carried over: {why}."
-    )
 
 
 def _values(network: Network, spelling: Spelling, property_: Property) -> dict[str, Json] | str:

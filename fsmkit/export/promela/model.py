@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.emit import Emitter
 from fsmkit.export.changes import Change, Joint, by_themselves, changes
+from fsmkit.export.exporter import leave_out
 from fsmkit.export.formula import condition_of, deadlock, goal_of
 from fsmkit.export.network import Automaton, Move, Network, Place, Sent
 from fsmkit.export.promela.identifiers import Spelling, claims
@@ -43,9 +44,9 @@ NAMED = 3
 
 
 @notating
-def written(network: Network) -> str:
-    """Return the model."""
-    return _Writer(network).text()
+def written(network: Network, findings: Findings | None = None) -> str:
+    """Return the model; ``findings`` report the properties that are left out."""
+    return _Writer(network).text(findings)
 
 
 class _Writer:
@@ -57,7 +58,7 @@ class _Writer:
         self._automata = network.automata
         self._out = Emitter()
 
-    def text(self) -> str:
+    def text(self, findings: Findings | None) -> str:
         out, network = self._out, self._network
         timed = ""
         if network.closed.unit:
@@ -86,7 +87,7 @@ class _Writer:
             self._process(machine, automaton)
         if network.closed.unit:
             self._clock()
-        self._properties()
+        self._properties(findings)
         return out.finish()
 
     # --- declarations ----------------------------------------------------------------------------
@@ -307,18 +308,24 @@ class _Writer:
 
     # --- properties ------------------------------------------------------------------------------
 
-    def _properties(self) -> None:
+    def _properties(self, findings: Findings | None) -> None:
         network, out = self._network, self._out
         properties = network.closed.system.properties
         for name, property_ in zip(claims(properties), properties, strict=True):
             out.line(f"/* {comment(property_.name)}: {comment(property_.text)} */")
             try:
-                out.lines(self._property(name, property_))
+                claim = list(self._property(name, property_))
+                why = "" if claim else f"`{property_.kind.key}` is no formula of linear time"
             except FsmkitError as error:
-                out.line(f"/* not carried over: {comment(error.diagnostics[0].message)} */")
+                claim, why = [], error.diagnostics[0].message
+            if why:
+                leave_out(property_, why, findings)
+                claim = [f"/* not carried over: {comment(why)} */"]
+            out.lines(claim)
             out.line()
 
     def _property(self, name: str, property_: Property) -> Iterator[str]:
+        """Yield the claim of a property; nothing where it is no formula of linear time."""
         network, spelling = self._network, self._spelling
         match property_.kind.decided:
             case Builtin.DEADLOCK:
@@ -333,9 +340,6 @@ class _Writer:
                 goal = spelling.formula(goal_of(network, property_))
                 yield "/* no fairness: in a violation something that is owed may never come */"
                 yield from _never_comes(name, begins, goal)
-            case _:
-                key = property_.kind.key
-                yield f"/* not carried over: `{key}` is no formula of linear time */"
 
 
 def _never(name: str, bad: str) -> Iterator[str]:

@@ -14,12 +14,10 @@ class Promela:
 
     def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Explore by the interpreter, then write the local steps."""
-        from fsmkit.export.collect import network_of
+        from fsmkit.export.collect import exported
         from fsmkit.export.promela.model import written
 
-        network = network_of(system, wanted)
-        figures = {"states": network.states, "transitions": network.transitions}
-        return Exported(written(network), figures)
+        return exported(system, wanted, written)
 
 
 PLUGIN = Promela()

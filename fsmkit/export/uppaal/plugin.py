@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from fsmkit.export.exporter import Exported, ExportOptions
+from fsmkit.export.exporter import Exported, ExportOptions, leave_out
 from fsmkit.system.system import System
 from fsmkit.verify.resources.deadline import Stage
 
@@ -28,6 +28,10 @@ class Uppaal:
 
         closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
         network = translated(closed, flat=self.flat, paced=self.flat)
+        for property_, query in zip(system.properties, network.queries, strict=False):
+            if not query.formula:
+                why = query.comment.partition("not asked: ")[2]
+                leave_out(property_, why, wanted.findings)
         figures = {
             "locations": sum(len(template.locations) for template in network.templates),
             "edges": sum(len(template.edges) for template in network.templates),
