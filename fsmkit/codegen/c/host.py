@@ -48,5 +48,5 @@ def _given(out: Emitter, names: Names, fields: tuple[Field, ...]) -> str:
         return "NULL"
     places = ((names.field(part.name), isinstance(part.type, ArrayType)) for part in fields)
     listed = ", ".join(name if is_pointer else f"&{name}" for name, is_pointer in places)
-    out.line(f"const void *const given_[] = {{{listed}}};")
-    return "given_"
+    out.line(f"const void *const fsm_given[] = {{{listed}}};")
+    return "fsm_given"

@@ -5,6 +5,8 @@
 #ifndef FSM_PYTHON_H
 #define FSM_PYTHON_H
 
+#include "fsm_info.h"
+
 #include <pyconfig.h>
 #ifndef Py_GIL_DISABLED /* such builds have no stable ABI */
 #define Py_LIMITED_API 0x030B0000
@@ -65,14 +67,19 @@ typedef struct {
     size_t room;
 } fsm_object;
 
-/* An event: its name, the names of its fields, how its payload is read. */
+/* An event: the names of its fields in Python, and what messages call these. */
 typedef struct {
-    const char *name;
     const char *const *fields;
-    Py_ssize_t count;
-    bool (*fill)(fsm_object *o, void *e, PyObject *const *values);
-    bool replies_bool;
+    const char *const *said;
 } fsm_py_event;
+
+/* What the host is called for: the number of its method, what messages call the result, whether it
+ * is given the peer. Number -1: it is never called. */
+typedef struct {
+    Py_ssize_t number;
+    const char *said;
+    bool has_peer;
+} fsm_py_call;
 
 /* ---- leaving a step ---------------------------------------------------------------------------
  * An exception cannot pass through the generated C, which holds nothing but its struct: the step is
@@ -110,22 +117,6 @@ FSM_PY_MAYBE bool fsm_py_is_free(const fsm_object *o, const char *name)
     return !o->busy;
 }
 
-/* What a method of the host returned; takes the arguments over. */
-FSM_PY_MAYBE void fsm_py_done(fsm_object *o, PyObject **values, int count, PyObject *result)
-{
-    for (int i = 0; i < count; i++)
-        Py_XDECREF(values[i]);
-    if (result == NULL)
-        fsm_py_break(o);
-}
-
-FSM_PY_MAYBE void fsm_py_ready(fsm_object *o, PyObject **values, int count)
-{
-    for (int i = 0; i < count; i++)
-        if (values[i] == NULL)
-            fsm_py_done(o, values, count, NULL);
-}
-
 FSM_PY_MAYBE PyObject *fsm_py_host(fsm_object *o)
 {
     return o->host != NULL ? o->host : (PyObject *)o;
@@ -136,11 +127,25 @@ FSM_PY_MAYBE PyObject *fsm_py_method(fsm_object *o, Py_ssize_t number)
     return PyTuple_GetItem(o->known->calls, number);
 }
 
+FSM_PY_MAYBE PyObject *fsm_py_or_none(PyObject *value)
+{
+    PyObject *found = value == NULL ? Py_None : value;
+    Py_INCREF(found);
+    return found;
+}
+
 /* ---- values -------------------------------------------------------------------------------- */
 
-FSM_PY_MAYBE bool fsm_py_outside(const char *what, PyObject *value, const char *range)
+FSM_PY_MAYBE bool fsm_py_outside(const char *what, PyObject *value, const fsm_type *type)
 {
-    PyErr_Format(PyExc_ValueError, "%s must be in %s, not %R", what, range, value);
+    if (type->kind == FSM_BOOL)
+        PyErr_Format(PyExc_ValueError, "%s must be in False..True, not %R", what, value);
+    else if (type->hi > INT64_MAX && type->kind != FSM_SIGNED)
+        PyErr_Format(PyExc_ValueError, "%s must be in %llu..%llu, not %R", what,
+                     (unsigned long long)type->lo, (unsigned long long)type->hi, value);
+    else
+        PyErr_Format(PyExc_ValueError, "%s must be in %lld..%lld, not %R", what,
+                     (long long)type->lo, (long long)type->hi, value);
     return false;
 }
 
@@ -163,48 +168,29 @@ FSM_PY_MAYBE PyObject *fsm_py_index(PyObject *value, const char *what)
     return index;
 }
 
-FSM_PY_MAYBE bool fsm_py_signed(
-    PyObject *value, const char *what, const char *range, int64_t lo, int64_t hi, int64_t *out)
+/* A whole number within the bounds of its type. */
+FSM_PY_MAYBE bool fsm_py_integer(
+    PyObject *value, const char *what, const fsm_type *type, uint64_t *out)
 {
     int overflow = 0;
     PyObject *index = fsm_py_index(value, what);
     if (index == NULL)
         return false;
-    long long taken = PyLong_AsLongLongAndOverflow(index, &overflow);
-    Py_DECREF(index);
-    if (overflow != 0 || taken < lo || taken > hi)
-        return PyErr_Occurred() == NULL && fsm_py_outside(what, value, range);
-    *out = taken;
-    return true;
-}
-
-FSM_PY_MAYBE bool fsm_py_unsigned(
-    PyObject *value, const char *what, const char *range, uint64_t lo, uint64_t hi, uint64_t *out)
-{
-    PyObject *index = fsm_py_index(value, what);
-    if (index == NULL)
-        return false;
-    unsigned long long taken = PyLong_AsUnsignedLongLong(index);
-    Py_DECREF(index);
-    if (PyErr_Occurred() != NULL) {
-        if (!PyErr_ExceptionMatches(PyExc_OverflowError))
-            return false;
-        PyErr_Clear();
-        return fsm_py_outside(what, value, range);
+    if (type->kind == FSM_UNSIGNED && type->hi > INT64_MAX) {
+        *out = PyLong_AsUnsignedLongLong(index);
+        if (PyErr_Occurred() != NULL && PyErr_ExceptionMatches(PyExc_OverflowError)) {
+            PyErr_Clear();
+            overflow = 1;
+        }
+    } else {
+        *out = (uint64_t)PyLong_AsLongLongAndOverflow(index, &overflow);
+        if (type->kind != FSM_SIGNED && *out > INT64_MAX && PyErr_Occurred() == NULL)
+            overflow = -1;
     }
-    if (taken < lo || taken > hi)
-        return fsm_py_outside(what, value, range);
-    *out = taken;
-    return true;
-}
-
-FSM_PY_MAYBE bool fsm_py_bool(PyObject *value, const char *what, bool *out)
-{
-    int64_t taken = 0;
-    if (!fsm_py_signed(value, what, "False..True", 0, 1, &taken))
+    Py_DECREF(index);
+    if (PyErr_Occurred() != NULL)
         return false;
-    *out = taken != 0;
-    return true;
+    return (overflow == 0 && fsm_is_of(type, *out)) || fsm_py_outside(what, value, type);
 }
 
 FSM_PY_MAYBE bool fsm_py_double(PyObject *value, const char *what, double *out)
@@ -280,6 +266,111 @@ FSM_PY_MAYBE bool fsm_py_put(PyObject **parts, Py_ssize_t place, PyObject *part)
     return false;
 }
 
+/* Read an object of Python into a value of a type; false with what is wrong with it. Arrays and
+ * records are sequences, members of enumerations integers. */
+FSM_PY_MAYBE bool fsm_py_take(
+    fsm_object *o, const fsm_type *type, PyObject *value, const char *what, void *out)
+{
+    double real = 0.0;
+    uint16_t symbol = 0u;
+    uint64_t bits = 0u;
+    switch (type->kind) {
+        case FSM_SYMBOL:
+            if (!fsm_py_symbol(o, value, what, &symbol))
+                return false;
+            fsm_set_bits(type, out, symbol);
+            return true;
+        case FSM_FLOAT:
+            if (!fsm_py_double(value, what, &real))
+                return false;
+            fsm_set_float(type, out, real);
+            return true;
+        case FSM_ARRAY:
+        case FSM_RECORD:
+            if (!fsm_py_parts(value, what, (Py_ssize_t)type->count))
+                return false;
+            for (uint32_t i = 0u; i < type->count; i++) {
+                const bool is_array = type->kind == FSM_ARRAY;
+                const fsm_type *of = is_array ? type->element : type->fields[i].type;
+                const uint32_t offset = is_array ? i * of->size : type->fields[i].offset;
+                PyObject *part = PySequence_GetItem(value, (Py_ssize_t)i);
+                bool is_taken =
+                    part != NULL && fsm_py_take(o, of, part, what, fsm_place_at(out, offset));
+                Py_XDECREF(part);
+                if (!is_taken)
+                    return false;
+            }
+            return true;
+        default:
+            if (!fsm_py_integer(value, what, type, &bits))
+                return false;
+            fsm_set_bits(type, out, bits);
+            return true;
+    }
+}
+
+/* The object of a value: a new reference, NULL with an exception. */
+FSM_PY_MAYBE PyObject *fsm_py_give(const fsm_object *o, const fsm_type *type, const void *value)
+{
+    PyObject *parts = NULL;
+    switch (type->kind) {
+        case FSM_BOOL:
+            return PyBool_FromLong((long)fsm_bits_at(type, value));
+        case FSM_SYMBOL:
+            return fsm_py_string(o, (uint16_t)fsm_bits_at(type, value));
+        case FSM_FLOAT:
+            return PyFloat_FromDouble(fsm_float_at(type, value));
+        case FSM_ARRAY:
+        case FSM_RECORD:
+            parts = PyTuple_New((Py_ssize_t)type->count);
+            for (uint32_t i = 0u; i < type->count; i++) {
+                const bool is_array = type->kind == FSM_ARRAY;
+                const fsm_type *of = is_array ? type->element : type->fields[i].type;
+                const uint32_t offset = is_array ? i * of->size : type->fields[i].offset;
+                PyObject *part = fsm_py_give(o, of, fsm_at(value, offset));
+                if (!fsm_py_put(&parts, (Py_ssize_t)i, part))
+                    return NULL;
+            }
+            return parts;
+        case FSM_SIGNED:
+            return PyLong_FromLongLong((long long)fsm_bits_at(type, value));
+        default:
+            return PyLong_FromUnsignedLongLong(fsm_bits_at(type, value));
+    }
+}
+
+/* Give a variable of a machine a value, or leave it as it is. */
+FSM_PY_MAYBE int fsm_py_assign(
+    fsm_object *o, const fsm_type *type, PyObject *value, const char *what, void *place)
+{
+    double small[2] = {0.0, 0.0};
+    void *taken = type->size <= sizeof small ? small : PyMem_Malloc(type->size);
+    bool is_taken = taken != NULL;
+    if (!is_taken)
+        PyErr_NoMemory();
+    is_taken = is_taken && fsm_py_take(o, type, value, what, taken);
+    if (is_taken)
+        memcpy(place, taken, type->size);
+    if (taken != small)
+        PyMem_Free(taken);
+    return is_taken ? 0 : -1;
+}
+
+/* Read the payload of an event; false with an exception. */
+FSM_PY_MAYBE bool fsm_py_fill(
+    fsm_object *o, const fsm_machine_info *info, const fsm_py_event *events, Py_ssize_t index,
+    void *e, PyObject *const *values)
+{
+    const fsm_event_info *event = &info->events[index];
+    fsm_store_bits(fsm_place_at(e, info->event_number), info->event_width, (uint64_t)index + 1u);
+    for (uint16_t i = 0u; i < event->field_count; i++) {
+        void *place = fsm_place_at(e, event->fields[i].offset);
+        if (!fsm_py_take(o, event->fields[i].type, values[i], events[index].said[i], place))
+            return false;
+    }
+    return true;
+}
+
 FSM_PY_MAYBE bool fsm_py_time(PyObject *value, uint32_t *out)
 {
     PyObject *index = fsm_py_index(value, "a time");
@@ -341,8 +432,7 @@ FSM_PY_MAYBE bool fsm_py_all(
 
 /* The event of a name, of that many fields; -1 with an exception if there is none. */
 FSM_PY_MAYBE Py_ssize_t fsm_py_named(
-    const fsm_object *o, const char *name, const fsm_py_event *events, PyObject *event,
-    Py_ssize_t count)
+    const fsm_object *o, const fsm_machine_info *info, PyObject *event, Py_ssize_t count)
 {
     PyObject *found = PyDict_GetItemWithError(o->known->events, event);
     if (found == NULL) {
@@ -351,16 +441,17 @@ FSM_PY_MAYBE Py_ssize_t fsm_py_named(
             PyObject *all =
                 separator == NULL ? NULL : PyUnicode_Join(separator, o->known->events);
             if (all != NULL)
-                PyErr_Format(PyExc_ValueError, "%s receives no event %R, but %U", name, event, all);
+                PyErr_Format(PyExc_ValueError, "%s receives no event %R, but %U", info->name, event,
+                             all);
             Py_XDECREF(all);
             Py_XDECREF(separator);
         }
         return -1;
     }
     Py_ssize_t index = PyLong_AsSsize_t(found);
-    if (index >= 0 && events[index].count != count) {
-        PyErr_Format(PyExc_TypeError, "%s carries %zd values, not %zd", events[index].name,
-                     events[index].count, count);
+    if (index >= 0 && info->events[index].field_count != count) {
+        PyErr_Format(PyExc_TypeError, "%s carries %zd values, not %zd",
+                     info->events[index].name, (Py_ssize_t)info->events[index].field_count, count);
         return -1;
     }
     return index;
@@ -566,6 +657,145 @@ FSM_PY_MAYBE void fsm_py_show_bracket(fsm_object *o, bool opens)
     o->after_bracket = opens;
 }
 
+FSM_PY_MAYBE void fsm_py_show(fsm_object *o, const fsm_type *type, const void *value)
+{
+    const bool is_array = type->kind == FSM_ARRAY;
+    if (is_array || type->kind == FSM_RECORD) {
+        fsm_py_show_bracket(o, true);
+        for (uint32_t i = 0u; i < type->count; i++) {
+            const fsm_type *of = is_array ? type->element : type->fields[i].type;
+            fsm_py_show(o, of, fsm_at(value, is_array ? i * of->size : type->fields[i].offset));
+        }
+        fsm_py_show_bracket(o, false);
+    } else if (type->kind == FSM_FLOAT) {
+        fsm_py_show_float(o, fsm_float_at(type, value));
+    } else {
+        const uint64_t bits = fsm_bits_at(type, value);
+        if (type->kind == FSM_SYMBOL)
+            fsm_py_show_string(o, (uint16_t)bits, true);
+        else
+            fsm_py_show_integer(o, type->kind == FSM_SIGNED && (int64_t)bits < 0, bits);
+    }
+}
+
+FSM_PY_MAYBE void fsm_py_show_event(fsm_object *o, const fsm_machine_info *info, const void *e)
+{
+    const fsm_event_info *event = &info->events[fsm_event_of(info, e) - 1u];
+    fsm_py_write(o, event->name);
+    for (uint16_t i = 0u; i < event->field_count; i++)
+        fsm_py_show(o, event->fields[i].type, fsm_at(e, event->fields[i].offset));
+}
+
+/* Data and outputs, of the machines in slots that run too; `before`: of those around it. */
+typedef struct fsm_py_path {
+    const struct fsm_py_path *before;
+    const char *slot;
+} fsm_py_path;
+
+FSM_PY_MAYBE void fsm_py_write_path(fsm_object *o, const fsm_py_path *path)
+{
+    if (path->before != NULL) {
+        fsm_py_write_path(o, path->before);
+        fsm_py_write(o, path->slot);
+        fsm_py_write(o, ": ");
+    }
+}
+
+FSM_PY_MAYBE void fsm_py_dump(
+    fsm_object *o, const fsm_machine_info *info, const void *m, const fsm_py_path *path)
+{
+    for (uint32_t i = 0u; i < (uint32_t)info->data_count + info->output_count; i++) {
+        fsm_py_begun(o, "");
+        fsm_py_write_path(o, path);
+        fsm_py_write(o, "d ");
+        fsm_py_write(o, info->variables[i].name);
+        fsm_py_show(o, info->variables[i].type, fsm_at(m, info->variables[i].offset));
+        fsm_py_line(o);
+    }
+    for (uint32_t i = 0u; i < info->slot_count; i += 1u + info->slots[i].within) {
+        const fsm_slot *slot = &info->slots[i];
+        const fsm_py_path inner = {path, slot->name};
+        if (fsm_is_running(slot->info, fsm_at(m, slot->offset)))
+            fsm_py_dump(o, slot->info, fsm_at(m, slot->offset), &inner);
+    }
+}
+
+/* ---- calling the host ------------------------------------------------------------------------ */
+
+/* Call a method of the host; where it raises, or returns what it should not, the step is left. */
+FSM_PY_MAYBE void fsm_py_ask(
+    fsm_object *o, const fsm_py_call *call, const fsm_field *fields, uint16_t count,
+    const void *const *given, const fsm_type *type, void *result)
+{
+    enum { FEW = 6 };
+    PyObject *few[FEW + 1] = {NULL};
+    const Py_ssize_t passed = count + (call->has_peer ? 1 : 0);
+    PyObject *many = passed > FEW ? PyTuple_New(passed) : NULL;
+    PyObject *answer = NULL;
+    bool is_fine = passed <= FEW || many != NULL;
+    for (Py_ssize_t i = 0; i < passed && is_fine; i++) {
+        PyObject *value = NULL;
+        if (i < count)
+            value = fsm_py_give(o, fields[i].type, given[i]);
+        else
+            value = o->peer == 0u ? fsm_py_or_none(NULL) : fsm_py_string(o, o->peer);
+        is_fine = value != NULL;
+        if (passed <= FEW)
+            few[i] = value;
+        else
+            is_fine = fsm_py_put(&many, i, value);
+    }
+    PyObject *method = is_fine ? fsm_py_method(o, call->number) : NULL;
+    if (is_fine && passed <= FEW) {
+        answer = PyObject_CallMethodObjArgs(fsm_py_host(o), method, few[0], few[1], few[2], few[3],
+                                            few[4], few[5], NULL);
+    } else if (is_fine) {
+        PyObject *bound = PyObject_GetAttr(fsm_py_host(o), method);
+        answer = bound == NULL ? NULL : PyObject_CallObject(bound, many);
+        Py_XDECREF(bound);
+    }
+    for (Py_ssize_t i = 0; i < passed && passed <= FEW; i++)
+        Py_XDECREF(few[i]);
+    Py_XDECREF(many);
+    is_fine = answer != NULL && (type == NULL || fsm_py_take(o, type, answer, call->said, result));
+    Py_XDECREF(answer);
+    if (!is_fine)
+        fsm_py_break(o);
+}
+
+FSM_PY_MAYBE void fsm_py_operate(
+    fsm_object *o, const fsm_machine_info *info, const fsm_py_call *calls, const char *path,
+    uint32_t number, const void *const *given, void *result)
+{
+    const fsm_operation_info *of = &info->operations[number];
+    if (of->result != NULL)
+        memset(result, 0, of->result->size);
+    if (calls[number].number < 0)
+        return;
+    fsm_py_ask(o, &calls[number], of->parameters, of->parameter_count, given, of->result, result);
+    if (o->trace == NULL)
+        return;
+    fsm_py_begun(o, path);
+    fsm_py_write(o, "op ");
+    fsm_py_write(o, of->name);
+    for (uint16_t i = 0u; i < of->parameter_count; i++)
+        fsm_py_show(o, of->parameters[i].type, given[i]);
+    if (of->result != NULL) {
+        fsm_py_write(o, " =");
+        fsm_py_show(o, of->result, result);
+    }
+    fsm_py_line(o);
+}
+
+FSM_PY_MAYBE void fsm_py_emit(
+    fsm_object *o, const fsm_machine_info *info, const fsm_py_call *calls, uint32_t number,
+    const void *const *given)
+{
+    const fsm_event_info *event = &info->events[number];
+    if (calls[number].number >= 0)
+        fsm_py_ask(o, &calls[number], event->fields, event->field_count, given, NULL, NULL);
+}
+
 /* ---- objects ------------------------------------------------------------------------------- */
 
 /* A machine of a type or of one derived from it, with the module that the type came from. */
@@ -669,13 +899,6 @@ FSM_PY_MAYBE void fsm_py_set(PyObject **place, PyObject *value)
     *place = value == Py_None ? NULL : value;
     Py_XINCREF(*place);
     Py_XDECREF(before);
-}
-
-FSM_PY_MAYBE PyObject *fsm_py_or_none(PyObject *value)
-{
-    PyObject *found = value == NULL ? Py_None : value;
-    Py_INCREF(found);
-    return found;
 }
 
 FSM_PY_MAYBE bool fsm_py_given(PyObject *value)

@@ -119,7 +119,7 @@ def module_of(
     Names of the C begin with ``<module>_machine``: nothing in the headers of Python does.
     """
     name = file_name(chart, prefix).removesuffix(".py")
-    options = Options(extras=frozenset({"save"} if saved else ()))
+    options = Options(extras=frozenset({"save" if saved else "info"}))
     machine = generate_machine(chart, f"{snake(prefix or chart.name)}_machine", options)
     numbers = _Numbers()
     bound = _bind(machine.names, family_of(chart, prefix), provided(chart, prefix), numbers)

@@ -65,10 +65,10 @@ static bool @_runs(const $P *m)
 [calls]    given->result = $P_dispatch(&given->self->m, given->e, given->now);
 [calls]}
 
-static PyObject *@_take(@_object *self, const $P_event *e, bool replies_bool)
+static PyObject *@_take(@_object *self, const $P_event *e, Py_ssize_t index)
 {
     fsm_result result = FSM_STOPPED;
-    (void)replies_bool;
+    (void)index;
 [calls]    if (!fsm_py_is_free(&self->o, $NAME))
 [calls]        return NULL;
 [replies]    fsm_py_set(&self->o.reply, Py_None);
@@ -79,7 +79,8 @@ static PyObject *@_take(@_object *self, const $P_event *e, bool replies_bool)
 [calls]        result = job.result;
 [calls]    }
 [plain]    result = $P_dispatch(&self->m, e, self->o.now);
-[replies]    if (replies_bool && self->o.reply != NULL)
+[replies]    const fsm_type *reply = $P_info.events[index].reply;
+[replies]    if (reply != NULL && reply->kind == FSM_BOOL && self->o.reply != NULL)
 [replies]        fsm_py_set(&self->o.reply, PyObject_IsTrue(self->o.reply) ? Py_True : Py_False);
     return fsm_py_bool_of(result == FSM_HANDLED);
 }
@@ -139,8 +140,8 @@ static bool @_read(@_object *self, PyObject *const *given, Py_ssize_t count, $P_
         PyErr_Format(PyExc_TypeError, "%s() lacks the argument 'event'", method);
         return false;
     }
-    *index = fsm_py_named(&self->o, $NAME, @_events, given[0], count - 1);
-    return *index >= 0 && @_events[*index].fill(&self->o, e, given + 1);
+    *index = fsm_py_named(&self->o, &$P_info, given[0], count - 1);
+    return *index >= 0 && fsm_py_fill(&self->o, &$P_info, @_events, *index, e, given + 1);
 }
 
 static PyObject *@_post(PyObject *object, PyObject *const *given, Py_ssize_t count)
@@ -170,7 +171,7 @@ static PyObject *@_dispatch(
 [calls]        return NULL;
     if (is_given && @_runs(&self->m))
         self->o.now = now;
-    return @_take(self, &e, @_events[index].replies_bool);
+    return @_take(self, &e, index);
 }
 
 static PyObject *@_next_deadline(PyObject *object, PyObject *unused)
@@ -211,7 +212,8 @@ static PyObject *@_active(PyObject *object, PyObject *unused)
 [traced]static void @_do_dump(void *job)
 [traced]{
 [traced]    @_object *self = ((@_job *)job)->self;
-[traced]    @_dump_$P(&self->o, &self->m);
+[traced]    const fsm_py_path outermost = {NULL, NULL};
+[traced]    fsm_py_dump(&self->o, &$P_info, &self->m, &outermost);
 [traced]}
 
 [traced]/* For tests: all data as lines of the trace. */
@@ -243,6 +245,25 @@ static PyObject *@_get_fault(PyObject *object, void *unused)
     if ($P_fault(&self->m) == FSM_NO_FAULT || self->o.fault == NULL)
         return fsm_py_or_none(NULL);
     return PyUnicode_FromString(self->o.fault);
+}
+"""
+
+VARIABLES = """
+static PyObject *@_get(PyObject *object, void *number)
+{
+    @_object *self = (@_object *)object;
+    const fsm_field *of = &$P_info.variables[(uintptr_t)number];
+    return fsm_py_give(&self->o, of->type, fsm_at(&self->m, of->offset));
+}
+
+static int @_set(PyObject *object, PyObject *value, void *number)
+{
+    @_object *self = (@_object *)object;
+    const fsm_field *of = &$P_info.variables[(uintptr_t)number];
+    const char *what = @_variables[(uintptr_t)number];
+    if (!fsm_py_given(value))
+        return -1;
+    return fsm_py_assign(&self->o, of->type, value, what, fsm_place_at(&self->m, of->offset));
 }
 """
 

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.pyext.members import Bound, Module
 from fsmkit.emit import Emitter
-from fsmkit.language import ArrayType, Field, FloatType, IntType, RecordType, SymbolType, Type
 from fsmkit.texts.c import quoted
 
 ALWAYS = """
@@ -179,7 +175,7 @@ static void @_event_$P($P *m, int what, const $P_event *e)
     if (what == FSM_UNHANDLED)
         fsm_py_write(o, $P_event_text((uint32_t)e->event));
     else
-        @_show_$P(o, e);
+        fsm_py_show_event(o, &$P_info, e);
     if (what != FSM_DELAYED && what != FSM_LEFT) /* these go on with a text */
         fsm_py_line(o);
 }
@@ -283,84 +279,12 @@ def print_hook_functions(out: Emitter, module: Module, bound: Bound) -> None:
     if module.traced:
         out.lines(fill(module, bound, TOLD, WHERE=path))
         out.line()
-        _show_event(out, module, names)
         now = "m->now" if names.does["now"] else "o->now"
         leaves = str(max(1, sum(state.is_leaf for state in names.chart.states)))
         out.lines(fill(module, bound, TRACED, WHERE=path, NOW=now, LEAVES=leaves))
         out.line()
-        _dump(out, module, bound, path)
     elif module.is_calling and bound is module.bound:
         out.lines(fill(module, bound, KEPT))
         out.line()
     out.lines(fill(module, bound, TELLING))
     out.line()
-
-
-def _show_event(out: Emitter, module: Module, names: Names) -> None:
-    p = names.prefix
-    out.line(f"static void {module.wrapper}_show_{p}(fsm_object *o, const {p}_event *e)")
-    with out.block("{"):
-        out.line(f"fsm_py_write(o, {p}_event_text((uint32_t)e->event));")
-        with out.block("switch (e->event) {"):
-            for event in names.chart.events:
-                if event.fields:
-                    out.line(f"case {names.events[event.index]}:")
-                    with out.indented():
-                        payload = f"e->of.{names.payloads[event.index]}."
-                        show_fields(out, names, event.fields, _within(names, payload))
-                        out.line("break;")
-            out.lines(["default:", "    break;"])
-    out.line()
-
-
-def _within(names: Names, before: str) -> Callable[[str], str]:
-    return lambda name: before + names.field(name)
-
-
-def _dump(out: Emitter, module: Module, bound: Bound, path: str) -> None:
-    """Print the function that tells data and outputs, of the machines in slots that run too."""
-    names = bound.names
-    p = names.prefix
-    out.line(f"static void {module.wrapper}_dump_{p}(fsm_object *o, const {p} *m)")
-    with out.block("{"):
-        out.lines(["(void)o;", "(void)m;"])
-        for variable in (*names.chart.data, *names.chart.outputs):
-            out.line(f"fsm_py_begun(o, {path});")
-            out.line(f"fsm_py_write(o, {quoted('d ' + variable.name)});")
-            show_value(out, names, variable.type, f"m->{names.variables[variable.name]}")
-            out.line("fsm_py_line(o);")
-        for inside, slot in zip(bound.invoked, names.slots, strict=True):
-            out.line(f"if (m->{slot}.running)")
-            out.line(f"    {module.wrapper}_dump_{inside.names.prefix}(o, &m->{slot});")
-    out.line()
-
-
-def show_fields(
-    out: Emitter, names: Names, fields: tuple[Field, ...], place: Callable[[str], str]
-) -> None:
-    """Print how the values of fields are told."""
-    for part in fields:
-        show_value(out, names, part.type, place(part.name))
-
-
-def show_value(out: Emitter, names: Names, type_: Type, text: str) -> None:
-    """Print how a value is told in the trace."""
-    match type_:
-        case FloatType():
-            out.line(f"fsm_py_show_float(o, (double){text});")
-        case SymbolType():
-            out.line(f"fsm_py_show_string(o, {text}, true);")
-        case ArrayType(element, length):
-            out.line("fsm_py_show_bracket(o, true);")
-            for place in range(length):
-                show_value(out, names, element, f"{text}[{place}]")
-            out.line("fsm_py_show_bracket(o, false);")
-        case RecordType(_, fields):
-            out.line("fsm_py_show_bracket(o, true);")
-            for part in fields:
-                show_value(out, names, part.type, f"{text}.{names.field(part.name)}")
-            out.line("fsm_py_show_bracket(o, false);")
-        case IntType(lo) if lo < 0:
-            out.line(f"fsm_py_show_integer(o, {text} < 0, (uint64_t){text});")
-        case _:
-            out.line(f"fsm_py_show_integer(o, false, (uint64_t){text});")

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from fsmkit.chart.chart import Event
-from fsmkit.codegen.c.header import NOTICE, declaration
+from fsmkit.chart.chart import Chart, Data, Event
+from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.hosting import print_host
 from fsmkit.codegen.pyext.members import Bound, Module, fields_of, posted
 from fsmkit.codegen.pyext.saving import LIBRARY, SAVED_METHODS
-from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, WITHIN
+from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, VARIABLES, WITHIN
 from fsmkit.codegen.pyext.tracing import fill, print_hook_functions, print_hooks
-from fsmkit.codegen.pyext.values import Values
 from fsmkit.emit import Emitter
-from fsmkit.language import ArrayType, BoolType, Type
 from fsmkit.texts import printing, telling
 from fsmkit.texts.c import comment, quoted
 
@@ -63,8 +61,7 @@ def machine_part(module: Module) -> str:
         if module.traced:
             out.lines(["#undef FSM_HOOKS", '#define FSM_HOOKS "fsm.h"'])
         out.lines([f'#include "{bound.names.prefix}.c"', ""])
-    if module.saved:
-        out.lines([f'#include "{module.bound.names.prefix}_info.c"', ""])
+    out.lines([f'#include "{module.bound.names.prefix}_info.c"', ""])
     return out.finish()
 
 
@@ -77,20 +74,14 @@ def python_part(module: Module) -> str:
     out.lines(fill(module, outer, OBJECT))
     out.line()
     _places(out, module, outer)
-    shared, rest = Emitter(), Emitter()
     for bound in outer.everyone:
-        values = Values(shared, bound.names, module.wrapper)
-        print_hook_functions(rest, module, bound)
-        print_host(rest, module, bound, values)
-        if bound is outer:
-            _events(rest, module, values)
-            _steps(rest, module)
-            methods = [*_fixed(module), *_of_events(rest, module)]
-            _variables(rest, module, values)
-    _tables(rest, module, methods)
-    out.lines(shared.finish().rstrip("\n").split("\n"))
-    out.line()
-    out.lines(rest.finish().rstrip("\n").split("\n"))
+        print_hook_functions(out, module, bound)
+        print_host(out, module, bound)
+    _events(out, module)
+    _steps(out, module)
+    methods = [*_fixed(module), *_of_events(out, module)]
+    _variables(out, module)
+    _tables(out, module, methods)
     return out.finish()
 
 
@@ -115,42 +106,21 @@ def _places(out: Emitter, module: Module, bound: Bound) -> None:
         _places(out, module, inside)
 
 
-def _events(out: Emitter, module: Module, values: Values) -> None:
-    """Print the table of events, and how the payload of each is read."""
-    names, chart = module.bound.names, module.chart
-    p, w = names.prefix, module.wrapper
-    for event in chart.events:
+def _events(out: Emitter, module: Module) -> None:
+    """Print what Python and messages call the fields of events."""
+    w = module.wrapper
+    for event in module.chart.events:
         shown = fields_of(event.fields)
         if shown:
-            texts = ", ".join(quoted(name) for name in shown)
-            out.line(f"static const char *const {w}_fields_{event.index}[] = {{{texts}}};")
-        out.line(f"static bool {w}_fill_{event.index}(")
-        out.line("    fsm_object *o, void *event, PyObject *const *values)")
-        with out.block("{"):
-            out.line(f"{p}_event *e = ({p}_event *)event;")
-            out.lines(["(void)o;", "(void)values;"] if not shown else [])
-            out.line(f"e->event = {names.events[event.index]};")
-            payload = f"e->of.{names.payloads[event.index]}"
-            taken = [
-                values.take(
-                    part.type, f"values[{place}]", quoted(event.name + ": " + name),
-                    f"{payload}.{names.field(part.name)}",
-                )
-                for place, (part, name) in enumerate(zip(event.fields, shown, strict=True))
-            ]  # fmt: skip
-            for number, text in enumerate(taken):
-                out.line(f"{'return ' if not number else '    && '}{text}")
-            out.line("    ;" if taken else "return true;")
-        out.line()
+            _texts(out, f"{w}_fields_{event.index}", list(shown))
+            said = [event.name + ": " + name for name in shown]
+            _texts(out, f"{w}_said_{event.index}", said)
     with out.block(f"static const fsm_py_event {w}_events[] = {{", "};"):
-        for event in chart.events:
-            fields = f"{w}_fields_{event.index}" if event.fields else "NULL"
-            is_bool = "true" if isinstance(event.reply, BoolType) else "false"
-            fill_name = f"{w}_fill_{event.index}"
-            name = quoted(event.name)
-            out.line(f"{{{name}, {fields}, {len(event.fields)}, {fill_name}, {is_bool}}},")
-        if not chart.events:
-            out.line("{NULL, NULL, 0, NULL, false},")
+        for event in module.chart.events:
+            names = f"{w}_fields_{event.index}, {w}_said_{event.index}"
+            out.line(f"{{{names}}}," if event.fields else "{NULL, NULL},")
+        if not module.chart.events:
+            out.line("{NULL, NULL},")
     out.line()
 
 
@@ -218,7 +188,7 @@ def _of_events(out: Emitter, module: Module) -> list[Method]:
 def _event_method(out: Emitter, module: Module, event: Event, method: str, function: str) -> None:
     names, w = module.bound.names, module.wrapper
     is_put = method.startswith("post_")
-    rest = "" if is_put else f", {'true' if isinstance(event.reply, BoolType) else 'false'}"
+    rest = "" if is_put else f", {event.index}"
     call = f"{w}_{'put' if is_put else 'take'}(({w}_object *)object, &e{rest})"
     if not event.fields:
         out.line(f"static PyObject *{function}(PyObject *object, PyObject *unused)")
@@ -241,47 +211,30 @@ def _event_method(out: Emitter, module: Module, event: Event, method: str, funct
             f"if (!fsm_py_arguments({text}, {fields}, {count}, given, count, keywords, values)"
         )
         out.line(f"    || !fsm_py_all({text}, {fields}, {count}, values)")
-        out.line(f"    || !{w}_fill_{event.index}((fsm_object *)object, &e, values))")
+        filled = f"(fsm_object *)object, &{names.prefix}_info, {w}_events, {event.index}"
+        out.line(f"    || !fsm_py_fill({filled}, &e, values))")
         out.line("    return NULL;")
         out.line(f"return {call};")
     out.line()
 
 
-def _variables(out: Emitter, module: Module, values: Values) -> None:
-    """Print how inputs, outputs and data are read and written."""
-    names, chart, w = module.bound.names, module.chart, module.wrapper
-    for number, variable in enumerate((*chart.inputs, *chart.outputs, *chart.data)):
-        place = f"(({w}_object *)object)->m.{names.variables[variable.name]}"
-        out.line(f"static PyObject *{w}_get_{number}(PyObject *object, void *unused)")
-        with out.block("{"):
-            out.lines(["fsm_object *o = (fsm_object *)object;", "(void)unused;"])
-            out.line(f"return {values.give(variable.type, place)};")
-        out.line()
-        out.line(f"static int {w}_set_{number}(PyObject *object, PyObject *value, void *unused)")
-        with out.block("{"):
-            out.lines(["fsm_object *o = (fsm_object *)object;", "(void)unused;"])
-            what = quoted(module.bound.member.names.variables[variable.name])
-            out.line(f"{declaration(variable.type, 'taken', names)};")
-            take = values.take(variable.type, "value", what, "taken")
-            out.line(f"if (!fsm_py_given(value) || !{take})")
-            out.line("    return -1;")
-            _store(out, variable.type, place)
-            out.line("return 0;")
-        out.line()
+def _variables(out: Emitter, module: Module) -> None:
+    """Print how data, outputs and inputs are read and written, by their place in the table."""
+    names = module.bound.member.names.variables
+    shown = [names[variable.name] for variable in _variables_of(module.chart)]
+    _texts(out, f"{module.wrapper}_variables", shown)
+    out.lines(fill(module, module.bound, VARIABLES))
+    out.line()
 
 
-def _store(out: Emitter, type_: Type, place: str) -> None:
-    if isinstance(type_, ArrayType):
-        out.line(f"for (Py_ssize_t i = 0; i < {type_.length}; i++)")
-        out.line(f"    {place}[i] = taken[i];")
-    else:
-        out.line(f"{place} = taken;")
+def _variables_of(chart: Chart) -> tuple[Data, ...]:
+    """Return the variables in the order of the table of the machine."""
+    return (*chart.data, *chart.outputs, *chart.inputs)
 
 
 def _tables(out: Emitter, module: Module, methods: list[Method]) -> None:
     """Print the type and the module."""
     bound, chart, w = module.bound, module.chart, module.wrapper
-    variables = (*chart.inputs, *chart.outputs, *chart.data)
     class_ = bound.member.names.machine
     with out.block(f"static PyMethodDef {w}_methods[] = {{", "};"):
         for name, function, flags, doc in methods:
@@ -295,9 +248,9 @@ def _tables(out: Emitter, module: Module, methods: list[Method]) -> None:
             out.line(f'{{"{getter.rpartition("_")[2]}", {getter}, NULL, NULL, NULL}},')
         for name in ("log", "reply", *(("trace",) if module.traced else ())):
             out.line(f'{{"{name}", fsm_py_get_{name}, fsm_py_set_{name}, NULL, NULL}},')
-        for number, variable in enumerate(variables):
+        for number, variable in enumerate(_variables_of(chart)):
             name = quoted(bound.member.names.variables[variable.name])
-            out.line(f"{{{name}, {w}_get_{number}, {w}_set_{number}, NULL, NULL}},")
+            out.line(f"{{{name}, {w}_get, {w}_set, NULL, (void *){number}}},")
         out.line("{NULL, NULL, NULL, NULL, NULL},")
     out.line()
     _texts(out, f"{w}_states", [state.id for state in chart.states])

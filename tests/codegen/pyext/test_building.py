@@ -142,8 +142,8 @@ def test_sources_alone(press: Path) -> None:
     assert execute([*given, "--no-build", "--prefix", "Left"]) == 0
     names = {path.name for path in folder.iterdir()}
     assert names == {
-        "left.pyi", "left_python.c", "left_machine.c", "left_machine.h", "fsm.c", "fsm.h",
-        "fsm_python.h",
+        "left.pyi", "left_python.c", "left_machine.c", "left_machine.h", "left_machine_info.c",
+        "fsm.c", "fsm.h", "fsm_info.h", "fsm_python.h",
     }  # fmt: skip
     assert "class Left:" in (folder / "left.pyi").read_text()
     assert execute(["compile", str(press), "--no-build"]) == 2

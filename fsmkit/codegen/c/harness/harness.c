@@ -340,7 +340,7 @@ static void hook_symbol(const watched *of, long symbol)
         show_text(symbol_text(of->info, (uint32_t)symbol));
 }
 
-static void host_call(const watched *of, uint32_t number, const void *const *given, void *result)
+static void fsm_host_call(const watched *of, uint32_t number, const void *const *given, void *result)
 {
     const fsm_operation_info *operation = &of->info->operations[number];
     begun(of);

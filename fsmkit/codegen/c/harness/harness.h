@@ -30,11 +30,11 @@ static void hook_text(const watched *of, int what, const char *text, unsigned lo
 static void hook_symbol(const watched *of, long symbol);
 static void show_integer(bool negative, uint64_t value);
 static void show_float(double value);
-static void host_call(const watched *of, uint32_t number, const void *const *given, void *result);
+static void fsm_host_call(const watched *of, uint32_t number, const void *const *given, void *result);
 
 #define HOOKED_JOIN(X, name) X##name
 #define HOOKED_NAME(X, name) HOOKED_JOIN(X, name)
-#define HOOKED_IT (&HOOKED_NAME(watched_, HOOKED))
+#define HOOKED_IT (&HOOKED_NAME(fsm_watched_, HOOKED))
 
 #define FSM_HOOK_BEGIN(m, cause, index) hook_begin(HOOKED_IT, m, cause, index)
 #define FSM_HOOK_END(m) HOOKED_NAME(shown_, HOOKED)(m)
@@ -51,16 +51,16 @@ static void host_call(const watched *of, uint32_t number, const void *const *giv
 #define FSM_HOOK_VALUE_S(m, value) hook_symbol(HOOKED_IT, value)
 #define FSM_HOOK_LINE(m) printf("\n")
 #define FSM_HOST_CALL(m, operation, given, result) \
-    ((void)(m), host_call(HOOKED_IT, operation, given, result))
+    ((void)(m), fsm_host_call(HOOKED_IT, operation, given, result))
 #define FSM_HOST_SEND(m, event, given) ((void)(m), (void)(given))
 
 /* What is known of a machine X, and what shows its active states; 65,535 leaves at most. */
 #define WATCH(X, path) \
     extern const fsm_machine_info X##_info; \
-    static watched watched_##X = {&X##_info, path, 0}; \
+    static watched fsm_watched_##X = {&X##_info, path, 0}; \
     static void shown_##X(const X *m) \
     { \
-        if (!hook_end(&watched_##X)) \
+        if (!hook_end(&fsm_watched_##X)) \
             return; \
         static X##_state states[leaves_##X]; \
         const uint16_t count = X##_active(m, states, leaves_##X); \

@@ -99,7 +99,7 @@ def driver(names: Names) -> str:
         static {p} machine;
         static {p}_event e;
         static uint8_t saved[{upper}_SAVED_BYTES];
-        play_script(&watched_{p}, &{p}_driver, &machine, &e, saved, sizeof saved);
+        play_script(&fsm_watched_{p}, &{p}_driver, &machine, &e, saved, sizeof saved);
     }}
     """)
     return out.finish()
