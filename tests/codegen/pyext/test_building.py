@@ -139,13 +139,13 @@ def test_what_is_generated_is_clean(
 def test_sources_alone(press: Path) -> None:
     folder = press.parent / "made"
     given = ["compile", str(press), "--target", "pyext", "--out", str(folder)]
-    assert execute([*given, "--no-build", "--prefix", "Left"]) == 0
+    assert execute([*given, "--no-build", "--prefix", "Sided"]) == 0
     names = {path.name for path in folder.iterdir()}
     assert names == {
-        "left.pyi", "left_python.c", "left_machine.c", "left_machine.h", "left_machine_info.c",
+        "sided.pyi", "sided_python.c", "sided_machine.c", "sided_machine.h", "sided_machine_info.c",
         "fsm.c", "fsm.h", "fsm_info.h", "fsm_python.h",
     }  # fmt: skip
-    assert "class Left:" in (folder / "left.pyi").read_text()
+    assert "class Sided:" in (folder / "sided.pyi").read_text()
     assert execute(["compile", str(press), "--no-build"]) == 2
 
 
