@@ -90,6 +90,8 @@ class Transition:
     content: Block
     span: Span = field(compare=False, repr=False)
     delay: int = 0
+    delay_name: str | None = field(default=None, compare=False)
+    """The constant that the delay is, if it is one."""
     least: int | None = None
     id: str | None = None
     watchdog: bool = False

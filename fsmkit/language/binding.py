@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.language.arithmetic import exact
@@ -166,7 +166,7 @@ class Binder:
             type_, storage = scope.variables[name]
             return Variable(name, type_, storage, span)
         if name in scope.constants:
-            return with_span(scope.constants[name], span)
+            return replace(scope.constants[name], span=span, name=name)
         if isinstance(hint, EnumType) and name in hint.members:
             return Literal(hint.members.index(name), hint, span)
         if name == "_event" and self.context.is_ecmascript:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from dataclasses import replace
 from typing import assert_never
 
 from fsmkit.language.arithmetic import wrapped
@@ -129,7 +130,7 @@ def _literal(expr: Literal, type_: Type) -> Literal | None:
             return Literal(rounded(float(value), bits), type_, expr.span)
         case (IntType(), IntType() | DurationType()) if isinstance(value, int):
             lo, hi, _ = bounds(type_)
-            return Literal(value, type_, expr.span) if lo <= value <= hi else None
+            return replace(expr, type=type_) if lo <= value <= hi else None
         case (FloatType(), IntType(lo, hi)) if isinstance(value, float):
             number = whole(value, lo, hi)
             return Literal(number, type_, expr.span) if lo <= number <= hi else None

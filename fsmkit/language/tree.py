@@ -68,14 +68,18 @@ class Function(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """A constant. Named constants, enumeration members, ``len(a)`` and durations end here too."""
+    """A constant. Named constants, enumeration members, ``len(a)`` and durations end here too.
+
+    ``name``: of the constant of the chart that was written, if this is it.
+    """
 
     value: Value
     type: Type
     span: Span = field(compare=False, repr=False)
+    name: str | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        guard(self, "value")
+        guard(self, "value", "name")
 
 
 @dataclass(frozen=True, slots=True)

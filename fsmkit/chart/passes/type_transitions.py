@@ -39,6 +39,7 @@ def _transition(arrow: Arrow, context: Context) -> Transition:
         content=type_block(written.content or (), here),
         span=written.span,
         delay=delay,
+        delay_name=_delay_name(written, context),
         least=least,
         id=None if written.id is None else written.id.value,
         watchdog=written.watchdog,
@@ -131,6 +132,11 @@ def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
             help="choose a longer `tick`",
         )  # fmt: skip
     return (None if least == greatest else least), greatest
+
+
+def _delay_name(written: DocTransition, context: Context) -> str | None:
+    name = None if written.delay is None else written.delay.value
+    return name if name in context.scope.constants else None
 
 
 def _delay(written: DocTransition, text: Text, context: Context) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fsmkit.analysis.host_events import posted_events
 from fsmkit.codegen.c.expressions.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.expressions.types import storage
-from fsmkit.codegen.c.header import parameters
+from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import Names
@@ -15,6 +15,15 @@ from fsmkit.codegen.c.reactions.sharing import number_of
 from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, Field, RecordType
 from fsmkit.texts.c import quoted
+
+POST_BY_NAME = """
+bool @_post_by_name(@ *m, @_event_name event)
+{
+    @_event e = @_no_event;
+    e.event = ($EVENT)event;
+    return @_post(m, &e);
+}
+"""
 
 END = """
 bool @_finished(const @ *m)
@@ -62,8 +71,13 @@ class InterfacePrinter:
                 out.line(f"{inside.prefix}_init(&m->{slot});")
         out.line()
         if not names.is_invoked and names.does["queued"]:
-            for event in posted_events(chart):
-                self._post(out, event)
+            posted = posted_events(chart)
+            for event in posted:
+                if chart.events[event].fields:
+                    self._post(out, event)
+            if any(not chart.events[event].fields for event in posted):
+                out.lines(fill(names, POST_BY_NAME, EVENT=event_type(names)))
+                out.line()
         has_timers = self.names.has_timers or self.names.delays
         out.line(f"bool {p}_next_deadline(const {p} *m, uint32_t *deadline)")
         with out.block("{"):

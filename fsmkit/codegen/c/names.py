@@ -21,19 +21,22 @@ from fsmkit.codegen.c.reserved import (
     LOCALS,
     MEMBERS,
     NUMBERED,
+    TAKEN_MACROS,
     TO_INVOKE,
     unreserved,
 )
 from fsmkit.diagnostics import fail
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Namer, legal, snake
-from fsmkit.language import EnumType, RecordType
+from fsmkit.language import DurationType, EnumType, IntType, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
 from fsmkit.texts.c import comment
 
 NARROW = 255
 """The greatest number in a byte."""
+LONG = 2**31
+"""What every C takes as a number without a mark is less."""
 NO_STATE = 65535
 """The greatest number in two bytes."""
 
@@ -59,6 +62,10 @@ class Names:
     regions: tuple[str, ...]
     histories: dict[tuple[int, int], str]
     """By history and region: the members that have nothing else to tell."""
+    constants: dict[str, str]
+    """The macros of whole numbers and durations."""
+    timers: dict[int, str]
+    """By transition: the constant of its timer."""
     fields: dict[str, str]
     """Of records, payloads and operations alike."""
     symbols: list[str] = field(default_factory=lambda: [""])
@@ -308,7 +315,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         for s in chart.states
     )
     events = tuple(constants.name((f"{upper}_EVENT_" + e.name).upper()) for e in chart.events)
-    functions = Namer()
+    functions = Namer({"by_name"})
     event_names = tuple(functions.name(snake(e.name)) for e in chart.events)
     payloads = tuple(
         f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
@@ -348,6 +355,21 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             if isinstance(t, EnumType)
         },
         enumerations=enumerations,
+        constants={
+            name: constants.name(_macro(upper, name))
+            for name, literal in chart.constants
+            if isinstance(literal.type, IntType | DurationType)
+            and isinstance(literal.value, int)
+            and abs(literal.value) < LONG
+        },
+        timers={
+            t.index: constants.name(
+                f"{upper}_TIMER_{states[t.source].removeprefix(f'{upper}_STATE_')}_"
+                + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
+            )
+            for t in chart.transitions
+            if t.trigger in (Trigger.AFTER, Trigger.EVERY)
+        },
         regions=tuple(
             members.name("active" if r.index == 0 else "active_" + chart.states[r.top].id)
             for r in plan.regions
@@ -392,6 +414,12 @@ def _fields(chart: Chart, prefix: str) -> dict[str, str]:
     given = {name: namer.name(unreserved(name)) for name in plain}
     others = sorted(found - given.keys())
     return given | {n: namer.name(unreserved(n + "_" if n in hidden else n)) for n in others}
+
+
+def _macro(upper: str, constant: str) -> str:
+    """Return the macro of a constant of the chart; none is as those of every machine are."""
+    name = snake(constant).upper()
+    return f"{upper}_{name}_VALUE" if TAKEN_MACROS.fullmatch(name) else f"{upper}_{name}"
 
 
 def _slots(chart: Chart, members: Namer) -> tuple[str, ...]:

@@ -89,6 +89,12 @@ FAMILIES = re.compile(
 )
 """And of those that are made by number or by name."""
 
+TAKEN_MACROS = re.compile(
+    r"H|QUEUE|INTERNAL|MICROSTEPS|TICK_US|TIMERS|STRUCT_BYTES|SAVED_BYTES|DELAYED|STATES|EVENTS"
+    r"|NO_EVENT|DEFER|REGIONS|(SLOT|STATE|EVENT|TIMER|TO)_.*"
+)
+"""What follows the prefix in the macros and constants that machines have."""
+
 TO_INVOKE = "to_invoke_"
 """The member with a bit for each state that invokes something."""
 

@@ -7,10 +7,10 @@ from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
 from fsmkit.codegen.c.expressions.types import storage
-from fsmkit.codegen.c.header import NOTICE, event_type, parameters
+from fsmkit.codegen.c.header import banner, event_type, parameters
 from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
-from fsmkit.codegen.c.names import NO_STATE, Names, file_name
+from fsmkit.codegen.c.names import NO_STATE, Names
 from fsmkit.codegen.c.pruning import pruned
 from fsmkit.codegen.c.reactions.deferral import print_is_deferred, print_is_kept
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
@@ -27,7 +27,6 @@ from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 from fsmkit.language import RecordType
 from fsmkit.plan.entered import entered
-from fsmkit.texts.c import comment
 
 
 class SourcePrinter:
@@ -70,14 +69,17 @@ class SourcePrinter:
         """Return the whole file."""
         names = self.names
         out = Emitter()
-        sources = " ".join(file_name(source.name) for source in self.chart.sources)
-        what = comment("the machine " + self.chart.name + f", from {sources}")
-        out.line(f"/* {names.prefix}.c: {what}. {NOTICE} */")
+        out.lines(banner(names, f"{names.prefix}.c"))
         out.line(f'#include "{names.prefix}.h"')
         out.line()
         left = "(m)->budget" if names.does["loops"] else f"{names.upper}_MICROSTEPS - 1u"
         out.lines(["#undef FSM_MICROSTEPS_LEFT", f"#define FSM_MICROSTEPS_LEFT(m) ({left})"])
         out.line()
+        if names.timers:
+            out.line("/* Timers, by their transitions. */")
+            with out.block("enum {", "};"):
+                out.wrapped(f"{timer} = {index}" for index, timer in names.timers.items())
+            out.line()
         self._prologue(out)
         self._calls(out)
         out.lines(self.blocks.finish().rstrip("\n").split("\n"))

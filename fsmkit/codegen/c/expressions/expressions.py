@@ -9,6 +9,7 @@ goes from left to right, operands with effects go through temporaries.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from fsmkit.analysis.effects import can_fail, has_effect, needs_order
 from fsmkit.analysis.exclusion import joint_outcome, outcome
@@ -94,8 +95,11 @@ class Printer(Operators):
     def fragment(self, expr: Expr) -> Fragment:
         """Return an expression as text that can stand inside more text."""
         match expr:
-            case Literal(value):
-                return self.literal(value, expr.type)
+            case Literal(value, name=name):
+                found = self.literal(value, expr.type)
+                macro = self.names.constants.get(name or "", "")
+                is_plain = found.text.lstrip("-").isdigit()
+                return replace(found, name=macro) if macro and is_plain else found
             case Variable(name, type_):
                 return self.loaded(f"m->{self.names.variables[name]}", type_)
             case EventField(name, type_):

@@ -16,9 +16,13 @@ class Fragment:
     text: str
     ctype: str
     binds: int = ATOM
+    name: str = ""
+    """Of a constant: the macro that stands for the text."""
 
     def at(self, binds: int) -> str:
         """Return the text, in parentheses unless it binds that tightly."""
+        if self.name:
+            return self.name
         return self.text if self.binds >= binds else f"({self.text})"
 
 

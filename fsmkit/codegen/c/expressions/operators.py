@@ -51,6 +51,8 @@ class Operators:
             return fragment.text
         if fragment.text.lstrip("-").isdigit() and ctype != "double":
             value = int(fragment.text)
+            if fragment.name:
+                return f"({ctype}){fragment.name}" if ctype in COMPUTED else fragment.name
             if ctype in COMPUTED:
                 return integer(value, ctype)
             return fragment.text + ("u" if ctype.startswith("u") else "")

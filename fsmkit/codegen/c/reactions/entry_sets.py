@@ -56,9 +56,7 @@ class MovePrinter(LeavePrinter):
         """Print what is done when a state is entered, once it is active."""
         names = self.names
         for transition in self._timed(state):
-            delay = self.chart.transitions[transition].delay
-            names.used.add("arm")
-            out.line(f"{self.prefix}_arm(m, {transition}u, {delay}u);")
+            out.line(self.arm(transition))
         if self.chart.states[state].invokes:
             member, bit = names.to_invoke(state)
             out.line(f"{member} = (uint8_t)({member} | {bit}u);")

@@ -54,7 +54,7 @@ class LeavePrinter:
         names = self.names
         for transition in self._timed(state):
             names.used.add("disarm")
-            out.line(f"{self.prefix}_disarm(m, {transition}u);")
+            out.line(f"{self.prefix}_disarm(m, {names.timers[transition]});")
         what = "exit of " + self.chart.states[state].id
         for block in self.chart.states[state].on_exit:
             self.content.block(out, block, (), what)
@@ -64,6 +64,13 @@ class LeavePrinter:
         for invocation in self.chart.invocations:
             if invocation.state == state:
                 out.line(f"{self.prefix}_end_{invocation.index}(m);")
+
+    def arm(self, transition: int) -> str:
+        """Return the call that arms the timer of a transition."""
+        names, timed = self.names, self.chart.transitions[transition]
+        names.used.add("arm")
+        delay = names.constants.get(timed.delay_name or "", f"{timed.delay}u")
+        return f"{self.prefix}_arm(m, {names.timers[transition]}, {delay});"
 
     def _timed(self, state: int) -> list[int]:
         return [

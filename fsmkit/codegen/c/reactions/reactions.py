@@ -28,6 +28,8 @@ from fsmkit.plan import Enter, Plan, Region, Variant
 
 Lines = tuple[str, ...]
 HANDLED = "return FSM_HANDLED;"
+FEW = 2
+"""States that are left one by one where reactions are shared; more are left by the loop."""
 SHORT = 3
 """Lines that a transition which several states inherit does in each of them, not in a function."""
 
@@ -70,6 +72,10 @@ class ReactionPrinter:
         self._functions: set[str] = set()
         self.shapes = selection.shapes
         self.by_event = self.shapes.by_event
+
+    def arm(self, transition: int) -> str:
+        """Return the call that arms the timer of a transition."""
+        return self._moves.arm(transition)
 
     # --- what a transition does -----------------------------------------------------------
 
@@ -128,6 +134,8 @@ class ReactionPrinter:
         if self.names.is_shared and leaf != source:
             leaf = None
         path = None if leaf is None else self._path(leaf, variant.domain)
+        if self.names.is_shared and len(path or ()) > FEW:
+            path = None
         self._moves.record_below(record, variant.domain, source, path)
         if path is None:
             leave.line(self._moves.leave_below(variant.domain))

@@ -38,11 +38,10 @@ class TimeoutPrinter:
             return
         with out.block("switch (timer.what) {"):
             for t in timed:
-                out.line(f"case {t.index}u: /* {self.selection.comment(t)} */")
+                out.line(f"case {names.timers[t.index]}: /* {self.selection.comment(t)} */")
                 with out.indented():
                     if t.trigger is Trigger.EVERY:
-                        names.used.add("arm")
-                        out.line(f"{names.prefix}_arm(m, {t.index}u, {t.delay}u);")
+                        out.line(self.reactions.arm(t.index))
                     leaf = None if chart.states[t.source].children else t.source
                     step = self.reactions.step(t, leaf).lines
                     if t.guard is None:
