@@ -20,28 +20,30 @@ from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import (
-    Block,
     Direction,
-    DocArgument,
-    DocAssign,
-    DocBranch,
-    DocCall,
     DocCapacity,
     DocData,
     DocEvent,
-    DocField,
-    DocForEach,
-    DocIf,
-    DocLog,
     DocOperation,
-    DocRaise,
-    DocSend,
     DocState,
-    DocStatement,
     DocTransition,
     Document,
     Kind,
     Trigger,
+)
+from fsmkit.language.statements.tree import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCall,
+    DocField,
+    DocForEach,
+    DocIf,
+    DocLog,
+    DocRaise,
+    DocSend,
+    DocStatement,
 )
 
 NUMBERS = ("uint8", "int16", "int32", "0..9 wrap", "-3..12 wrap")

@@ -11,7 +11,8 @@ from functools import partial
 from typing import Any, TypeVar
 
 from fsmkit.diagnostics import Source, Span, Text
-from fsmkit.document.document import DocIf, DocState, DocTransition, Document, Kind, Trigger
+from fsmkit.document.document import DocState, DocTransition, Document, Kind, Trigger
+from fsmkit.language.statements.tree import DocIf
 
 Script = tuple[str, ...]
 Documents = tuple[Document, ...]

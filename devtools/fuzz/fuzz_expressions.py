@@ -12,8 +12,6 @@ with atheris.instrument_imports(include=["fsmkit"]):
     from fuzzing import SECONDS, fuzz
 
     from fsmkit.diagnostics import Findings, Source, Span, Text
-    from fsmkit.document.declaration_text import read_signature, read_typed
-    from fsmkit.document.statement_text import read_statements, write_statements
     from fsmkit.language import (
         BOOL,
         FLOAT64,
@@ -33,6 +31,8 @@ with atheris.instrument_imports(include=["fsmkit"]):
         type_expression,
         type_location,
     )
+    from fsmkit.language.statements.reading import read_signature, read_statements, read_typed
+    from fsmkit.language.statements.writing import write_statements
 
 from seeds import test_strings
 from texts import changed

@@ -9,18 +9,9 @@ from devtools.random_charts.declarations import COLOR
 from devtools.random_charts.terms import Terms
 from devtools.random_charts.tree import Node
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
-    Block,
-    Direction,
-    DocArgument,
-    DocAssign,
-    DocLog,
-    DocState,
-    DocTransition,
-    Kind,
-    Trigger,
-)
+from fsmkit.document.document import Direction, DocState, DocTransition, Kind, Trigger
 from fsmkit.language import BOOL, FLOAT64, INT32, SYMBOL, Field, IntType, Type
+from fsmkit.language.statements.tree import Block, DocArgument, DocAssign, DocLog
 
 DONE_TYPES: tuple[Type, ...] = (INT32, BOOL, INT32, COLOR, SYMBOL, FLOAT64)
 """What the data of final states are declared as: nothing but their values tells it."""

@@ -23,13 +23,13 @@ from fsmkit.document.document import (
     DocConstant,
     DocData,
     DocEvent,
-    DocField,
     DocOperation,
     DocState,
     DocType,
     Document,
 )
 from fsmkit.language import EnumType, Field
+from fsmkit.language.statements.tree import DocField
 
 if TYPE_CHECKING:
     from hypothesis.strategies import DrawFn

@@ -8,9 +8,10 @@ from devtools.random_charts.choices import Choices
 from devtools.random_charts.terms import Terms
 from devtools.random_charts.vocabulary import Names
 from fsmkit.diagnostics import Source, Span, Text
-from fsmkit.document.document import (
+from fsmkit.document.document import Direction
+from fsmkit.language import ArrayType, DurationType, Field, IntType, RecordType, Type
+from fsmkit.language.statements.tree import (
     Block,
-    Direction,
     DocArgument,
     DocAssign,
     DocBranch,
@@ -24,7 +25,6 @@ from fsmkit.document.document import (
     DocSend,
     DocStatement,
 )
-from fsmkit.language import ArrayType, DurationType, Field, IntType, RecordType, Type
 
 SOURCE = Source("<random>", "")
 PLACE = Span(SOURCE, 0, 0)

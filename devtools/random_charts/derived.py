@@ -14,20 +14,17 @@ from fsmkit.chart.inheritance.refine_states import all_states
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import (
-    Block,
     Direction,
-    DocBranch,
     DocData,
     DocEvent,
-    DocIf,
     DocState,
-    DocSuper,
     DocTransition,
     Document,
     Kind,
     Trigger,
 )
 from fsmkit.language import IntType
+from fsmkit.language.statements.tree import Block, DocBranch, DocIf, DocSuper
 
 COUNTER = IntType(0, 9)
 STATES = 4

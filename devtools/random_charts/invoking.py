@@ -14,23 +14,25 @@ from devtools.random_charts.choices import Choices
 from devtools.random_charts.content import DELAYS, PLACE, text
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.document.document import (
-    Block,
     Direction,
-    DocArgument,
-    DocAssign,
-    DocBranch,
     DocCapacity,
     DocData,
     DocEvent,
-    DocField,
-    DocIf,
     DocInvoke,
-    DocSend,
     DocState,
     DocTransition,
     Document,
     Kind,
     Trigger,
+)
+from fsmkit.language.statements.tree import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocField,
+    DocIf,
+    DocSend,
 )
 
 OVER = "over"

@@ -11,9 +11,11 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
-from lark import Lark, Token, Transformer, v_args
+from lark import Lark, Token, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
+from fsmkit.language.statements.building import StatementBuilder
+from fsmkit.language.statements.tokens import unescape
 from fsmkit.language.units import meant, no_unit, number_with
 
 DEEPEST = 100
@@ -170,11 +172,10 @@ class SyntaxFault(Exception):  # noqa: N818  (becomes a finding at once)
 
 
 WORDS = {"and": "&&", "or": "||", "not": "!", "===": "==", "!==": "!="}
-ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "0": "\0", "b": "\b", "f": "\f", "v": "\v", "\n": ""}
 
 
 @v_args(inline=True)
-class _Build(Transformer[Token, Node]):
+class _Builder(StatementBuilder):
     """Makes nodes while the parser runs, bottom up, refusing what nests too deeply."""
 
     def name(self, token: Token) -> Node:
@@ -267,32 +268,16 @@ def _above(start: int, end: int, *below: Node) -> int:
     return height
 
 
-def unescape(inside: str) -> str:
-    """Return the value of what stands between the quotes; two halves are one character."""
-    if "\\" not in inside:
-        return inside
-    found, i = [], 0
-    while i < len(inside):
-        if inside[i] != "\\":
-            found.append(inside[i])
-            i += 1
-            continue
-        kind = inside[i + 1]
-        size = {"x": 2, "u": 4}.get(kind, 0)
-        digits = inside[i + 2 : i + 2 + size]
-        if size and len(digits) == size and all(c in "0123456789abcdefABCDEF" for c in digits):
-            found.append(chr(int(digits, 16)))
-            i += 2 + size
-        else:
-            found.append(ESCAPES.get(kind, kind))
-            i += 2
-    return "".join(found).encode("utf-16", "surrogatepass").decode("utf-16", "replace")
-
-
 @cache
-def _parser() -> Lark:
-    grammar = Path(__file__).with_name("expression.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", transformer=_Build(), maybe_placeholders=False)
+def parser() -> Lark:
+    """Return the parser of expressions, statements and declarations."""
+    return Lark(
+        Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8"),
+        parser="lalr",
+        start=["expression", "statements", "signature", "typed"],
+        transformer=_Builder(),
+        maybe_placeholders=False,
+    )
 
 
 def parse(text: str) -> Node:
@@ -325,7 +310,7 @@ def _parsed(text: str) -> Node:
     if text.isascii() and text.isdigit():
         return NumberNode(0, len(text), 1, text)  # half of what charts write needs no grammar
     # with the transformer inside, what the parser returns is what the transformer made
-    node: Any = _parser().parse(text)
+    node: Any = parser().parse(text, start="expression")
     assert isinstance(node, Node)  # noqa: S101
     return node
 

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import (
-    Block,
     Direction,
-    DocCall,
     DocData,
     DocEvent,
     DocOperation,
@@ -18,6 +16,7 @@ from fsmkit.document.document import (
     Kind,
     Trigger,
 )
+from fsmkit.language.statements.tree import Block, DocCall
 from fsmkit.pytransitions.callbacks import Placement, place
 from fsmkit.pytransitions.moves import Moves
 from fsmkit.pytransitions.names import Names, called, names_of

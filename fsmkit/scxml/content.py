@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from fsmkit.diagnostics import Findings, Severity, Text
-from fsmkit.document.document import (
+from fsmkit.language.statements.reading import read_statements
+from fsmkit.language.statements.tree import (
     Block,
     DocArgument,
     DocAssign,
@@ -26,7 +27,6 @@ from fsmkit.document.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.document.statement_text import read_statements
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.names import CONTENT, EXTENSION_CONTENT, PREFIX, XML
 from fsmkit.scxml.nodes import Element

@@ -6,21 +6,20 @@ from dataclasses import replace
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
-from fsmkit.document.declaration_text import DocSignature, read_signature
 from fsmkit.document.document import (
-    Block,
     Direction,
     DocCapacity,
     DocConstant,
     DocData,
     DocEvent,
-    DocField,
     DocOperation,
     DocState,
     DocType,
     Document,
     Kind,
 )
+from fsmkit.language.statements.reading import read_signature
+from fsmkit.language.statements.tree import Block, DocField, DocSignature
 from fsmkit.scxml.content import read_script
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.names import DATAMODELS, EXTENSION, SCXML, STATES

@@ -7,18 +7,16 @@ from collections.abc import Callable
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import (
     REPLACEABLE,
-    Block,
-    DocArgument,
     DocData,
     DocInvoke,
     DocState,
     DocTransition,
     Document,
-    DocUnreadable,
     Kind,
     Trigger,
 )
 from fsmkit.document.literal_content import content_value
+from fsmkit.language.statements.tree import Block, DocArgument, DocUnreadable
 from fsmkit.scxml.content import read_block, read_content, read_params
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.names import CHILDREN, EXTENSION_CHILDREN, PLAIN_TYPES, PREFIX, STATES

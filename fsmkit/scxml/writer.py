@@ -10,7 +10,6 @@ from lxml import etree
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import (
     DocData,
-    DocField,
     DocInvoke,
     DocState,
     DocTransition,
@@ -18,6 +17,7 @@ from fsmkit.document.document import (
     Kind,
     Trigger,
 )
+from fsmkit.language.statements.tree import DocField
 from fsmkit.scxml.markup import add, extension, joined, ours, put
 from fsmkit.scxml.names import EXTENSION, PREFIX, SCXML
 from fsmkit.scxml.writing_content import add_content, add_params, add_script, add_statements

@@ -8,7 +8,8 @@ from typing import assert_never
 from lxml import etree
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
+from fsmkit.document.statement_text import statements_text
+from fsmkit.language.statements.tree import (
     Block,
     DocArgument,
     DocAssign,
@@ -24,7 +25,6 @@ from fsmkit.document.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.document.statement_text import statements_text
 from fsmkit.scxml.markup import add, extension, joined, put
 from fsmkit.scxml.names import XML
 

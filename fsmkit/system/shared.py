@@ -13,7 +13,6 @@ from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.content import all_statements, written
 from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.document.declaration_text import read_typed
 from fsmkit.language import (
     ArrayType,
     Element,
@@ -30,6 +29,7 @@ from fsmkit.language import (
     read_type,
 )
 from fsmkit.language.constants import start_value
+from fsmkit.language.statements.reading import read_typed
 from fsmkit.language.walk import root
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import InputLink, Machine, Slot

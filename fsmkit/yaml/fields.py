@@ -7,9 +7,9 @@ from collections.abc import Mapping as Table
 from typing import TypeVar
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.declaration_text import read_typed
-from fsmkit.document.document import Block, DocArgument, DocData
-from fsmkit.document.statement_text import read_statements
+from fsmkit.document.document import DocData
+from fsmkit.language.statements.reading import read_statements, read_typed
+from fsmkit.language.statements.tree import Block, DocArgument
 from fsmkit.yaml import keys
 from fsmkit.yaml.nodes import (
     Mapping,

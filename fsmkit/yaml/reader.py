@@ -6,19 +6,19 @@ from collections.abc import Iterator
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
-from fsmkit.document.declaration_text import DocSignature, read_signature
 from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
     DocEvent,
-    DocField,
     DocOperation,
     DocState,
     DocType,
     Document,
     Kind,
 )
+from fsmkit.language.statements.reading import read_signature
+from fsmkit.language.statements.tree import DocField, DocSignature
 from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, read_nodes, require_mapping, require_text

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.document.document import REPLACEABLE, DocArgument, DocInvoke, DocState, Document, Kind
+from fsmkit.document.document import REPLACEABLE, DocInvoke, DocState, Document, Kind
+from fsmkit.language.statements.tree import DocArgument
 from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, require_mapping

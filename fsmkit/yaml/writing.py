@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from fsmkit.diagnostics import Text, fail
-from fsmkit.document.document import Block, DocArgument, DocData, DocField, DocForEach, DocIf
+from fsmkit.document.document import DocData
 from fsmkit.document.statement_text import statements_text
+from fsmkit.language.statements.tree import Block, DocArgument, DocField, DocForEach, DocIf
 from fsmkit.yaml.layout import Tree
 
 JOINED = 72

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
-from fsmkit.document.declaration_text import read_signature, read_typed
+from fsmkit.language.statements.reading import read_signature, read_typed
 
 
 def text(value: str) -> Text:

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
-from fsmkit.document.document import (
+from fsmkit.language.statements.reading import read_statements
+from fsmkit.language.statements.tree import (
     Block,
     DocArgument,
     DocAssign,
@@ -26,7 +27,7 @@ from fsmkit.document.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.document.statement_text import read_statements, write_statements
+from fsmkit.language.statements.writing import write_statements
 
 NOWHERE = Span(Source("<test>", ""), 0, 0)
 

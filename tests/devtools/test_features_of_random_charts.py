@@ -13,19 +13,16 @@ import pytest
 from devtools.differential import Case, elaborated, random_case
 from devtools.reduction import Documents
 from fsmkit.diagnostics import Source, Span
-from fsmkit.document.document import (
+from fsmkit.document.document import DocState, DocTransition, Document, Kind
+from fsmkit.language import ArrayType, EnumType, EventField, RecordType, SymbolType, Type
+from fsmkit.language.statements.tree import (
     DocCancel,
     DocForEach,
     DocIf,
     DocSend,
-    DocState,
     DocSuper,
-    DocTransition,
-    Document,
     DocUnreadable,
-    Kind,
 )
-from fsmkit.language import ArrayType, EnumType, EventField, RecordType, SymbolType, Type
 from fsmkit.runtime.harness import InterpreterHarness
 
 CHARTS = 200

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.document.document import DocRaise, DocUnreadable
+from fsmkit.language.statements.tree import DocRaise, DocUnreadable
 from fsmkit.scxml.nodes import DEEPEST
 from fsmkit.scxml.reader import read_document
 

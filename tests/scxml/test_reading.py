@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fsmkit.document.document import (
-    Direction,
+from fsmkit.document.document import Direction, Kind, Trigger
+from fsmkit.language.statements.tree import (
     DocAssign,
     DocCall,
     DocCancel,
@@ -19,8 +19,6 @@ from fsmkit.document.document import (
     DocSend,
     DocSuper,
     DocUnreadable,
-    Kind,
-    Trigger,
 )
 
 ReadChart = Callable[..., Any]

@@ -12,21 +12,16 @@ from hypothesis import strategies as st
 
 from devtools.random_charts.charts import documents
 from fsmkit.diagnostics import Findings, Source, Span, Text
-from fsmkit.document.document import (
+from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
+from fsmkit.language.statements.tree import (
     DocArgument,
     DocAssign,
     DocCall,
-    DocData,
     DocLog,
     DocRaise,
     DocReply,
     DocSend,
-    DocState,
-    DocTransition,
-    Document,
     DocUnreadable,
-    Kind,
-    Trigger,
 )
 from fsmkit.plugins import FrontEnd, plugin
 

@@ -4,17 +4,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from fsmkit.document.document import (
-    Direction,
-    DocAssign,
-    DocLog,
-    DocRaise,
-    DocSend,
-    DocSuper,
-    DocTransition,
-    Kind,
-    Trigger,
-)
+from fsmkit.document.document import Direction, DocTransition, Kind, Trigger
+from fsmkit.language.statements.tree import DocAssign, DocLog, DocRaise, DocSend, DocSuper
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,21 +11,17 @@ from devtools.random_charts.charts import documents
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text, render
 from fsmkit.document.document import (
-    Block,
     Direction,
-    DocArgument,
-    DocAssign,
-    DocCall,
     DocEvent,
     DocInvoke,
     DocState,
-    DocStatement,
     DocTransition,
     DocType,
     Document,
     Kind,
     Trigger,
 )
+from fsmkit.language.statements.tree import Block, DocArgument, DocAssign, DocCall, DocStatement
 from fsmkit.loading import read_document as read_file
 from fsmkit.plugins import FrontEnd, plugin
 from fsmkit.yaml.layout import Prose, Short, Tree

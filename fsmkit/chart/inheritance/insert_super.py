@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fsmkit.document.document import Block, DocForEach, DocIf, DocStatement, DocSuper
+from fsmkit.language.statements.tree import Block, DocForEach, DocIf, DocStatement, DocSuper
 
 
 def holds_super(block: Block) -> bool:

@@ -9,15 +9,8 @@ from fsmkit.chart.inheritance.insert_super import holds_super, insert_super
 from fsmkit.chart.inheritance.override_transitions import override_transitions
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.document.document import (
-    Block,
-    DocState,
-    DocSuper,
-    DocTransition,
-    Document,
-    Kind,
-    Origin,
-)
+from fsmkit.document.document import DocState, DocTransition, Document, Kind, Origin
+from fsmkit.language.statements.tree import Block, DocSuper
 
 HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import Block, DocAssign, DocBranch, DocData, DocIf, DocState, Document
+from fsmkit.document.document import DocData, DocState, Document
+from fsmkit.language.statements.tree import Block, DocAssign, DocBranch, DocIf
 
 
 def bind_late(document: Document) -> Document:

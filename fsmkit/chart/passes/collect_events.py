@@ -14,11 +14,12 @@ from fsmkit.chart.passes.collect_names import read_fields
 from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.chart.passes.walk_content import places, statements
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import Direction, DocEvent, DocRaise, DocSend, Document, Kind, Trigger
+from fsmkit.document.document import Direction, DocEvent, Document, Kind, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import parts
 from fsmkit.language import SYMBOL, Field, Scope, Type, location_of_session, read_type
 from fsmkit.language.ecmascript import PROCESSOR, SEND_ID
+from fsmkit.language.statements.tree import DocRaise, DocSend
 
 DONE = "done.session"
 """What an invoked machine sends when it ends; its invoker knows it as ``done.invoke.id``."""

@@ -9,7 +9,7 @@ from fsmkit.chart.chart import Data, Operation
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import DocData, DocField, DocOperation, Document
+from fsmkit.document.document import DocData, DocOperation, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
@@ -28,6 +28,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.constants import constant_value, start_value
 from fsmkit.language.ecmascript import SESSION
+from fsmkit.language.statements.tree import DocField
 
 UNTYPED = EnumType("?", ())
 """Stands for the type of a variable until its uses have been looked at."""

@@ -13,8 +13,9 @@ from fsmkit.chart.passes.collect_names import UNTYPED, Names
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.passes.walk_content import places, statements
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import DocAssign, DocForEach, Document
+from fsmkit.document.document import Document
 from fsmkit.language import ArrayType, IntType, Literal, Type, default_value
+from fsmkit.language.statements.tree import DocAssign, DocForEach
 
 
 def declare_loops(document: Document, tree: Tree, names: Names) -> Names:

@@ -17,16 +17,7 @@ from fsmkit.chart.passes.plan_invocations import Slot
 from fsmkit.chart.passes.read_payloads import Read, join_uses, reads
 from fsmkit.chart.passes.walk_content import Place, places, statements
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import (
-    DocArgument,
-    DocAssign,
-    DocForEach,
-    DocRaise,
-    DocSend,
-    DocStatement,
-    Document,
-    Trigger,
-)
+from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
@@ -40,6 +31,14 @@ from fsmkit.language import (
     type_expression,
 )
 from fsmkit.language.constants import general_type, join_types
+from fsmkit.language.statements.tree import (
+    DocArgument,
+    DocAssign,
+    DocForEach,
+    DocRaise,
+    DocSend,
+    DocStatement,
+)
 
 MOST_ROUNDS = 10
 """A chain of dependencies longer than this is not followed to its end."""

@@ -20,8 +20,9 @@ from fsmkit.chart.passes.plan_invocations import Slot, targets
 from fsmkit.chart.passes.walk_content import places, statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.document.document import Direction, DocInvoke, DocSend, Document
+from fsmkit.document.document import Direction, DocInvoke, Document
 from fsmkit.document.invocation_context import InvocationContext
+from fsmkit.language.statements.tree import DocSend
 
 MOST_ROUNDS = 8
 

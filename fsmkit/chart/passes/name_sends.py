@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import DocSend, Document
+from fsmkit.document.document import Document
 from fsmkit.document.walk import mapped, parts
+from fsmkit.language.statements.tree import DocSend
 
 
 def name_sends(document: Document) -> Document:

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from fsmkit.chart.chart import Capacities
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.document.document import Block, DocCapacity, DocRaise, DocSend, DocState, Document
+from fsmkit.document.document import DocCapacity, DocState, Document
 from fsmkit.document.walk import parts
 from fsmkit.language import Scope, read_duration
+from fsmkit.language.statements.tree import Block, DocRaise, DocSend
 
 LIMITS = {
     "queue": (1, 65535),

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 
 from fsmkit.chart.passes.walk_content import Place, statements
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
+from fsmkit.document.document import DocTransition
+from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type
+from fsmkit.language.constants import join_types
+from fsmkit.language.statements.tree import (
     DocAssign,
     DocCancel,
     DocIf,
     DocRaise,
     DocSend,
     DocStatement,
-    DocTransition,
 )
-from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type
-from fsmkit.language.constants import join_types
 from fsmkit.language.syntax import (
     BinaryNode,
     CallNode,

@@ -21,7 +21,6 @@ from fsmkit.chart.statements import (
     Statement,
 )
 from fsmkit.diagnostics import Findings, Severity, Text
-from fsmkit.document import document as doc
 from fsmkit.language import (
     BOOL,
     ArrayType,
@@ -39,6 +38,7 @@ from fsmkit.language import (
     type_update,
 )
 from fsmkit.language.constants import is_list, split_list
+from fsmkit.language.statements import tree as doc
 
 
 def type_block(block: doc.Block, context: Context) -> Block:

@@ -10,7 +10,7 @@ from fsmkit.chart.passes.context import Context
 from fsmkit.chart.statements import Assign, Cancel, Destination, Fail, Raise, Send, Statement
 from fsmkit.diagnostics import Text
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.document.document import Direction, DocArgument, DocCancel, DocRaise, DocSend
+from fsmkit.document.document import Direction
 from fsmkit.language import (
     DURATION,
     SYMBOL,
@@ -24,6 +24,7 @@ from fsmkit.language import (
     type_location,
 )
 from fsmkit.language.ecmascript import SEND_ID, SESSION
+from fsmkit.language.statements.tree import DocArgument, DocCancel, DocRaise, DocSend
 
 PROCESSORS = (
     "",

@@ -20,11 +20,12 @@ from fsmkit.chart.passes.plan_invocations import Slot, is_service
 from fsmkit.chart.passes.type_content import type_block, type_condition, type_value
 from fsmkit.chart.statements import Block, Branch, Fail, If, Invoke, Statement
 from fsmkit.diagnostics import Findings, Severity, Text
-from fsmkit.document.document import Block as DocBlock
-from fsmkit.document.document import DocAssign, DocInvoke
+from fsmkit.document.document import DocInvoke
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.language import EnumType, Expr, RecordType, location_of_session, type_expression
+from fsmkit.language.statements.tree import Block as DocBlock
+from fsmkit.language.statements.tree import DocAssign
 
 
 def invoker_targets(given: InvocationContext | None) -> frozenset[str]:

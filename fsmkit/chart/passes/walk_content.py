@@ -6,15 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fsmkit.chart.passes.number_states import Tree
-from fsmkit.document.document import (
-    Block,
-    DocForEach,
-    DocIf,
-    DocInvoke,
-    DocStatement,
-    DocTransition,
-    Document,
-)
+from fsmkit.document.document import DocInvoke, DocTransition, Document
+from fsmkit.language.statements.tree import Block, DocForEach, DocIf, DocStatement
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,19 +12,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.document.document import (
-    Block,
-    DocAssign,
-    DocBranch,
-    DocCall,
-    DocData,
-    DocForEach,
-    DocIf,
-    Document,
-)
+from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import mapped, parts
 from fsmkit.language.constants import is_list, split_list
+from fsmkit.language.statements.tree import Block, DocAssign, DocBranch, DocCall, DocForEach, DocIf
 from fsmkit.language.syntax import (
     ArrayNode,
     BinaryNode,

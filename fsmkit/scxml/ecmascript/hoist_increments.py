@@ -11,22 +11,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.document.document import (
+from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
+from fsmkit.document.walk import mapped, parts
+from fsmkit.language.statements.tree import (
     DocAssign,
     DocCall,
-    DocData,
     DocIf,
     DocLog,
     DocRaise,
     DocReply,
     DocSend,
-    DocState,
-    DocTransition,
-    Document,
-    Kind,
-    Trigger,
 )
-from fsmkit.document.walk import mapped, parts
 from fsmkit.language.syntax import BinaryNode, ConditionalNode, NameNode, Node, UnaryNode, children
 from fsmkit.scxml.ecmascript.rewrite import mentions, nodes, parsed
 

@@ -16,8 +16,6 @@ from fsmkit.document.document import (
     Direction,
     DocEvent,
     DocInvoke,
-    DocRaise,
-    DocSend,
     DocState,
     DocTransition,
     Document,
@@ -27,6 +25,7 @@ from fsmkit.document.document import (
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.document.walk import parts
+from fsmkit.language.statements.tree import DocRaise, DocSend
 from fsmkit.language.syntax import (
     BinaryNode,
     ConditionalNode,

@@ -10,22 +10,12 @@ from dataclasses import dataclass, field
 from itertools import product
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
-    Block,
-    DocAssign,
-    DocData,
-    DocForEach,
-    DocIf,
-    DocInvoke,
-    DocSend,
-    DocState,
-    Document,
-    Trigger,
-)
+from fsmkit.document.document import DocData, DocInvoke, DocState, Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.language import location_of_session
 from fsmkit.language.ecmascript import PROCESSORS, SESSION
+from fsmkit.language.statements.tree import Block, DocAssign, DocForEach, DocIf, DocSend
 from fsmkit.language.syntax import (
     BinaryNode,
     ElementNode,

@@ -17,29 +17,25 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.document.document import (
-    Block,
-    DocArgument,
-    DocAssign,
-    DocBranch,
-    DocCancel,
-    DocData,
-    DocForEach,
-    DocIf,
-    DocInvoke,
-    DocSend,
-    DocState,
-    DocStatement,
-    DocTransition,
-    Document,
-    DocUnreadable,
-)
+from fsmkit.document.document import DocData, DocInvoke, DocState, DocTransition, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import content_value, members, string
 from fsmkit.document.walk import parts
 from fsmkit.language import flag_of
 from fsmkit.language.ecmascript import SEND_ID, WHOLE_PAYLOAD
-from fsmkit.language.syntax import unescape
+from fsmkit.language.statements.tokens import unescape
+from fsmkit.language.statements.tree import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCancel,
+    DocForEach,
+    DocIf,
+    DocSend,
+    DocStatement,
+    DocUnreadable,
+)
 from fsmkit.scxml.ecmascript.joined_names import AT_HAND, MOST_NAMES, JoinedNames, find_joined_names
 from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_strings
 from fsmkit.scxml.ecmascript.repeated_params import apart, with_fields_of_their_own

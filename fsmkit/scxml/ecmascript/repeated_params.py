@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import replace
 from itertools import count
 
-from fsmkit.document.document import DocArgument, DocSend
+from fsmkit.language.statements.tree import DocArgument, DocSend
 
 
 def with_fields_of_their_own(send: DocSend) -> DocSend:

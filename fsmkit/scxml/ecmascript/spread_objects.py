@@ -10,10 +10,11 @@ import re
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import DocAssign, DocData, Document
+from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import mapped, parts
 from fsmkit.language.constants import split_list
+from fsmkit.language.statements.tree import DocAssign
 from fsmkit.language.syntax import ElementNode, MemberNode, NameNode, Node, StringNode
 from fsmkit.scxml.ecmascript.rewrite import Unsuited, mentions, respelt
 

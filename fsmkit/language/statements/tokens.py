@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import NamedTuple
+
+from fsmkit.diagnostics import Text
 
 STRING = r"\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'"
 COMMENT = re.compile(rf"({STRING}|[\"'][^\n]*)|//[^\n]*|/\*[\s\S]*?(?:\*/|\Z)|\#[^\n]*")
@@ -60,8 +63,78 @@ GOES_ON = OPERATORS | {"[", "if"}
 """What after a closing parenthesis shows that an expression goes on behind it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Lexeme:
+DEEPEST = 16
+"""Levels that statements may nest: fewer than any target bounds the nesting of loops to."""
+LONGEST = 200_000
+"""Characters of one text of statements."""
+
+ASSIGNMENT: dict[str, str | None] = {
+    "=": "",
+    "++": "+",
+    "--": "-",
+    "+=": "+",
+    "-=": "-",
+    "*=": "*",
+    "/=": "/",
+    "%=": "%",
+    "&=": "&",
+    "|=": "|",
+    "^=": "^",
+    "<<=": "<<",
+    ">>=": ">>",
+    ">>>=": None,
+    "**=": None,
+    "&&=": None,
+    "||=": None,
+}
+"""Signs of assignment and the operator each stands for; None: not in this language."""
+
+CLAUSES = {
+    "to": ("target", "target_expr"),
+    "after": ("delay", "delay_expr"),
+    "as": ("id", "id_location"),
+    "type": ("type", "type_expr"),
+    "content": ("content", "content_expr"),
+    "with": ("name_list", "name_list"),
+}
+"""What may follow `send`: what a name or a string after it is, and an expression in parentheses."""
+
+NEW_LINES = re.compile(rf"({STRING}|[\"'][^\n]*)|(?<![^\S\n])[^\S\n]*\n\s*")
+"""A string, or a new line with the white space around it."""
+NAME = re.compile(r"[^\s(){}\[\];,\"'=]+")
+"""A name of an event, a peer or an id, where it needs no quotes."""
+LITERAL_DELAY = re.compile(r"(\d+(\.\d*)?|\.\d+)(us|ms|s|m|h|d)?|[^\W\d]\w*")
+"""A delay that is a duration or the name of a constant."""
+
+FOREIGN = {
+    "function": "declare an operation and call it",
+    "while": "iterate over an array: `for x in array { ... }`",
+    "do": "iterate over an array: `for x in array { ... }`",
+    "switch": "write `if ... else if ...`",
+    "try": "leave it out: an error raises `error.execution`",
+    "throw": "raise an event",
+    "return": "assign the result to a variable",
+    "delete": "data live as long as the machine",
+    "import": "declare operations and call them",
+    "class": "declare a record type",
+    "break": "guard the statements with `if`",
+    "continue": "guard the statements with `if`",
+    "pass": "leave it out",
+    "def": "declare an operation and call it",
+    "lambda": "declare an operation and call it",
+    "goto": "name the target in a transition",
+    "print": "write `log`",
+    "assert": "state it as an `invariant`",
+}
+
+CALLABLE = frozenset(("goto", "print", "assert", "delete", "import", "pass"))
+"""Which of these may be the name of an operation."""
+
+
+ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "0": "\0", "b": "\b", "f": "\f", "v": "\v", "\n": ""}
+
+
+class Lexeme(NamedTuple):
     """A token: its kind (a group of `TOKEN`), its text and its place in the text."""
 
     kind: str
@@ -100,6 +173,8 @@ class Cursor:
     text: str
     tokens: tuple[Lexeme, ...]
     index: int = 0
+    has_lines: bool = True
+    """Whether the end of a line, `;` and `}` end something."""
 
     @property
     def here(self) -> Lexeme:
@@ -143,8 +218,8 @@ class Cursor:
         """Whether nothing more belongs to the statement: its end, or that of what it stands in."""
         token = self.here
         if token.kind == "newline":
-            return not self._is_continued()
-        return token.kind == "end" or token.text in (";", "}")
+            return self.has_lines and not self._is_continued()
+        return token.kind == "end" or (self.has_lines and token.text in (";", "}"))
 
     def _is_continued(self) -> bool:
         """Whether the expression that a new line interrupts goes on behind it."""
@@ -214,3 +289,44 @@ class Cursor:
         while not self.is_end_of_statement():
             self.take()
             self.expression()
+
+
+def unquoted(text: Text, token: Lexeme) -> Text:
+    """Return what stands in the quotes of a string."""
+    inside = text.part(token.start + 1, token.end - 1)
+    if "\\" not in inside.value:
+        return inside
+    return Text(unescape(inside.value), inside.span)
+
+
+def bracketed(text: Text) -> Text | None:
+    """Return what stands in the parentheses that a text consists of; None where it does not."""
+    if not text.value.startswith("("):
+        return None
+    cursor = Cursor(text.value, lexemes(text.value))
+    closing = cursor.closing()
+    if closing is None or cursor.tokens[closing + 1].kind != "end":
+        return None
+    return text.part(1, cursor.tokens[closing].start).stripped()
+
+
+def unescape(inside: str) -> str:
+    """Return the value of what stands between the quotes; two halves are one character."""
+    if "\\" not in inside:
+        return inside
+    found, i = [], 0
+    while i < len(inside):
+        if inside[i] != "\\":
+            found.append(inside[i])
+            i += 1
+            continue
+        kind = inside[i + 1]
+        size = {"x": 2, "u": 4}.get(kind, 0)
+        digits = inside[i + 2 : i + 2 + size]
+        if size and len(digits) == size and all(c in "0123456789abcdefABCDEF" for c in digits):
+            found.append(chr(int(digits, 16)))
+            i += 2 + size
+        else:
+            found.append(ESCAPES.get(kind, kind))
+            i += 2
+    return "".join(found).encode("utf-16", "surrogatepass").decode("utf-16", "replace")

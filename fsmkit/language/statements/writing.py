@@ -8,7 +8,18 @@ from collections.abc import Iterator
 from typing import assert_never
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
+from fsmkit.language.statements.tokens import (
+    CLAUSES,
+    JOINING,
+    LITERAL_DELAY,
+    NEW_LINES,
+    STRING,
+    Cursor,
+    Lexeme,
+    lexemes,
+    without_comments,
+)
+from fsmkit.language.statements.tree import (
     Block,
     DocArgument,
     DocAssign,
@@ -24,15 +35,6 @@ from fsmkit.document.document import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.document.statement_tokens import (
-    JOINING,
-    STRING,
-    Cursor,
-    Lexeme,
-    lexemes,
-    without_comments,
-)
-from fsmkit.document.statement_words import CLAUSES, LITERAL_DELAY, NEW_LINES
 
 PLAIN_NAME = re.compile(r"[^\W\d][\w.-]*(\.\*)?")
 PLAIN_ARGUMENT = re.compile(r"[^\W\d]\w*")

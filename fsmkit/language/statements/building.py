@@ -1,0 +1,193 @@
+"""From what the parser has recognized to statements: its actions, one for each rule."""
+
+# ruff: noqa: D102  (the grammar says what each rule is)
+# mypy: disable-error-code="func-returns-value"
+# (`return piece.reader.unreadable(...)` reports and gives up)
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from lark import Transformer, v_args
+
+from fsmkit.diagnostics import Span, Text
+from fsmkit.language.statements.tokens import ASSIGNMENT, CLAUSES, LITERAL_DELAY, bracketed
+from fsmkit.language.statements.tree import (
+    Block,
+    DocArgument,
+    DocAssign,
+    DocBranch,
+    DocCall,
+    DocCancel,
+    DocForEach,
+    DocIf,
+    DocLog,
+    DocRaise,
+    DocReply,
+    DocSend,
+    DocSuper,
+    DocUnreadable,
+)
+
+
+class Reader(Protocol):
+    """Who gives the pieces to the parser."""
+
+    text: Text
+
+    def report(
+        self, message: str, start: int, end: int, advice: str | None, rule: str = ...
+    ) -> None:
+        """Add a finding at a place of the text."""
+
+    def span(self, start: int) -> Span:
+        """Return the place from an offset to the piece that was recognized last."""
+
+
+@dataclass(slots=True)
+class Piece:
+    """A token of the grammar: its type, its place in the text, its reader, what it says."""
+
+    type: str
+    start: int
+    end: int
+    reader: Reader
+    known: Text | None = None
+
+    @property
+    def text(self) -> Text:
+        """What it says; where that is not known, as it stands."""
+        return self.known or self.reader.text.part(self.start, self.end)
+
+    @property
+    def span(self) -> Span:
+        """The place from here to what was recognized last."""
+        return self.reader.span(self.start)
+
+
+Value = tuple[str, Text | tuple[Text, ...]]
+"""A field of `DocSend` and what it is."""
+
+
+@v_args(inline=True)
+class StatementBuilder(Transformer[Any, Any]):
+    """Makes statements while the parser runs, bottom up. Each rule gives a block."""
+
+    def statements(self, *found: Block) -> Block:
+        return tuple(statement for block in found for statement in block)
+
+    braced = single = lone = statements
+
+    def assign(self, location: Piece, sign: Piece, value: Piece) -> Block:
+        operator = ASSIGNMENT[sign.text.value]
+        if operator is not None:
+            return (DocAssign(location.text, value.text, location.span, operator),)
+        message = f"`{sign.text}` is outside the language"
+        advice = "write the assignment out"
+        location.reader.report(message, location.start, sign.end, advice, "outside-language")
+        return (DocUnreadable(message, location.span),)
+
+    declarator = assign
+
+    def count(self, first: Piece, second: Piece) -> Block:
+        sign, target = (first, second) if first.type == "COUNT" else (second, first)
+        one = Text("1", sign.text.span)
+        return (DocAssign(target.text, one, first.span, sign.text.value[0]),)
+
+    def operation(self, call: Piece) -> Block:
+        if call.text.value.endswith(")") and "(" in call.text.value[1:]:
+            return (DocCall(call.text, call.span),)
+        message = "this is no statement"
+        advice = "assign it to something, or call an operation"
+        call.reader.report(message, call.start, call.end, advice)
+        return (DocUnreadable(message, call.span),)
+
+    def declare(self, _: Piece, *found: Block) -> Block:
+        """Read ``var x = e`` of a script as an assignment: declared or not, data are global."""
+        return self.statements(*found)
+
+    def raise_(self, word: Piece, event: Piece, arguments: tuple[DocArgument, ...] = ()) -> Block:
+        return (DocRaise(event.text, arguments, word.span),)
+
+    def cancel(self, word: Piece, id_: Piece) -> Block:
+        is_name = id_.type == "ID"
+        return (DocCancel(id_.text if is_name else None, None if is_name else id_.text, word.span),)
+
+    def reply(self, word: Piece, value: Piece) -> Block:
+        return (DocReply(value.text, word.span),)
+
+    def log(self, word: Piece, *parts: Piece) -> Block:
+        label = parts[0].text if parts and parts[0].type == "LABEL" else None
+        values = tuple(part.text for part in parts if part.type != "LABEL")
+        return (DocLog(label, values, word.span),)
+
+    def super_(self, word: Piece) -> Block:
+        return (DocSuper(word.span),)
+
+    def unreadable(self, word: Piece, reason: Piece) -> Block:
+        return (DocUnreadable(reason.text.value, word.span),)
+
+    def broken(self, piece: Piece) -> Block:
+        return (DocUnreadable(piece.text.value, piece.text.span),)
+
+    # --- events ---------------------------------------------------------------------------------
+
+    def arguments(self, *found: DocArgument) -> tuple[DocArgument, ...]:
+        return found
+
+    def argument(self, name: Piece, value: Piece) -> DocArgument:
+        return DocArgument(name.text, value.text)
+
+    def send(self, word: Piece, *parts: Any) -> Block:
+        found: dict[str, Any] = {}
+        for part in parts:
+            match part:
+                case Piece(type=type_, text=text):
+                    found["event" if type_ == "ID" else "event_expr"] = text
+                case (Piece() as clause, key, value):
+                    if key in found:
+                        message = f"a second `{clause.text}`"
+                        word.reader.report(message, clause.start, clause.end, "remove one")
+                    found[key] = value
+                case _:
+                    found["arguments"] = part
+        return (DocSend(word.span, **found),)
+
+    def clause(self, word: Piece, first: Piece, *rest: Piece) -> tuple[Piece, str, Any]:
+        bare, computed = CLAUSES[word.text.value]
+        text = first.text
+        if word.type == "WITH":
+            return word, bare, (text, *(piece.text for piece in rest))
+        if word.type == "NAMED":
+            return word, bare if first.type == "ID" else computed, text
+        if first.type == "QUOTED" or LITERAL_DELAY.fullmatch(text.value):
+            return word, bare, text
+        inner = bracketed(text)
+        return word, computed, text if inner is None else inner
+
+    # --- blocks ---------------------------------------------------------------------------------
+
+    def branching(self, word: Piece, condition: Piece, body: Block, *rest: Any) -> Block:
+        branches = [DocBranch(condition.text, body)]
+        for part in rest:
+            if isinstance(part, DocBranch):
+                branches.append(part)
+            elif isinstance(part, tuple):
+                branches.append(DocBranch(None, part))
+        return (DocIf(tuple(branches), word.span),)
+
+    def else_if(self, _: Piece, condition: Piece, body: Block) -> DocBranch:
+        return DocBranch(condition.text, body)
+
+    def loop(self, word: Piece, *parts: Any) -> Block:
+        *names, body = (part for part in parts if getattr(part, "type", "") != "IN")
+        item, *index, array = (piece.text for piece in names)
+        return (DocForEach(array, item, index[0] if index else None, body, word.span),)
+
+    # --- declarations ---------------------------------------------------------------------------
+
+    def signature(self, *parts: Any) -> tuple[Any, ...]:
+        return parts
+
+    typed = fields = result = initial = signature

@@ -1,0 +1,467 @@
+"""Statements and declarations read: what YAML holds under `do`, and SCXML in a `script`.
+
+The grammar is `grammar.lark`. Its parser is given one piece of text after the other; the tokens
+that it can take next say which piece that is. Where there is none there is a finding; a statement
+is then passed over with the blocks it holds, and what follows is still read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import islice
+from typing import Any
+
+from lark.parsers.lalr_analysis import Shift
+
+from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.language.statements.building import Piece
+from fsmkit.language.statements.tokens import (
+    ASSIGNMENT,
+    CALLABLE,
+    DEEPEST,
+    FOREIGN,
+    LONGEST,
+    NAME,
+    NEW_LINES,
+    Cursor,
+    Lexeme,
+    lexemes,
+    unquoted,
+    without_comments,
+)
+from fsmkit.language.statements.tree import (
+    Block,
+    DocField,
+    DocSignature,
+    DocUnreadable,
+)
+from fsmkit.language.syntax import parser
+
+SUSPECT_COMMENT = re.compile(r"[\w)\]][ \t]*//[ \t]*[\w.]+[ \t]*(?=;|\n|\Z)")
+EVENT_NAME = re.compile(r"[^\W\d][\w-]*(\.[\w-]+)*")
+FIELD_NAME = re.compile(r"[^\W\d]\w*")
+MOST_FINDINGS = 50
+"""Findings that one text of statements can give rise to."""
+
+KEYWORDS = {
+    **dict.fromkeys(("var", "let", "const"), "VAR"),
+    **dict.fromkeys(("to", "as", "type", "content"), "NAMED"),
+    **{word: word.upper() for word in ("raise", "send", "cancel", "reply", "log", "super")},
+    **{word: word.upper() for word in ("unreadable", "if", "for", "in", "after", "with")},
+}
+"""Words and the tokens that they are where these can come."""
+SIGNS = {
+    **dict.fromkeys(ASSIGNMENT, ("ASSIGN",)),
+    "=": ("_EQUAL", "ASSIGN"),
+    "++": ("COUNT",),
+    "--": ("COUNT",),
+    ",": ("_COMMA",),
+    "(": ("_LPAR",),
+    ")": ("_RPAR",),
+    "{": ("_OPEN",),
+    "->": ("ARROW",),
+}
+"""Signs and the tokens that they may be."""
+
+
+SHORT, MOST_KEPT = 200, 20_000
+"""Characters and number of texts that are kept: charts write the same ones again and again."""
+KEPT: dict[tuple[str, str], tuple[tuple[str, int, int], ...]] = {}
+"""The pieces of texts: type, start and end of each."""
+MISSING = {"EXPRESSION": "an expression", "ID": "a name", "QUOTED": "a text"}
+"""What is missing where one of these could come."""
+BLOCKS = (
+    ("IN", "in", "write `for x in array { ... }`"),
+    ("_OPEN", "{", "write `if condition { ... }` or `for x in array { ... }`"),
+)
+
+
+def read_statements(text: Text, findings: Findings) -> Block:
+    """Read statements; what cannot be read is a finding and a `DocUnreadable`."""
+    if len(text.value) > LONGEST:
+        findings.add(
+            "statement-syntax",
+            f"the statements are longer than {LONGEST} characters",
+            text.span_of(0, 1),
+            help="call operations of the host instead",
+        )
+        return (DocUnreadable("too long", text.span),)
+    for match in islice(SUSPECT_COMMENT.finditer(text.value), MOST_FINDINGS):
+        findings.add(
+            "comment-or-division",
+            "what follows `//` is a comment",
+            text.span_of(text.value.index("//", match.start()), match.end()),
+            help="write `/` to divide: the division of integers truncates",
+        )
+    clean = without_comments(text.value)
+    reader = _Reader(Text(clean, text.span, text.offsets), findings, "statement-syntax", NAME)
+    block: Block = reader.read("statements")
+    return block
+
+
+def read_signature(text: Text, findings: Findings) -> DocSignature | None:
+    """Read the declaration of an operation or an event: ``goto(position 0..4000) -> bool``."""
+    reader = _Reader(text.stripped(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
+    found = reader.read("signature")
+    if found is None:
+        return None
+    name, *rest = found
+    fields: list[DocField | None] = []
+    result = None
+    for part in rest:
+        if part and part[0].type == "ARROW":
+            result = _behind(
+                reader, part, "the type of the result is missing", "write such as `bool`"
+            )
+        else:
+            fields += [_field(piece, reader) for piece in part]
+    sound = tuple(each for each in fields if each is not None)
+    if reader.reported:
+        return None
+    return DocSignature(name.text, sound, result)
+
+
+def _behind(reader: _Reader, parts: tuple[Piece, ...], message: str, advice: str) -> Text | None:
+    """Return what stands after a sign, reporting where nothing does."""
+    sign, *rest = parts
+    if not rest:
+        reader.report(message, sign.start, sign.end, advice)
+    return rest[0].text if rest else None
+
+
+def _field(piece: Piece, reader: _Reader) -> DocField | None:
+    text = piece.text
+    name = FIELD_NAME.match(text.value)
+    type_ = None if name is None else text.part(name.end(), len(text.value)).stripped()
+    if name is not None and type_ is not None and type_.value and type_.value[0] not in ":=":
+        return DocField(text.part(0, name.end()), type_)
+    message = "a parameter has no name"
+    if name is not None:
+        message = f"`{name[0]}` has no type"
+        if type_ is not None and type_.value:
+            message = f"`{type_.value[0]}` is not expected between name and type"
+    advice = "write name and type with a space between: `speed 0..100`"
+    reader.report(message, piece.start, piece.end, advice)
+    return None
+
+
+def read_typed(text: Text, findings: Findings) -> tuple[Text | None, Text | None]:
+    """Read ``type = start value``; return the two, None for what is not there."""
+    reader = _Reader(text.stripped(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
+    type_ = init = None
+    for part in reader.read("typed") or ():
+        if isinstance(part, Piece):
+            type_ = part.text
+        else:
+            advice = "write it, or leave out the `=`"
+            init = _behind(reader, part, "the start value is missing", advice)
+    return type_, init
+
+
+@dataclass(slots=True)
+class _Reader:
+    """Gives the pieces of one text to the parser."""
+
+    text: Text
+    findings: Findings
+    rule: str
+    name: re.Pattern[str]
+    has_lines: bool = True
+    at: Cursor = field(init=False)
+    reported: int = field(default=0, init=False)
+    last: int = field(default=0, init=False)
+    """The end of the piece that was recognized last."""
+
+    def report(
+        self, message: str, start: int, end: int, advice: str | None, rule: str | None = None
+    ) -> None:
+        """Add a finding at a place of the text; of very many, only the first are told."""
+        self.reported += 1
+        if self.reported <= MOST_FINDINGS:
+            span = self.text.span_of(start, end)
+            self.findings.add(rule or self.rule, message, span, help=advice)
+
+    def span(self, start: int) -> Span:
+        """Return the place from an offset to the piece that was recognized last."""
+        return self.text.span_of(start, max(start, self.last))
+
+    def read(self, start: str) -> Any:
+        """Return what a text is; None for a declaration that cannot be read."""
+        parsed: Any = parser().parse_interactive(start=start)
+        key = start, self.text.value
+        if (known := KEPT.get(key)) is not None:
+            found = None
+            for type_, first, last in known:
+                found = parsed.feed_token(Piece(type_, first, last, self))
+                self.last = last
+            return found
+        state, pieces = parsed.parser_state, []
+        self.at = Cursor(self.text.value, lexemes(self.text.value), has_lines=self.has_lines)
+        while True:
+            before = self.at.index
+            piece = self._next(parsed.choices(), state)
+            if piece is not None and _after(state, piece.type) is not None:
+                pieces.append(piece)
+                found = parsed.feed_token(piece)
+                self.last = piece.end
+                if piece.type == "$END":
+                    break
+                continue
+            self.at.index = before
+            if not self._recover(parsed):
+                return None
+        is_plain = not self.reported and all(piece.known is None for piece in pieces)
+        if is_plain and len(self.text.value) <= SHORT and len(KEPT) < MOST_KEPT:
+            KEPT[key] = tuple((piece.type, piece.start, piece.end) for piece in pieces)
+        return found
+
+    # --- pieces ---------------------------------------------------------------------------------
+
+    def _piece(self, type_: str, start: int, end: int, text: Text | None = None) -> Piece:
+        return Piece(type_, start, end, self, text)
+
+    def _take(self, type_: str) -> Piece:
+        token = self.at.take()
+        text = unquoted(self.text, token) if token.kind == "string" else None
+        return self._piece(type_, token.start, token.end, text)
+
+    def _next(self, choices: Mapping[str, Any], state: Any) -> Piece | None:
+        """Return the piece at hand as one of the tokens that can come; None if it is none."""
+        at = self.at
+        if "_RPAR" in choices or "_OPEN" in choices or not self.has_lines:
+            at.skip_newlines()
+        if "ELSE" in choices and (found := self._else()) is not None:
+            return found
+        if at.is_end_of_statement():
+            return self._end(choices)
+        at.skip_newlines()
+        token, after = at.here, at.ahead()
+        if "BROKEN" in choices and self._refused(state) is not None:
+            return None
+        match token.kind:
+            case "word":
+                type_ = KEYWORDS.get(token.text, "")
+                if type_ in choices and not ("BROKEN" in choices and _is_name(token, after)):
+                    return self._take(type_)
+            case "string":
+                is_last = after.kind in ("end", "newline") or after.text in (",", ";", "}")
+                if "LABEL" in choices and is_last:
+                    return self._take("LABEL")
+                if "QUOTED" in choices or "ID" in choices:
+                    return self._take("QUOTED" if "QUOTED" in choices else "ID")
+            case "sign":
+                for type_ in SIGNS.get(token.text, ()):
+                    if type_ in choices:
+                        return self._take(type_)
+                for type_ in ("CONDITION", "BRACKETED"):
+                    if type_ in choices and (found := self._bracketed(type_)) is not None:
+                        return found
+        if "ID" in choices and (match := self.name.match(self.text.value, token.start)) is not None:
+            at.go_to(match.end())
+            return self._piece("ID", match.start(), match.end())
+        if "EXPRESSION" in choices:
+            start, end = at.expression(*_stops(state))
+            if end > start:
+                lines = "\n" in self.text.value[start:end]
+                text = self._on_one_line(start, end) if lines else None
+                return self._piece("EXPRESSION", start, end, text)
+        return None
+
+    def _end(self, choices: Container[str]) -> Piece | None:
+        """Return the end of a line, of a statement, of a block or of all."""
+        token = self.at.here
+        if token.text == "}" and "_CLOSE" in choices:
+            return self._take("_CLOSE")
+        if token.kind == "end" and "$END" in choices:
+            return self._piece("$END", self.last, self.last)
+        if "_END" not in choices or (token.text in ("}", "") and "BROKEN" in choices):
+            return None
+        while self.at.here.kind == "newline" or self.at.here.text == ";":
+            self.at.take()
+        return self._piece("_END", self.last, self.last)
+
+    def _else(self) -> Piece | None:
+        """Return ``else``, ``else if`` or ``elif``, on this line or a later one, after a ``;``."""
+        before = self.at.index
+        self.at.skip_newlines()
+        if self.at.accept(";"):
+            self.at.skip_newlines()
+        token, after = self.at.here, self.at.ahead()
+        if token.kind != "word" or token.text not in ("else", "elif"):
+            self.at.index = before
+            return None
+        is_conditional = token.text == "elif" or (after.kind == "word" and after.text == "if")
+        if token.text == "else" and is_conditional:
+            self.at.take()
+        return self._take("ELIF" if is_conditional else "ELSE")
+
+    def _bracketed(self, type_: str) -> Piece | None:
+        """Return what stands in parentheses; as a condition only if nothing goes on behind it."""
+        closing = self.at.closing() if self.at.here.text == "(" else None
+        if closing is None:
+            return None
+        opening, end = self.at.here, self.at.tokens[closing]
+        inner = self._on_one_line(opening.end, end.start).stripped()
+        if type_ == "CONDITION" and (self.at.goes_on(closing + 1) or not inner.value):
+            return None
+        self.at.index = closing + 1
+        return self._piece(type_, opening.start, end.end, inner)
+
+    def _on_one_line(self, start: int, end: int) -> Text:
+        """Return a piece of the text with its place: new lines mean nothing in it."""
+        part = self.text.part(start, end)
+        if "\n" not in part.value:
+            return part
+        value, offsets, last = [], [], 0
+        places = part.offsets or range(part.span.start, part.span.start + len(part.value))
+        for gap in NEW_LINES.finditer(part.value):
+            if gap[1] is not None:
+                continue  # a string, which has no new line in it
+            value += [part.value[last : gap.start()], " "]
+            offsets += [*places[last : gap.start()], places[gap.start()]]
+            last = gap.end()
+        value.append(part.value[last:])
+        offsets += places[last:]
+        return Text("".join(value), part.span, tuple(offsets))
+
+    # --- what is wrong --------------------------------------------------------------------------
+
+    def _refused(self, state: Any) -> tuple[str, str, str] | None:
+        """Return why the statement that begins here is outside the language: what to report."""
+        token, after = self.at.here, self.at.ahead()
+        if token.kind != "word" or _is_name(token, after):
+            return None
+        if token.text in FOREIGN and not (after.text == "(" and token.text in CALLABLE):
+            return (
+                f"`{token.text}` is outside the language",
+                FOREIGN[token.text],
+                "outside-language",
+            )
+        if token.text not in ("if", "for"):
+            return None
+        if sum(getattr(v, "type", "") in ("IF", "FOR") for v in state.value_stack) >= DEEPEST:
+            message = f"statements nest deeper than {DEEPEST} levels"
+            return message, "call an operation instead", self.rule
+        if token.text == "for" and after.text == "(":
+            message = "a loop without a bound is outside the language"
+            return message, "iterate over an array: `for x in array { ... }`", "outside-language"
+        return None
+
+    def _recover(self, parsed: Any) -> bool:
+        """Report what cannot come here, and pass over the statement; False for a declaration."""
+        state, choices, token = parsed.parser_state, parsed.choices(), self.at.here
+        if "BROKEN" in choices and token.text == "}":
+            self._unexpected("`}` closes nothing", self.at.take(), "remove it")
+            return True
+        if "BROKEN" in choices and token.kind == "end":
+            opening = _latest(state, "_OPEN")
+            self.report("`{` is not closed", opening.start, opening.end, "close it with `}`")
+            parsed.feed_token(self._piece("_CLOSE", self.last, self.last))
+            return True
+        start = token.start
+        if "BROKEN" in choices:
+            refused = self._refused(state)
+            message = f"`{token.text}` begins no statement"
+            advice, rule = "write an assignment or a call", self.rule
+            if refused is not None:
+                message, advice, rule = refused
+            self.report(message, *_place(token), advice, rule)
+            self.last = self.at.take().end
+        else:
+            popped: list[Any] = []
+            while state.value_stack and "BROKEN" not in parsed.choices():
+                popped.append(state.value_stack.pop())
+                state.state_stack.pop()
+            start = popped[-1].start if popped and isinstance(popped[-1], Piece) else start
+            message = self._missing(choices, popped, start)
+        if "BROKEN" not in parsed.choices():
+            return False
+        if self.at.here.kind != "end":
+            self.at.skip_statement()
+        self.last = self.at.previous_end
+        broken = Text(message, self.span(start))
+        parsed.feed_token(self._piece("BROKEN", start, self.last, broken))
+        return True
+
+    def _missing(self, choices: Container[str], popped: list[Any], start: int) -> str:
+        """Report what is missing in a statement or a declaration that began at an offset."""
+        token = self.at.here
+        if "_EQUAL" in choices and popped:
+            advice = "write `name = value`, the name as the event declares it"
+            self.report("an argument has no name", popped[0].start, popped[0].end, advice)
+            return "an argument has no name"
+        opening = next((p for p in popped if isinstance(p, Piece) and p.type == "_LPAR"), None)
+        if opening is not None and (self.at.is_end_of_statement() or "_RPAR" in choices):
+            return self._unexpected("`(` is not closed", opening, "close it with `)`")
+        for type_, what in MISSING.items():
+            if type_ in choices:
+                return self._unexpected(f"{what} is missing", token, "write it here")
+        for type_, sign, advice in BLOCKS:
+            if type_ in choices:
+                message = f"`{sign}` is missing"
+                self.report(message, start, max(self.last, start + 1), advice)
+                return message
+        advice = "end the statement with `;` or a new line"
+        if not self.has_lines:
+            advice = "write such as `goto(position 0..4000) -> bool`"
+        return self._unexpected(f"`{token.text}` is not expected here", token, advice)
+
+    def _unexpected(self, message: str, token: Lexeme | Piece, advice: str) -> str:
+        self.report(message, *_place(token), advice)
+        return message
+
+
+def _place(token: Lexeme | Piece) -> tuple[int, int]:
+    return token.start, max(token.end, token.start + 1)
+
+
+def _is_name(token: Lexeme, after: Lexeme) -> bool:
+    """Whether what begins a statement is no keyword: by what follows it."""
+    if token.text in ("var", "let", "const"):
+        return after.kind != "word"
+    if token.text == "unreadable":
+        return after.kind != "string"
+    return after.kind == "sign" and after.text in (*ASSIGNMENT, ".", "[")
+
+
+def _latest(state: Any, type_: str) -> Piece:
+    found: Piece = next(
+        v for v in reversed(state.value_stack) if isinstance(v, Piece) and v.type == type_
+    )
+    return found
+
+
+def _after(state: Any, type_: str) -> Any:
+    """Return the state of the parser behind a token; None where the token cannot come.
+
+    The tables of an LALR parser say only after some reductions that a token cannot come.
+    """
+    states, last = state.parse_conf.states, state.parse_conf.end_state
+    action, found = states[state.position].get(type_, (None, None))
+    if action is Shift:
+        return found
+    stack = list(state.state_stack)
+    while not (type_ == "$END" and stack[-1] == last):
+        action, found = states[stack[-1]].get(type_, (None, None))
+        if action is None or action is Shift:
+            return found
+        if found.expansion:
+            del stack[-len(found.expansion) :]
+        stack.append(states[stack[-1]][found.origin.name][1])
+    return last
+
+
+def _stops(state: Any) -> frozenset[str]:
+    """Return the signs and words that may follow an expression which comes in this state."""
+    return _spelt(frozenset(state.parse_conf.states[_after(state, "EXPRESSION")]))
+
+
+@cache
+def _spelt(types: frozenset[str]) -> frozenset[str]:
+    """Return how tokens are spelt; the block of a loop ends what stands before it, too."""
+    found = {word for word, type_ in KEYWORDS.items() if type_ in types}
+    found |= {sign for sign, others in SIGNS.items() if not types.isdisjoint(others)}
+    return frozenset(found | {"{"} if "IN" in types else found)
