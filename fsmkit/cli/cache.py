@@ -16,6 +16,8 @@ Examples:
   fsmkit cache
   fsmkit cache --clear
 """
+SHOWN = 20
+"""How many programs are listed, the last used first."""
 
 
 @click.command(epilog=EPILOG)
@@ -25,8 +27,8 @@ Examples:
 def command(prune: bool, clear: bool, as_json_document: bool) -> int:
     """Show the compiled explorers that `check` keeps, or remove them.
 
-    They are kept to 256 MB: beyond that those go that were used the longest ago. Exit code 1: the
-    folder is not used, as others can write it, or it cannot be written.
+    The cache is limited to 256 MB; the least recently used programs are removed first. Exit code 1:
+    `check` does not use the folder because others can write it or because it is not writable.
     """
     if prune and clear:
         raise click.UsageError("--prune and --clear do not go together")
@@ -63,9 +65,11 @@ def command(prune: bool, clear: bool, as_json_document: bool) -> int:
         f"{escape(str(folder))}: {len(kept)} compiled, {_megabytes(_total(kept))} of "
         f"{_megabytes(LIMIT)}"
     )
-    for entry in kept:
+    for entry in kept[:SHOWN]:
         used = time.strftime("%Y-%m-%d %H:%M", time.localtime(entry.used))
         result.print(f"  {used}  {entry.size / 1e3:9,.0f} kB  {entry.name}", style="dim")
+    if len(kept) > SHOWN:
+        result.print(f"  {len(kept) - SHOWN:,} used earlier: `--json` lists all", style="dim")
     return 0
 
 

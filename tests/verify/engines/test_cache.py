@@ -276,3 +276,18 @@ def test_the_verb_says_why_it_is_not_used(folder: Path, capsys: pytest.CaptureFi
     folder.chmod(0o777)
     assert execute(["cache"]) == 1
     assert "others can write it" in capsys.readouterr().err
+
+
+def test_the_verb_lists_the_programs_used_last(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number in range(25):
+        path = folder / f"{number:032x}"
+        path.mkdir(parents=True)
+        os.utime(path, (1e9 + number, 1e9 + number))
+    assert execute(["cache"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[-1] for line in lines[1:-1]] == [f"{n:032x}" for n in range(24, 4, -1)]
+    assert lines[-1].split()[0] == "5"
+    assert execute(["cache", "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["entries"]) == 25
