@@ -18,7 +18,7 @@ from fsmkit.export import explored
 from fsmkit.export.collect import network_of
 from fsmkit.export.cspm.alphabet import Alphabet
 from fsmkit.export.cspm.assertions import asserted
-from fsmkit.export.cspm.identifiers import listed
+from fsmkit.export.cspm.identifiers import comment, listed
 from fsmkit.export.cspm.model import written
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.transition_system import START, TICK, _label
@@ -244,6 +244,12 @@ def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool)
     assert any(not local.running for local in network.automata[1].locals)
     assert "CALLED_QUEUE_CLOSED" in written(network)
     compared(system, untimed=untimed)
+
+
+def test_a_comment_is_ascii_and_one_line() -> None:
+    assert comment("a\nb  'jordb\xe6r', \u03b1\U0001f600") == (
+        "a b 'jordb\\xe6r', \\u03b1\\U0001f600"
+    )
 
 
 def test_names_longer_than_a_line_are_listed() -> None:

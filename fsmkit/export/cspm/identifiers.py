@@ -44,8 +44,11 @@ class Names:
 
 
 def comment(text: str) -> str:
-    """Return a text for a comment, which ends with its line."""
-    return " ".join(one_line(text).split())
+    """Return a text for a comment, which ends with its line.
+
+    CSPm scripts are ASCII: no reader states another encoding.
+    """
+    return " ".join(one_line(text).encode("ascii", "backslashreplace").decode().split())
 
 
 def listed(names: list[str], indent: str, opening: str = "{", closing: str = "}") -> str:
