@@ -22,9 +22,11 @@ REFUSED = {
 }
 
 
-@pytest.mark.cc
 @pytest.mark.parametrize("notation", REFUSED)
-def test_an_unknown_kind_is_refused(load: Load, notation: str) -> None:
+def test_an_unknown_kind_is_refused(
+    load: Load, notation: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", "")  # neither a compiler nor Graphviz is needed
     system = load(drive=DRIVE, axis=AXIS, driver=DRIVER)
     known = next(p for p in system.properties if p.condition is not None)
     asked = replace(known, name="strange", kind=UNHEARD)
