@@ -177,20 +177,10 @@ def deadlock(network: Network) -> Formula:
     for machine, automaton in enumerate(network.automata):
         if automaton.queue:
             quiet.append(QueueEmpty(machine))
-        still = frozenset(
-            number
-            for number, local in enumerate(automaton.locals)
-            if not (
-                local.waiting
-                or (local.awaited and not automaton.is_monitor)
-                or local.faulted
-                or local.busy
-                or local.owed
-            )
-        )
-        quiet.append(In(machine, still))
-        moving = (n for n, local in enumerate(automaton.locals) if not local.at_rest)
-        restless.append(In(machine, frozenset(moving)))
+        armed = set() if automaton.is_monitor else automaton.where(lambda local: local.awaited)
+        still = automaton.where(lambda one: not (one.has_work or one.faulted or one.owed)) - armed
+        quiet.append(In(machine, frozenset(still)))
+        restless.append(In(machine, frozenset(automaton.where(lambda local: not local.at_rest))))
     parts = [_known(network, part) for part in (*quiet, Any(tuple(restless)))]
     return simplified(All(tuple(parts)))
 

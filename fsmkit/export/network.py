@@ -11,7 +11,7 @@ possible disagrees with the explorer, so the other tool judges that, too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
@@ -116,6 +116,42 @@ class Automaton:
     elapsed: Mapping[int, int]
     contents: tuple[tuple[int, ...], ...]
 
+    def where(self, test: Callable[[Local], bool]) -> set[int]:
+        """Return the local states, by number, of which something holds."""
+        return {number for number, local in enumerate(self.locals) if test(local)}
+
+    def waiting(self) -> Iterator[tuple[int, set[int]]]:
+        """Yield how many events wait within local states, and in which so many do."""
+        for count in sorted({local.waiting for local in self.locals} - {0}):
+            yield count, {n for n, local in enumerate(self.locals) if local.waiting == count}
+
+    def queues(self, message: int) -> bool:
+        """Whether a message goes to the queue that stands beside the machine."""
+        return self.queue > 0 and self.arrivals[message].is_event
+
+    def received(self, message: int) -> dict[int, tuple[int, bool]]:
+        """Return what a message that goes to no queue does to each local state (`receives`)."""
+        return {local: after for (local, m), after in self.receives.items() if m == message}
+
+    def stops(self, move: Move) -> bool:
+        """Whether the machine stops by a move."""
+        return self.locals[move.source].running and not self.locals[move.target].running
+
+    def signature(self, move: Move) -> Hashable:
+        """Return when a move may happen, what it tells others, and whether the machine stops by it.
+
+        Moves of one signature can share an option of a process, or an edge. A chart that stands
+        open has a hundred ways into each state of its error: one by one they are more than tools
+        read.
+        """
+        when = move.action, move.taken, move.needs_empty, move.from_outside
+        return when, move.sent, move.faults, self.stops(move)
+
+
+def is_idle(changes: Mapping[int, int]) -> bool:
+    """Whether no local state changes."""
+    return all(before == after for before, after in changes.items())
+
 
 @dataclass(frozen=True, slots=True)
 class Place:
@@ -141,3 +177,14 @@ class Network:
     def name(self) -> str:
         """The name of the system."""
         return self.closed.system.name
+
+    @property
+    def monitors(self) -> list[int]:
+        """The machines that move first: monitors."""
+        return [n for n, automaton in enumerate(self.automata) if automaton.is_monitor]
+
+    @property
+    def plant(self) -> list[int]:
+        """The machines that move next: those of the environment."""
+        environment = (n for n, a in enumerate(self.automata) if a.is_environment)
+        return [n for n in environment if not self.automata[n].is_monitor]

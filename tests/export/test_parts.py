@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from functools import partial
 
 import pytest
 from hypothesis import given
@@ -13,7 +12,6 @@ from fsmkit.export.changes import Joint, by_themselves, changes
 from fsmkit.export.collect import network_of
 from fsmkit.export.components import Code
 from fsmkit.export.cubes import Cubes
-from fsmkit.export.edge_signature import edge_signature
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.jani.edges import edges_of
 from fsmkit.export.jani.model import model_of
@@ -98,7 +96,7 @@ def check(automaton: Automaton, found: tuple[Joint, ...]) -> None:
     assert sorted(map(repr, moves)) == sorted(map(repr, automaton.moves))
     assert len(found) < len(automaton.moves) / 4
     for joint in found:
-        assert len(set(map(partial(edge_signature, automaton), joint.moves))) == 1
+        assert len(set(map(automaton.signature, joint.moves))) == 1
 
 
 def test_options_of_promela(supervisor: Network) -> None:

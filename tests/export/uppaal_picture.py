@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from fsmkit.export.uppaal.labels import LETTER, LINE, Label, labels
-from fsmkit.export.uppaal.network import Edge, Point, Template
+from fsmkit.export.uppaal.labels import LETTER, LINE, labels
+from fsmkit.export.uppaal.network import Edge, Label, Point, Template
 
 Box = tuple[int, int, int, int]
 """Left, upper, right and lower bound, in pixels."""
@@ -94,15 +94,8 @@ def _text(text: str, at: Point, color: str, *, bold: bool = False) -> Iterator[s
 
 def places(edge: Edge) -> list[tuple[Label, str, Point]]:
     """Return the labels that have a place, with it."""
-    at = {
-        Label.COMMENT: edge.comment_at,
-        Label.SELECT: edge.select_at,
-        Label.GUARD: edge.guard_at,
-        Label.SYNC: edge.sync_at,
-        Label.UPDATE: edge.update_at,
-    }
-    texts = labels(edge).items()
-    return [(kind, text, place) for kind, text in texts if (place := at[kind]) is not None]
+    texts = labels(edge)
+    return [(kind, texts[kind], place) for kind, place in edge.labels_at]
 
 
 def overlap(one: Box, other: Box) -> bool:

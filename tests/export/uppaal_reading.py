@@ -12,6 +12,7 @@ from fsmkit.export.uppaal.network import (
     Declared,
     Edge,
     Function,
+    Label,
     Location,
     Network,
     Point,
@@ -120,11 +121,11 @@ def _edge(one: etree._Element) -> Edge:
     source, target = one.find("source"), one.find("target")
     if source is None or target is None:
         raise fail("bad-uppaal", "a transition has no source or no target")
-    select, select_at = _label(one, "select")
-    guard, guard_at = _label(one, "guard")
-    sync, sync_at = _label(one, "synchronisation")
-    update, update_at = _label(one, "assignment")
-    comment, comment_at = _label(one, "comments")
+    found = {kind: _label(one, kind.value) for kind in Label}
+    select, guard, sync, update, comment = (
+        found[kind][0]
+        for kind in (Label.SELECT, Label.GUARD, Label.SYNC, Label.UPDATE, Label.COMMENT)
+    )
     return Edge(
         source.get("ref", ""),
         target.get("ref", ""),
@@ -134,11 +135,7 @@ def _edge(one: etree._Element) -> Edge:
         tuple(split(update, ",")),
         comment,
         one.get("color", ""),
-        select_at,
-        guard_at,
-        sync_at,
-        update_at,
-        comment_at,
+        tuple((kind, at) for kind, (_, at) in found.items() if at is not None),
         tuple(place for nail in one.iterfind("nail") if (place := _place(nail)) is not None),
     )
 

@@ -12,7 +12,6 @@ from fsmkit.export.cspm.events import (
     OnMachine,
     OnQueue,
     events_of,
-    is_posted,
     on_machine,
     on_queue,
 )
@@ -128,7 +127,7 @@ class Alphabet:
             yield f"from outside, while {one} waits"
         for sent in event.sent:
             target = automata[sent.target]
-            verb = "posts to" if is_posted(self.network, sent) else "tells"
+            verb = "posts to" if target.queues(sent.message) else "tells"
             yield f"{verb} {target.name}: {target.arrivals[sent.message].text}"
         if event.stops:
             yield "stops"

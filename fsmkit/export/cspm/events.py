@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
-from fsmkit.export.network import Automaton, Move, Network, Sent
+from fsmkit.export.network import Automaton, Move, Network, Sent, is_idle
 from fsmkit.verify.statespace.actions import Action, Who
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 
@@ -79,7 +79,6 @@ class OnMachine:
 def events_of(network: Network, move: Move, machine: int) -> Iterator[Event]:
     """Yield the events that a move can be: one, or more where a condition has several cases."""
     automaton = network.automata[machine]
-    source, target = automaton.locals[move.source], automaton.locals[move.target]
     own = Demand.EMPTY if move.needs_empty else Demand.ANY
     for turn, held in _turns(automaton, move):
         for waiting in _waiting(network, move, machine):
@@ -91,7 +90,7 @@ def events_of(network: Network, move: Move, machine: int) -> Iterator[Event]:
                 held or own,
                 waiting,
                 move.sent,
-                source.running and not target.running,
+                automaton.stops(move),
                 move.who is Who.INTERNAL,
             )
 
@@ -139,7 +138,11 @@ def on_queue(network: Network, event: Event, machine: int) -> OnQueue | None:
     found = OnQueue(
         _demand(network, event, machine),
         event.taken if mine else None,
-        tuple(s.message for s in event.sent if s.target == machine and is_posted(network, s)),
+        tuple(
+            s.message
+            for s in event.sent
+            if s.target == machine and network.automata[machine].queues(s.message)
+        ),
         mine and event.stops,
     )
     return None if found == OnQueue(Demand.ANY, None, (), False) else found
@@ -167,25 +170,14 @@ def _demand(network: Network, event: Event, machine: int) -> Demand:
     return Demand.ANY
 
 
-def is_posted(network: Network, sent: Sent) -> bool:
-    """Whether a message goes to the queue that stands beside its target."""
-    automaton = network.automata[sent.target]
-    return automaton.queue > 0 and automaton.arrivals[sent.message].is_event
-
-
 def told_values(network: Network, sent: tuple[Sent, ...], machine: int) -> tuple[int, ...]:
     """Return the messages that change the local state of a machine at once."""
     automaton = network.automata[machine]
     return tuple(
         s.message
         for s in sent
-        if s.target == machine and not is_posted(network, s) and not _is_idle(automaton, s.message)
-    )
-
-
-def _is_idle(automaton: Automaton, message: int) -> bool:
-    return all(
-        before == after for (before, m), (after, _) in automaton.receives.items() if m == message
+        if s.target == machine and not automaton.queues(s.message)
+        if not is_idle({n: after for n, (after, _) in automaton.received(s.message).items()})
     )
 
 

@@ -6,7 +6,6 @@ from collections.abc import Hashable, Sequence
 
 from fsmkit.export.changes import Joint, joined
 from fsmkit.export.components import Code
-from fsmkit.export.edge_signature import edge_signature
 from fsmkit.export.network import Automaton
 
 
@@ -18,7 +17,7 @@ def edges_of(automaton: Automaton, codes: Sequence[Code]) -> tuple[Joint, ...]:
     keys: dict[int, Hashable] = {}
     counts: dict[Hashable, int] = {}
     for move in automaton.moves:
-        key = move.label, edge_signature(automaton, move)
+        key = move.label, automaton.signature(move)
         ordinal = counts[move.source, key] = counts.get((move.source, key), -1) + 1
         keys[id(move)] = key, ordinal
     return joined(automaton.moves, lambda move: keys[id(move)], codes)

@@ -15,7 +15,7 @@ from fsmkit.export.formula import All, Any, Constant, Formula, In, Not, QueueEmp
 from fsmkit.export.jani.terms import Json, binary, conjunction, differ, disjunction, equal, negated
 from fsmkit.export.local_states import word
 from fsmkit.export.names import identifiers
-from fsmkit.export.network import Automaton, Network
+from fsmkit.export.network import Network
 from fsmkit.export.parts import Parts
 
 UNFORESEEN = "unforeseen"
@@ -105,7 +105,7 @@ class Spelling:
         if slots:
             return negated(equal(slots[0], 0))
         automaton = self.network.automata[machine]
-        return self.is_in(machine, waiting_at(automaton))
+        return self.is_in(machine, automaton.where(lambda local: local.waiting > 0))
 
     def formula(self, formula: Formula) -> Json:
         """Return a condition."""
@@ -124,8 +124,3 @@ class Spelling:
                 return disjunction(map(self.formula, parts))
             case _:
                 assert_never(formula)
-
-
-def waiting_at(automaton: Automaton) -> set[int]:
-    """Return the local states of which waiting events are part."""
-    return {n for n, local in enumerate(automaton.locals) if local.waiting}

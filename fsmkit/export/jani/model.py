@@ -30,7 +30,7 @@ from fsmkit.export.jani.terms import (
     negated,
     total,
 )
-from fsmkit.export.network import Automaton, Move, Network, Sent
+from fsmkit.export.network import Automaton, Move, Network, Sent, is_idle
 from fsmkit.texts import notating, telling
 from fsmkit.verify.statespace.actions import Action
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
@@ -171,9 +171,8 @@ class _Writer:
 
     def _rules(self) -> Iterator[Json]:
         """Yield who may move, and how many events wait."""
-        monitors = [n for n, a in enumerate(self._automata) if a.is_monitor]
-        plant = [n for n, a in enumerate(self._automata) if a.is_environment and not a.is_monitor]
-        for name, machines in ((MONITORS_WAIT, monitors), (PLANT_WAITS, plant)):
+        network = self._network
+        for name, machines in ((MONITORS_WAIT, network.monitors), (PLANT_WAITS, network.plant)):
             yield _function(name, "bool", disjunction(map(self._spelling.waits, machines)))
         waits = call(MONITORS_WAIT), call(PLANT_WAITS)
         yield _function(CALM, "bool", conjunction(map(negated, waits)))
@@ -186,8 +185,7 @@ class _Writer:
         for machine, automaton in enumerate(self._automata):
             for slot in self._spelling.slots(machine)[: MAX_PENDING_BEFORE_INPUT + 1]:
                 yield choice(differ(slot, 0), 1, 0)
-            for waiting in sorted({local.waiting for local in automaton.locals} - {0}):
-                of = {n for n, local in enumerate(automaton.locals) if local.waiting == waiting}
+            for waiting, of in automaton.waiting():
                 yield choice(self._spelling.is_in(machine, of), waiting, 0)
 
     # --- steps -----------------------------------------------------------------------------------
@@ -210,7 +208,7 @@ class _Writer:
         if move.from_outside:
             guard.append(call(FEW_WAIT))
         steps += (told for told in map(self._tell, move.sent) if told)
-        if automaton.locals[move.source].running and not automaton.locals[move.target].running:
+        if automaton.stops(move):
             steps.append(dict.fromkeys(slots, 0))
         return _edge(self._action(machine, move), conjunction(guard), steps)
 
@@ -231,9 +229,9 @@ class _Writer:
     def _tell(self, sent: Sent) -> dict[str, Json]:
         """Return what a message changes."""
         machine, automaton, spelling = sent.target, self._automata[sent.target], self._spelling
-        if automaton.queue and automaton.arrivals[sent.message].is_event:
+        if automaton.queues(sent.message):
             return self._post(machine, automaton, spelling.message(machine, sent.message))
-        maps = changed(automaton, sent.message)
+        maps = {n: after for n, (after, _) in automaton.received(sent.message).items()}
         return self._becomes(machine, maps) | _unforeseen(negated(spelling.is_in(machine, maps)))
 
     def _becomes(self, machine: int, maps: Mapping[int, int]) -> dict[str, Json]:
@@ -256,7 +254,7 @@ class _Writer:
 
     def _post(self, machine: int, automaton: Automaton, message: str) -> dict[str, Json]:
         """Return what an event changes that goes to a queue: the first slot that is empty."""
-        stopped = {n for n, local in enumerate(automaton.locals) if not local.running}
+        stopped = automaton.where(lambda local: not local.running)
         runs = negated(self._spelling.is_in(machine, stopped))
         slots = self._spelling.slots(machine)
         found: dict[str, Json] = {}
@@ -275,8 +273,8 @@ class _Writer:
         step: dict[str, Json] = {}
         unknown: list[Json] = []
         for machine, automaton in enumerate(self._automata):
-            awaited = {n for n, local in enumerate(automaton.locals) if local.awaited}
-            idle = {n for n, local in enumerate(automaton.locals) if not local.has_work}
+            awaited = automaton.where(lambda local: local.awaited)
+            idle = automaton.where(lambda local: not local.has_work)
             armed.append(spelling.is_in(machine, awaited))
             guard += [equal(slot, 0) for slot in spelling.slots(machine)[:1]]
             guard.append(spelling.is_in(machine, idle))
@@ -285,16 +283,6 @@ class _Writer:
                 unknown.append(negated(spelling.is_in(machine, automaton.elapsed)))
         step |= _unforeseen(disjunction(unknown))
         return _edge(TICK, conjunction((disjunction(armed), *guard)), [step])
-
-
-def changed(automaton: Automaton, message: int) -> dict[int, int]:
-    """Return what a message that goes to no queue does to each local state."""
-    return {n: after for (n, m), (after, _) in automaton.receives.items() if m == message}
-
-
-def is_idle(maps: Mapping[int, int]) -> bool:
-    """Whether nothing changes."""
-    return all(before == after for before, after in maps.items())
 
 
 def _unforeseen(condition: Json) -> dict[str, Json]:

@@ -119,15 +119,14 @@ class _Writer:
     def _waits(self, machine: int) -> str:
         if self._automata[machine].queue:
             return f"len({self._spelling.queue(machine)}) > 0"
-        inner = {n for n, local in enumerate(self._automata[machine].locals) if local.waiting}
+        inner = self._automata[machine].where(lambda local: local.waiting > 0)
         return self._spelling.is_in(machine, inner)
 
     def _rules(self) -> None:
         """Define who may move: monitors see everything first, then the environment answers."""
         out = self._out
-        monitors = [n for n, a in enumerate(self._automata) if a.is_monitor]
-        plant = [n for n, a in enumerate(self._automata) if a.is_environment and not a.is_monitor]
-        for name, machines in (("MONITORS_WAIT", monitors), ("PLANT_WAITS", plant)):
+        network = self._network
+        for name, machines in (("MONITORS_WAIT", network.monitors), ("PLANT_WAITS", network.plant)):
             found = [text for text in map(self._waits, machines) if text != "false"]
             out.line(f"#define {name} ({' || '.join(found) or 'false'})")
         out.line("#define CALM (started && !MONITORS_WAIT && !PLANT_WAITS)")
@@ -137,8 +136,7 @@ class _Writer:
             if self._automata[m].queue
         ]
         for machine, automaton in enumerate(self._automata):
-            for waiting in sorted({local.waiting for local in automaton.locals} - {0}):
-                of = {n for n, local in enumerate(automaton.locals) if local.waiting == waiting}
+            for waiting, of in automaton.waiting():
                 counts.append(f"{waiting} * {self._spelling.is_in(machine, of)}")
         out.line(f"#define FEW_WAIT ({' + '.join(counts) or '0'} <= {MAX_PENDING_BEFORE_INPUT})")
         out.lines(["", "#ifdef QUEUES", "#define NO_ROOM assert(false)", "#else"])
@@ -151,7 +149,7 @@ class _Writer:
         out, spelling = self._out, self._spelling
         queue = spelling.queue(machine)
         if automaton.queue:
-            stopped = {n for n, local in enumerate(automaton.locals) if not local.running}
+            stopped = automaton.where(lambda local: not local.running)
             with out.block(f"inline post_{spelling.machines[machine]}(message) {{", "}"):
                 out.line("if")
                 if stopped:
@@ -160,7 +158,7 @@ class _Writer:
                 out.line(f":: {runs}len({queue}) < {automaton.queue} -> {queue}!message")
                 out.lines([":: else -> NO_ROOM", "fi"])
         for number in range(len(automaton.arrivals)):
-            maps = _changes(automaton, number)
+            maps = automaton.received(number)
             if not maps or _is_idle(maps):
                 continue
             with out.block(f"inline {spelling.message(machine, number)}_() {{", "}"):
@@ -183,9 +181,9 @@ class _Writer:
     def _tell(self, sent: Sent) -> str:
         automaton, spelling = self._automata[sent.target], self._spelling
         message = spelling.message(sent.target, sent.message)
-        if automaton.arrivals[sent.message].is_event and automaton.queue:
+        if automaton.queues(sent.message):
             return f"post_{spelling.machines[sent.target]}({message})"
-        return "" if _is_idle(_changes(automaton, sent.message)) else f"{message}_()"
+        return "" if _is_idle(automaton.received(sent.message)) else f"{message}_()"
 
     # --- processes -------------------------------------------------------------------------------
 
@@ -240,9 +238,8 @@ class _Writer:
         body += spelling.becomes(machine, option.change)
         if move.faults:
             body.append("FAULT")
-        stops = automaton.locals[move.source].running and not automaton.locals[move.target].running
         body += [text for text in map(self._tell, move.sent) if text]
-        if stops and automaton.queue:
+        if automaton.stops(move) and automaton.queue:
             body.append(f"do :: len({queue}) > 0 -> {queue}?_ :: else -> break od; skip")
         return f":: d_step {{ {' && '.join(guard)} -> {'; '.join(body) or 'skip'} }}"
 
@@ -265,8 +262,8 @@ class _Writer:
         out, spelling = self._out, self._spelling
         awaited, still = [], []
         for machine, automaton in enumerate(self._automata):
-            armed = {n for n, local in enumerate(automaton.locals) if local.awaited}
-            idle = {n for n, local in enumerate(automaton.locals) if not local.has_work}
+            armed = automaton.where(lambda local: local.awaited)
+            idle = automaton.where(lambda local: not local.has_work)
             if armed:
                 awaited.append(spelling.is_in(machine, armed))
             if automaton.queue:
@@ -363,11 +360,6 @@ def _told(option: Joint) -> str:
     labels = list(dict.fromkeys(move.label for move in option.moves))
     shown = ", ".join(labels[:NAMED])
     return f"{shown}, {len(labels) - NAMED} more" if len(labels) > NAMED else shown
-
-
-def _changes(automaton: Automaton, message: int) -> dict[int, tuple[int, bool]]:
-    """Return what a message that goes to no queue does to each local state."""
-    return {n: found for (n, m), found in automaton.receives.items() if m == message}
 
 
 def _is_idle(maps: Mapping[int, tuple[int, bool]]) -> bool:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from functools import partial
 
 from fsmkit.export.changes import Joint, joined
-from fsmkit.export.edge_signature import edge_signature
 from fsmkit.export.network import Move, Network, Sent
 from fsmkit.export.promela.identifiers import Spelling
 
@@ -14,9 +12,7 @@ from fsmkit.export.promela.identifiers import Spelling
 def options(spelling: Spelling, machine: int) -> tuple[Joint, ...]:
     """Return the moves of a machine by what an option of its process does."""
     automaton = spelling.network.automata[machine]
-    return joined(
-        automaton.moves, partial(edge_signature, automaton), spelling.parts.codes[machine]
-    )
+    return joined(automaton.moves, automaton.signature, spelling.parts.codes[machine])
 
 
 class Walk:
@@ -45,7 +41,7 @@ class Walk:
     def _tell(self, sent: Iterable[Sent]) -> None:
         for target, message in ((s.target, s.message) for s in sent):
             automaton = self._network.automata[target]
-            if automaton.arrivals[message].is_event and automaton.queue:
+            if automaton.queues(message):
                 continue
             after, is_full = automaton.receives.get((self._at[target], message), (None, True))
             if after is not None and not is_full:

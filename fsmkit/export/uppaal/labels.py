@@ -4,25 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from enum import Enum
 
-from fsmkit.export.uppaal.network import Edge, Point
+from fsmkit.export.uppaal.network import Edge, Label, Point
 
 LINE, LETTER = 17, 7
 """Pixels of a line of a label, and of a letter, in UPPAAL's editor."""
 LONGEST = 48
 """Letters after which a label goes on in another line, if it has a part to begin it with."""
 INDENT, GAP = 2, 2
-
-
-class Label(Enum):
-    """The labels of an edge, by their names in a file, in the order in which they are read."""
-
-    COMMENT = "comments"
-    SELECT = "select"
-    GUARD = "guard"
-    SYNC = "synchronisation"
-    UPDATE = "assignment"
 
 
 def labels(edge: Edge) -> dict[Label, str]:
@@ -81,12 +70,5 @@ def block(edge: Edge, widest: int) -> Block:
 def labelled(edge: Edge, place: Block, corner: Point) -> Edge:
     """Return an edge with its labels placed from a corner on."""
     x, y = corner
-    at = {kind: (x + dx, y + dy) for kind, (dx, dy) in place.places}
-    return replace(
-        edge,
-        comment_at=at.get(Label.COMMENT),
-        select_at=at.get(Label.SELECT),
-        guard_at=at.get(Label.GUARD),
-        sync_at=at.get(Label.SYNC),
-        update_at=at.get(Label.UPDATE),
-    )
+    at = tuple((kind, (x + dx, y + dy)) for kind, (dx, dy) in place.places)
+    return replace(edge, labels_at=at)

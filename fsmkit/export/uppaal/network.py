@@ -65,6 +65,16 @@ class Location:
     invariant_at: Point | None = None
 
 
+class Label(Enum):
+    """The labels of an edge, by their names in a file, in the order in which they are read."""
+
+    COMMENT = "comments"
+    SELECT = "select"
+    GUARD = "guard"
+    SYNC = "synchronisation"
+    UPDATE = "assignment"
+
+
 @dataclass(frozen=True, slots=True)
 class Edge:
     """An edge between two locations, by their ids."""
@@ -78,11 +88,7 @@ class Edge:
     update: tuple[str, ...] = ()
     comment: str = ""
     color: str = ""
-    select_at: Point | None = None
-    guard_at: Point | None = None
-    sync_at: Point | None = None
-    update_at: Point | None = None
-    comment_at: Point | None = None
+    labels_at: tuple[tuple[Label, Point], ...] = ()
     nails: tuple[Point, ...] = ()
 
 

@@ -6,12 +6,13 @@ from collections.abc import Iterator, Sequence
 
 from lxml import etree
 
-from fsmkit.export.uppaal.labels import Label, labels
+from fsmkit.export.uppaal.labels import labels
 from fsmkit.export.uppaal.network import (
     Declarations,
     Declared,
     Edge,
     Function,
+    Label,
     Location,
     Network,
     Point,
@@ -90,16 +91,9 @@ def _edge(template: etree._Element, edge: Edge) -> None:
     etree.SubElement(found, "source", ref=edge.source)
     etree.SubElement(found, "target", ref=edge.target)
     _color(found, edge.color)
-    places = {
-        Label.COMMENT: edge.comment_at,
-        Label.SELECT: edge.select_at,
-        Label.GUARD: edge.guard_at,
-        Label.SYNC: edge.sync_at,
-        Label.UPDATE: edge.update_at,
-    }
-    texts = labels(edge)
+    places, texts = dict(edge.labels_at), labels(edge)
     for kind in WRITTEN:
-        _label(found, kind.value, texts.get(kind, ""), places[kind])
+        _label(found, kind.value, texts.get(kind, ""), places.get(kind))
     for nail in edge.nails:
         _put(found, "nail", nail)
 
