@@ -12,7 +12,7 @@ import atheris
 import yaml
 from texts import FORMS, NUMBERS, TYPES, changed, pick, word
 
-from fsmkit.yaml import keys
+from fsmkit.document import keys
 
 Part = Any
 """A text, a list of parts, or parts by key, as the loader without any types gives them."""

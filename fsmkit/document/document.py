@@ -178,7 +178,7 @@ class DocInvoke:
     )
 
 
-REPLACEABLE = ("entry", "exit", "initial", "default")
+REPLACEABLE = ("entry", "exit", "initial", "default", "invariant")
 """What of an inherited state a mark replaces; ``default`` is the one of a history."""
 
 

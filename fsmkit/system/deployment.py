@@ -12,6 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.diagnostics import Findings, FsmkitError, Text
+from fsmkit.document import keys
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.links import EventMap
 from fsmkit.runtime.links.endpoints import is_loopback
@@ -21,7 +22,6 @@ from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
 from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
-from fsmkit.yaml import keys
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
     Node,
@@ -32,7 +32,6 @@ from fsmkit.yaml.nodes import (
     require_text,
 )
 
-LINK_KEYS = frozenset({"endpoints", "curve", "every", "insecure"})
 MOST_NODES = 8
 """As many as ``FSM_LINK_NODES`` of the library in C, unless it is told otherwise."""
 
@@ -94,7 +93,7 @@ def deployment_of(
     top = None if root is None else require_mapping(root, "a deployment", findings)
     if top is None:
         return None
-    check_keys(top, frozenset(keys.DEPLOYMENT), "a deployment", findings, keys.BELONGS)
+    check_keys(top, keys.DEPLOYMENT, "a deployment", findings, keys.BELONGS)
     parts = {key.value: node for key, node in top.entries}
     if not {"system", "nodes"} <= set(parts):
         findings.add(
@@ -116,7 +115,7 @@ def deployment_of(
         links = require_mapping(parts["links"], "`links`", findings)
     options = {} if links is None else {key.value: node for key, node in links.entries}
     if links is not None:
-        check_keys(links, LINK_KEYS, "`links`", findings)
+        check_keys(links, keys.LINKS, "`links`", findings)
     is_insecure = _insecure(options.get("insecure"), options.get("curve"), findings)
     is_guarded = is_insecure or "curve" in options
     endpoints = _endpoints(options.get("endpoints"), nodes, findings, is_guarded=is_guarded)
@@ -246,7 +245,7 @@ def _endpoints(
     mapping = None if node is None else require_mapping(node, "`endpoints`", findings)
     if mapping is None:
         return ()
-    check_keys(mapping, frozenset(nodes), "`endpoints`", findings)
+    check_keys(mapping, nodes, "`endpoints`", findings)
     found = {}
     for key, value in mapping.entries:
         text = require_text(value, f"the endpoint of `{key}`", findings)

@@ -13,6 +13,7 @@ from fsmkit.analysis.alphabet import uses_of, values_of
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction
+from fsmkit.document.keys import ENVIRONMENT
 from fsmkit.language import Field, Literal, Scope, Value, fold, type_expression
 from fsmkit.system.connections import find_machine
 from fsmkit.system.indices import INDEXED, each
@@ -40,7 +41,7 @@ def read_environment(
     mapping = None if node is None else require_mapping(node, "`environment`", findings)
     if mapping is None:
         return Environment(frozenset(), ())
-    check_keys(mapping, frozenset({"may", "will"}), "`environment`", findings)
+    check_keys(mapping, ENVIRONMENT, "`environment`", findings)
     own: set[int] = set()
     possible: list[Possible] = []
     for key, value in mapping.entries:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.document.keys import CONNECTION
 from fsmkit.language import EnumType, Field, Scope, read_duration
 from fsmkit.system.indices import integer
 from fsmkit.system.system import EventLink, Machine, System
@@ -42,7 +43,7 @@ DIRECT = ChannelOptions()
 
 def read_manner(options: Mapping, tick: int, findings: Findings) -> ChannelOptions | None:
     """Read the options of a connection; delays are read in ticks of so many microseconds."""
-    check_keys(options, frozenset({"kind", "capacity", "loss", "delay"}), "a connection", findings)
+    check_keys(options, CONNECTION, "a connection", findings)
     texts: dict[str, Text] = {}
     for key, node in options.entries:
         text = require_text(node, f"`{key}`", findings)

@@ -14,6 +14,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.document.document import Document
+from fsmkit.document.keys import MACHINE
 from fsmkit.loading import read_bytes, read_documents
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
 from fsmkit.system.system import Machine
@@ -69,7 +70,7 @@ class _Reader:
         if not isinstance(node, MappingNode):
             chart = require_text(node, "the chart of a machine", self.findings)
             return None if chart is None else _Wanted(chart)
-        check_keys(node, frozenset({"chart", "with"}), "a machine", self.findings)
+        check_keys(node, MACHINE, "a machine", self.findings)
         parts = {key.value: value for key, value in node.entries}
         if "chart" not in parts:
             self.findings.add(

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.diagnostics import Findings, FsmkitError, Source
+from fsmkit.document import keys
 from fsmkit.language import Scope
 from fsmkit.loading import read_bytes
 from fsmkit.system.conditions import constants_of, types_of
@@ -20,7 +21,6 @@ from fsmkit.system.properties.reading import Reading
 from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
 from fsmkit.system.system import Machine, System
-from fsmkit.yaml import keys
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import Node, check_keys, read_nodes, require_mapping, require_text
 
@@ -73,7 +73,7 @@ def system_of_root(
     top = None if root is None else require_mapping(root, "a system", findings)
     if top is None:
         return None
-    check_keys(top, frozenset(keys.SYSTEM), "a system", findings, keys.BELONGS)
+    check_keys(top, keys.SYSTEM, "a system", findings, keys.BELONGS)
     parts = {key.value: node for key, node in top.entries}
     if "system" not in parts:
         findings.add("not-a-system", "this is no system", top.span, help="name it: `system: Cell`")

@@ -16,6 +16,7 @@ from dataclasses import replace
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source, Text
+from fsmkit.document.keys import SCHEDULE
 from fsmkit.language import Scope, read_duration
 from fsmkit.language.microseconds import duration_text
 from fsmkit.system.connections import find_machine
@@ -47,7 +48,7 @@ def read_schedule(
             help=EXAMPLE,
         )
         return None
-    check_keys(node, frozenset({"cyclic", "period", "jitter"}), "a schedule", findings)
+    check_keys(node, SCHEDULE, "a schedule", findings)
     parts = {key.value: value for key, value in node.entries}
     for name in ("cyclic", "period"):
         if name not in parts:

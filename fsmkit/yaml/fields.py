@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from collections.abc import Mapping as Table
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import DocData
+from fsmkit.document.keys import BELONGS, Form, Key, Keys
 from fsmkit.language.statements.reading import read_statements, read_typed
 from fsmkit.language.statements.tree import Block, DocArgument
-from fsmkit.yaml import keys
 from fsmkit.yaml.nodes import (
     Mapping,
     Node,
@@ -29,9 +30,10 @@ WORD = re.compile(r"[^\s,]+")
 class Fields:
     """A mapping of which every key is known; what is absent or wrong reads as absent."""
 
-    def __init__(self, mapping: Mapping, known: Table[str, str], what: str, findings: Findings):
+    def __init__(self, mapping: Mapping, known: Keys, what: str, findings: Findings):
         """Report the keys that are not known."""
-        check_keys(mapping, frozenset(known), what, findings, keys.BELONGS)
+        check_keys(mapping, known, what, findings, BELONGS)
+        self.known = known
         self.span: Span = mapping.span
         self.order = tuple(key.value for key, _ in mapping.entries)
         self.keys = {key.value: key for key, _ in mapping.entries}
@@ -40,6 +42,11 @@ class Fields:
 
     def __contains__(self, key: str) -> bool:
         return key in self._nodes
+
+    def read(self) -> dict[str, Any]:
+        """Return the values of the keys that are given, but for those with a codec, by field."""
+        rows = (self.known[name] for name in self.order if name in self.known)
+        return {row.field: READ[row.form](self, row) for row in rows if row.form in READ}
 
     def node(self, key: str) -> Node | None:
         """Return what stands under a key."""
@@ -59,9 +66,9 @@ class Fields:
             )
         return text
 
-    def doc(self) -> str:
-        """Return the description under ``doc``."""
-        text = self.text("doc")
+    def prose(self, key: str) -> str:
+        """Return the description under a key."""
+        text = self.text(key)
         return "" if text is None else text.value
 
     def flag(self, key: str) -> bool:
@@ -83,6 +90,19 @@ class Fields:
                 help=f"write {', '.join(some)} or {last}",
             )
         return choices.get(text.value, default)
+
+    def marks(self, key: str, choices: Table[str, object]) -> frozenset[str]:
+        """Return the words under a key; one that is no choice is a finding."""
+        found = self.names(key)
+        for name in found:
+            if name.value not in choices:
+                self._findings.add(
+                    "unexpected-value",
+                    f"`{key}` of a state cannot name `{name}`",
+                    name,
+                    help=f"name {', '.join(choices)}; a transition has its own `{key}`",
+                )
+        return frozenset(name.value for name in found)
 
     def entries(self, key: str) -> tuple[tuple[Text, Node], ...]:
         """Return the entries of the mapping under a key."""
@@ -140,6 +160,23 @@ class Fields:
     def _statements(self, node: Node, key: str) -> Block:
         text = require_text(node, f"`{key}`", self._findings)
         return () if text is None else read_statements(text, self._findings)
+
+
+READ: Table[Form, Callable[[Fields, Key], object]] = {
+    Form.TEXT: lambda fields, key: fields.text(key.name),
+    Form.NAME: lambda fields, key: fields.name(key.name),
+    Form.PROSE: lambda fields, key: fields.prose(key.name),
+    Form.FLAG: lambda fields, key: fields.flag(key.name),
+    Form.CHOICE: lambda fields, key: fields.one_of(key.name, key.choices),
+    Form.MARKS: lambda fields, key: fields.marks(key.name, key.choices),
+    Form.NAMES: lambda fields, key: fields.names(key.name),
+    Form.TARGETS: lambda fields, key: fields.names(key.name),
+    Form.STATEMENTS: lambda fields, key: fields.block(key.name),
+    Form.HANDLERS: lambda fields, key: fields.blocks(key.name),
+    Form.ARGUMENTS: lambda fields, key: fields.arguments(key.name),
+    Form.DATA: lambda fields, key: fields.data(key.name),
+}
+"""How each form is read; the form `OWN` has no reader here."""
 
 
 def names(node: Node | None, what: str, findings: Findings) -> tuple[Text, ...]:

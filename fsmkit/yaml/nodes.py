@@ -7,7 +7,7 @@ duplicate keys are errors, and ``on``, ``off``, ``null`` and ``1:30`` are what t
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from collections.abc import Mapping as Table
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -348,7 +348,7 @@ def require_text(node: Node, what: str, findings: Findings) -> Text | None:
 
 def check_keys(
     mapping: Mapping,
-    known: frozenset[str],
+    known: Collection[str],
     what: str,
     findings: Findings,
     elsewhere: Table[str, str] = NOWHERE,
@@ -366,6 +366,6 @@ def check_keys(
         findings.add("unknown-key", f"{what} has no key `{key.value}`", key, help=advice)
 
 
-def _listed(known: frozenset[str]) -> str:
+def _listed(known: Collection[str]) -> str:
     *first, last = sorted(known)
     return f"{', '.join(first)} or {last}" if first else last

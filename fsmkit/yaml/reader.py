@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.document import keys
 from fsmkit.document.document import (
     Direction,
     DocCapacity,
@@ -19,13 +20,10 @@ from fsmkit.document.document import (
 )
 from fsmkit.language.statements.reading import read_signature
 from fsmkit.language.statements.tree import DocField, DocSignature
-from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, read_nodes, require_mapping, require_text
 from fsmkit.yaml.states import StateReader
 from fsmkit.yaml.transitions import read_initial
-
-DATAMODELS = ("fsmkit", "ecmascript", "null")
 
 
 def read_document(source: Source, findings: Findings) -> Document | None:
@@ -67,24 +65,16 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
         source=source,
         name=_name(fields, source, findings),
         root=root,
-        extends=fields.name("extends"),
-        abstract=fields.flag("abstract"),
-        datamodel=fields.one_of("datamodel", {name: name for name in DATAMODELS}),
-        late_binding=fields.one_of("binding", {"early": False, "late": True}),
-        doc=fields.doc(),
         types=tuple(_types(fields, findings)),
         constants=tuple(DocConstant(*pair) for pair in fields.text_entries("constants")),
-        data=fields.data("data"),
-        inputs=fields.data("inputs"),
-        outputs=fields.data("outputs"),
         operations=tuple(
             DocOperation(signature.name, signature.fields, signature.result)
             for signature in _signatures(fields, "operations", findings)
         ),
         events=tuple(_events(fields, findings)),
         capacities=_capacities(fields, findings),
-        script=fields.block("script") or (),
         refine=reader.states(fields, "refine"),
+        **fields.read(),
     )
 
 
@@ -149,7 +139,7 @@ def _capacities(fields: Fields, findings: Findings) -> tuple[DocCapacity, ...]:
     return tuple(DocCapacity(*pair) for pair in fields.text_entries("capacity"))
 
 
-def _inner(node: Node | None, key: str, known: dict[str, str], findings: Findings) -> Fields | None:
+def _inner(node: Node | None, key: str, known: keys.Keys, findings: Findings) -> Fields | None:
     if node is None or (mapping := require_mapping(node, f"`{key}`", findings)) is None:
         return None
     return Fields(mapping, known, f"`{key}`", findings)

@@ -1,4 +1,4 @@
-"""The JSON Schema of charts for editors, made from the tables of keys that the reader uses.
+"""The JSON Schema of charts for editors, made of the rows of keys.
 
 ``python -m fsmkit.yaml.schema`` prints it; a test keeps ``schema.json`` beside this file equal.
 """
@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fsmkit.yaml import keys
+from fsmkit.document import keys
+from fsmkit.document.keys import Form
 
 PATH = Path(__file__).with_name("schema.json")
 Schema = dict[str, Any]
@@ -22,7 +23,7 @@ FLAG: Schema = {"type": "boolean"}
 NAMES: Schema = {"anyOf": [TEXT, {"type": "array", "items": TEXT}]}
 TEXTS: Schema = {"type": "array", "items": TEXT}
 TABLE: Schema = {"type": ["object", "null"], "additionalProperties": TEXT}
-OVERRIDES: Schema = {"anyOf": [{"enum": ["entry", "exit", "initial", "default"]}, TEXTS]}
+NOTHING: Mapping[str, Schema] = {}
 
 
 def _ref(name: str) -> Schema:
@@ -44,82 +45,81 @@ def _table(item: Schema) -> Schema:
 TYPES = _table(
     {"anyOf": [{"type": "array", "items": TEXT}, {"type": "object", "additionalProperties": TEXT}]}
 )
-SHAPES: dict[str, Schema] = {
-    "abstract": FLAG,
+FORMS: Mapping[Form, Schema] = {
+    Form.FLAG: FLAG,
+    Form.NAMES: NAMES,
+    Form.TARGETS: NAMES,
+    Form.STATEMENTS: NAMES,
+    Form.HANDLERS: NAMES,
+    Form.ARGUMENTS: TABLE,
+    Form.DATA: TABLE,
+}
+"""What stands under a key of a form, where that is not a text."""
+CODECS: dict[str, Schema] = {
     "after": _table(_ref("transitions")),
     "always": _ref("transitions"),
-    "autoforward": FLAG,
-    "binding": _one_of("early", "late"),
     "capacity": _ref("capacity"),
     "choice": _ref("transitions"),
     "constants": TABLE,
-    "data": TABLE,
-    "datamodel": _one_of("fsmkit", "ecmascript", "null"),
     "default": _ref("initial"),
-    "defer": NAMES,
-    "do": NAMES,
     "done": _ref("done"),
-    "entry": NAMES,
     "events": _some(_ref("events")),
     "every": _table(_ref("transitions")),
-    "exit": NAMES,
     "final": FLAG,
-    "finalize": NAMES,
-    "first": FLAG,
     "history": _one_of("shallow", "deep"),
     "initial": _ref("initial"),
-    "inputs": TABLE,
     "invoke": _some(_ref("invoke")),
-    "names": NAMES,
     "on": _table(_ref("transitions")),
     "operations": TEXTS,
-    "ordered": FLAG,
-    "outputs": TABLE,
     "refine": _ref("states"),
     "regions": _ref("states"),
-    "rest": FLAG,
-    "script": NAMES,
     "sometimes": _ref("transitions"),
     "states": _ref("states"),
-    "target": NAMES,
     "transitions": {"type": "array", "items": _ref("labelled")},
-    "type": TEXT,
     "types": TYPES,
-    "watchdog": FLAG,
-    "with": TABLE,
 }
-"""What stands under a key, where that is not a text."""
+"""What stands under a key with a codec, where that is not a text."""
 
 
-def _object(table: Mapping[str, str], special: Mapping[str, Schema], **more: Any) -> Schema:
+def _shape(row: keys.Key) -> Schema:
+    match row.form:
+        case Form.OWN:
+            return CODECS.get(row.name, TEXT)
+        case Form.CHOICE:
+            return _one_of(*row.choices)
+        case Form.MARKS:
+            return {"anyOf": [_one_of(*row.choices), TEXTS]}
+        case form:
+            return FORMS.get(form, TEXT)
+
+
+def _object(rows: keys.Keys, special: Mapping[str, Schema] = NOTHING, **more: Any) -> Schema:
     properties = {
-        key: {"description": text, **special.get(key, SHAPES.get(key, TEXT))}
-        for key, text in table.items()
+        row.name: {"description": row.doc, **special.get(row.name, _shape(row))}
+        for row in rows.values()
     }
     return {"type": "object", "properties": properties, "additionalProperties": False, **more}
 
 
 def schema() -> Schema:
     """Return the schema of a chart."""
-    internal = {"type": _one_of("internal", "external")}
-    transition = _object(keys.TRANSITION, internal)
     labels = {"on": NAMES, "after": TEXT, "every": TEXT, "always": FLAG, "sometimes": FLAG}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "A statechart of fsmkit",
         "$ref": "#/$defs/chart",
         "$defs": {
-            "chart": _object(keys.CHART, {}, required=["chart"]),
+            "chart": _object(keys.CHART, required=["chart"]),
             "states": _table({"anyOf": [_ref("state"), {"type": "null"}]}),
-            "state": _object(keys.STATE, {"override": OVERRIDES}),
+            "state": _object(keys.STATE),
             "transitions": _some({"anyOf": [TEXT, _ref("transition")]}),
-            "transition": transition,
-            "labelled": _object(keys.LABELLED, {**internal, **labels}),
-            "initial": {"anyOf": [NAMES, _object(keys.INITIAL, {})]},
+            "transition": _object(keys.TRANSITION),
+            "labelled": _object(keys.LABELLED, labels),
+            "initial": {"anyOf": [NAMES, _object(keys.INITIAL)]},
             "events": _object(keys.EVENTS, dict.fromkeys(keys.EVENTS, TEXTS)),
-            "capacity": _object(keys.CAPACITY, {"internal": TEXT}),
+            "capacity": _object(keys.CAPACITY),
             "invoke": _object(keys.INVOKE, {"content": _ref("chart")}),
-            "done": _object(keys.DONE, {}),
+            "done": _object(keys.DONE),
         },
     }
 

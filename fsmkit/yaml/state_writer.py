@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Text
+from fsmkit.document import keys
 from fsmkit.document.document import DocInvoke, DocState, Document, Kind
-from fsmkit.yaml.layout import Prose, Short, Tree
+from fsmkit.yaml.layout import Short, Tree
 from fsmkit.yaml.transition_writer import initial, transitions
-from fsmkit.yaml.writing import arguments, data, handlers, mapping, statements
+from fsmkit.yaml.writing import mapping, written
 
 SMALL = 60
 """A state stands on one line if it is not longer."""
@@ -50,34 +51,20 @@ class StateWriter:
         return Text(made, state.span)
 
     def _state(self, name: Text, state: DocState) -> dict[str, Tree]:
-        tree: dict[str, Tree] = {}
+        own: dict[str, Tree] = {}
         is_history = state.kind in HISTORIES
-        if state.doc:
-            tree["doc"] = Prose(state.doc)
         if is_history:
-            tree["history"] = HISTORIES[state.kind]
+            own["history"] = HISTORIES[state.kind]
         if state.kind is Kind.FINAL:
-            tree["final"] = "true"
-        tree |= {key: "true" for key in ("abstract", "rest") if getattr(state, key)}
-        if state.overrides:
-            tree["override"] = Short([*sorted(state.overrides)])
-        if state.data:
-            tree["data"] = data(state.data)
-        if state.defer:
-            tree["defer"] = Short([event.value for event in state.defer])
-        if state.invariant is not None:
-            tree["invariant"] = state.invariant.value
-        if state.entry:
-            tree["entry"] = handlers(state.entry)
-        if state.exit:
-            tree["exit"] = handlers(state.exit)
+            own["final"] = "true"
         if state.invokes:
             invokes: list[Tree] = [self._invoke(one) for one in state.invokes]
-            tree["invoke"] = invokes if len(invokes) > 1 else invokes[0]
-        if state.done_data or state.done_content is not None:
-            tree["done"] = _done(state)
+            own["invoke"] = invokes if len(invokes) > 1 else invokes[0]
+        if done := written(state, keys.DONE):
+            own["done"] = done
         if state.initial is not None:
-            tree["default" if is_history else "initial"] = initial(state.initial)
+            own["default" if is_history else "initial"] = initial(state.initial)
+        tree = written(state, keys.STATE, own)
         tree |= transitions(state.transitions, is_choice=state.kind is Kind.CHOICE)
         if state.kind is Kind.PARALLEL or state.kind is Kind.COMPOUND or state.children:
             key = "regions" if state.kind is Kind.PARALLEL else "states"
@@ -85,34 +72,5 @@ class StateWriter:
         return tree
 
     def _invoke(self, invoke: DocInvoke) -> dict[str, Tree]:
-        texts = {
-            "id": invoke.id,
-            "id_location": invoke.id_location,
-            "type": invoke.type,
-            "type_expr": invoke.type_expr,
-            "src": invoke.src,
-            "src_expr": invoke.src_expr,
-        }
-        tree: dict[str, Tree] = {key: text.value for key, text in texts.items() if text is not None}
-        if invoke.autoforward:
-            tree["autoforward"] = "true"
-        if invoke.arguments:
-            tree["with"] = arguments(invoke.arguments)
-        if invoke.name_list:
-            tree["names"] = Short([name.value for name in invoke.name_list])
-        if invoke.content is not None:
-            tree["content"] = self.chart(invoke.content)
-        if invoke.content_expr is not None:
-            tree["content_expr"] = invoke.content_expr.value
-        if invoke.finalize is not None:
-            tree["finalize"] = statements(invoke.finalize)
-        return tree
-
-
-def _done(state: DocState) -> dict[str, Tree]:
-    tree: dict[str, Tree] = {}
-    if state.done_data:
-        tree["with"] = arguments(state.done_data)
-    if state.done_content is not None:
-        tree["content"] = state.done_content.value
-    return tree
+        chart = {} if invoke.content is None else {"content": self.chart(invoke.content)}
+        return written(invoke, keys.INVOKE, chart)

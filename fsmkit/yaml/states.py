@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.document.document import REPLACEABLE, DocInvoke, DocState, Document, Kind
-from fsmkit.language.statements.tree import DocArgument
-from fsmkit.yaml import keys
+from fsmkit.document import keys
+from fsmkit.document.document import DocInvoke, DocState, Document, Kind
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, require_mapping
 from fsmkit.yaml.transitions import read_initial, read_transitions
@@ -48,7 +48,6 @@ class StateReader:
                 fields.keys["default"],
                 help="write `initial` for where a state begins",
             )
-        done_data, done_content = self._done(fields)
         return DocState(
             id=name,
             kind=kind,
@@ -58,18 +57,9 @@ class StateReader:
             ),
             children=self.states(fields, "regions") or self.states(fields, "states"),
             transitions=read_transitions(fields, self.findings),
-            entry=fields.blocks("entry"),
-            exit=fields.blocks("exit"),
-            data=fields.data("data"),
-            defer=fields.names("defer"),
             invokes=self._invokes(fields.node("invoke")),
-            done_data=done_data,
-            done_content=done_content,
-            invariant=fields.text("invariant"),
-            rest=fields.flag("rest"),
-            abstract=fields.flag("abstract"),
-            overrides=self._overrides(fields),
-            doc=fields.doc(),
+            **self._done(fields.node("done")),
+            **fields.read(),
         )
 
     def _kind(self, fields: Fields) -> Kind:
@@ -90,25 +80,9 @@ class StateReader:
             )
         return found[0][1] if found else Kind.ATOMIC
 
-    def _overrides(self, fields: Fields) -> frozenset[str]:
-        found = fields.names("override")
-        for name in found:
-            if name.value not in REPLACEABLE:
-                self.findings.add(
-                    "unexpected-value",
-                    f"`{name}` of a state is not overridden by a mark",
-                    name,
-                    help=f"mark {', '.join(REPLACEABLE)}; a transition has its own `override`",
-                )
-        return frozenset(name.value for name in found)
-
-    def _done(self, fields: Fields) -> tuple[tuple[DocArgument, ...], Text | None]:
-        node = fields.node("done")
+    def _done(self, node: Node | None) -> dict[str, Any]:
         mapping = None if node is None else require_mapping(node, "`done`", self.findings)
-        if mapping is None:
-            return (), None
-        done = Fields(mapping, keys.DONE, "`done`", self.findings)
-        return done.arguments("with"), done.text("content")
+        return {} if mapping is None else Fields(mapping, keys.DONE, "`done`", self.findings).read()
 
     def _invokes(self, node: Node | None) -> tuple[DocInvoke, ...]:
         if node is None:
@@ -121,18 +95,5 @@ class StateReader:
         fields = Fields(mapping, keys.INVOKE, "`invoke`", self.findings)
         node = fields.node("content")
         chart = None if node is None else require_mapping(node, "`content`", self.findings)
-        return DocInvoke(
-            span=mapping.span,
-            id=fields.name("id"),
-            id_location=fields.text("id_location"),
-            type=fields.name("type"),
-            type_expr=fields.text("type_expr"),
-            src=fields.name("src"),
-            src_expr=fields.text("src_expr"),
-            autoforward=fields.flag("autoforward"),
-            arguments=fields.arguments("with"),
-            name_list=fields.names("names"),
-            content=None if chart is None else self.inline_chart(chart),
-            content_expr=fields.text("content_expr"),
-            finalize=fields.block("finalize"),
-        )
+        inline = None if chart is None else self.inline_chart(chart)
+        return DocInvoke(mapping.span, content=inline, **fields.read())

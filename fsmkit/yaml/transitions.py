@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
-from fsmkit.yaml import keys
 from fsmkit.yaml.fields import Fields, names, words
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, require_mapping
 
@@ -40,9 +40,7 @@ def read_initial(fields: Fields, key: str, findings: Findings) -> DocTransition 
         targets = names(node, f"`{key}`", findings)
         return DocTransition(Trigger.INITIAL, node.span, targets=targets)
     inner = Fields(node, keys.INITIAL, f"`{key}`", findings)
-    return DocTransition(
-        Trigger.INITIAL, node.span, targets=inner.names("target"), content=inner.block("do")
-    )
+    return DocTransition(Trigger.INITIAL, node.span, **inner.read())
 
 
 def read_transitions(fields: Fields, findings: Findings) -> tuple[DocTransition, ...]:
@@ -115,21 +113,7 @@ def _labelled(mapping: Mapping, findings: Findings) -> DocTransition:
 
 
 def _transition(fields: Fields, label: Label, place: Span) -> DocTransition:
-    return DocTransition(
-        trigger=label.trigger,
-        span=place,
-        events=label.events,
-        delay=label.delay,
-        guard=fields.text("if"),
-        targets=fields.names("target"),
-        internal=fields.one_of("type", {"external": False, "internal": True}),
-        content=fields.block("do"),
-        id=fields.name("id"),
-        watchdog=fields.flag("watchdog"),
-        ordered=fields.flag("ordered"),
-        first=fields.flag("first"),
-        override=fields.name("override"),
-    )
+    return DocTransition(label.trigger, place, label.events, label.delay, **fields.read())
 
 
 def _place(node: Node, key: Text | None) -> Span:

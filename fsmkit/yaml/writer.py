@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from itertools import groupby
 
+from fsmkit.document import keys
 from fsmkit.document.document import DocEvent, DocType, Document
-from fsmkit.yaml.layout import Prose, Short, Tree, render
+from fsmkit.yaml.layout import Short, Tree, render
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial
-from fsmkit.yaml.writing import data, mapping, signature, statements, type_of
+from fsmkit.yaml.writing import mapping, signature, type_of, written
 
 
 def write_document(document: Document) -> str:
@@ -20,36 +21,22 @@ def chart(document: Document) -> dict[str, Tree]:
     """Return a document as the mapping of a chart."""
     writer = StateWriter(document, chart)
     root = document.root
-    tree: dict[str, Tree] = {"chart": document.name.value}
-    if document.extends is not None:
-        tree["extends"] = document.extends.value
-    if document.abstract:
-        tree["abstract"] = "true"
-    if document.doc:
-        tree["doc"] = Prose(document.doc)
-    if document.datamodel != "fsmkit":
-        tree["datamodel"] = document.datamodel
-    if document.late_binding:
-        tree["binding"] = "late"
-    tree |= declarations(document)
+    own: dict[str, Tree] = {"chart": document.name.value, **declarations(document)}
     if root.initial is not None:
-        tree["initial"] = initial(root.initial)
+        own["initial"] = initial(root.initial)
     if root.children or document.extends is None:
-        tree["states"] = writer.states(root.children, "state")
+        own["states"] = writer.states(root.children, "state")
     if document.refine:
-        tree["refine"] = writer.states(document.refine, "state")
-    return tree
+        own["refine"] = writer.states(document.refine, "state")
+    return written(document, keys.CHART, own)
 
 
 def declarations(document: Document) -> dict[str, Tree]:
-    """Return what a chart declares, without what is empty."""
+    """Return what a chart declares, but for its variables, without what is empty."""
     capacities = mapping((one.name, one.value.value) for one in document.capacities)
     parts: dict[str, dict[str, Tree] | list[Tree]] = {
         "types": mapping((one.name, _type(one)) for one in document.types),
         "constants": mapping((one.name, one.value.value) for one in document.constants),
-        "data": data(document.data),
-        "inputs": data(document.inputs),
-        "outputs": data(document.outputs),
         "operations": [
             signature(one.name, one.parameters, one.result) for one in document.operations
         ],
@@ -58,8 +45,6 @@ def declarations(document: Document) -> dict[str, Tree]:
     tree: dict[str, Tree] = {key: part for key, part in parts.items() if part}
     if capacities:
         tree["capacity"] = Short(capacities)
-    if document.script:
-        tree["script"] = statements(document.script)
     return tree
 
 

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 from fsmkit.diagnostics import Text, fail
 from fsmkit.document.document import DocData
+from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.document.statement_text import statements_text
 from fsmkit.language.statements.tree import Block, DocArgument, DocField, DocForEach, DocIf
-from fsmkit.yaml.layout import Tree
+from fsmkit.yaml.layout import Prose, Short, Tree
 
 JOINED = 72
 """Simple statements stand on one line if it is not longer."""
+NOTHING: Mapping[str, Tree] = {}
+WORD = re.compile(r"[^\s,]+")
+
+
+def written(part: object, rows: Keys, own: Mapping[str, Tree] = NOTHING) -> dict[str, Tree]:
+    """Return the keys that a part of a document has; ``own``: those that have a codec."""
+    tree: dict[str, Tree] = {}
+    for row in rows.values():
+        if row.name in own:
+            tree[row.name] = own[row.name]
+        elif row.form in WRITE and row.is_given(part):
+            tree[row.name] = WRITE[row.form](getattr(part, row.field), row)
+    return tree
 
 
 def mapping(pairs: Iterable[tuple[Text, Tree]]) -> dict[str, Tree]:
@@ -80,3 +96,32 @@ def handlers(blocks: tuple[Block, ...]) -> Tree:
     if len(blocks) == 1 and blocks[0]:
         return statements(blocks[0])
     return [statements(block) for block in blocks]
+
+
+def listed(names: Iterable[Text]) -> Tree:
+    """Return names as a list."""
+    return Short([name.value for name in names])
+
+
+def targets(names: tuple[Text, ...]) -> Tree:
+    """Return one name as it is, several as a list."""
+    if len(names) == 1 and WORD.fullmatch(names[0].value):
+        return names[0].value
+    return listed(names)
+
+
+WRITE: Mapping[Form, Callable[[Any, Key], Tree]] = {
+    Form.TEXT: lambda value, _: str(value.value),
+    Form.NAME: lambda value, _: str(value.value),
+    Form.PROSE: lambda value, _: Prose(value),
+    Form.FLAG: lambda _, __: "true",
+    Form.CHOICE: lambda value, row: row.word(value),
+    Form.MARKS: lambda value, _: Short([*sorted(value)]),
+    Form.NAMES: lambda value, _: listed(value),
+    Form.TARGETS: lambda value, _: targets(value),
+    Form.STATEMENTS: lambda value, _: statements(value),
+    Form.HANDLERS: lambda value, _: handlers(value),
+    Form.ARGUMENTS: lambda value, _: arguments(value),
+    Form.DATA: lambda value, _: data(value),
+}
+"""How each form is written; the form `OWN` has no writer here."""

@@ -238,3 +238,11 @@ def test_the_default_of_a_history_is_replaced_where_marked(yaml: Any) -> None:
 def test_a_change_of_the_base_propagates(yaml: Any) -> None:
     base = BASE.replace("error: {}", "error: {on: {go: idle}}")
     assert targets(yaml(derived("error: {doc: same}"), base).chart, "error") == ["idle"]
+
+
+def test_an_invariant_is_replaced_where_marked(yaml: Any) -> None:
+    base = "chart: B\ndata: {n: 0..9 = 0}\nstates: {s: {invariant: n < 9}}"
+    refine = "chart: D\nextends: base.yaml\nrefine: {s: {invariant: n < 5%s}}"
+    assert yaml(refine % "", base).errors == ["unmarked-override"]
+    chart = yaml(refine % ", override: [invariant]", base).chart
+    assert state(chart, "s").invariant.right.value == 5

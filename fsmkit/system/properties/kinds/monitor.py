@@ -24,6 +24,7 @@ from difflib import get_close_matches
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction, Trigger
+from fsmkit.document.keys import MONITOR
 from fsmkit.language import BOOL, Field, Storage, Type, Variable
 from fsmkit.system.connections import arguments_of, find_machine, misfit, tell_unconnected
 from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
@@ -200,7 +201,7 @@ def read(name: Text, node: Node, reading: Reading) -> Property | None:
     mapping = require_mapping(node, f"the property `{name}`", findings)
     if mapping is None:
         return None
-    check_keys(mapping, frozenset({"monitor", "watch"}), f"the property `{name}`", findings)
+    check_keys(mapping, MONITOR, f"the property `{name}`", findings)
     parts: dict[str, Node] = {key.value: value for key, value in mapping.entries}
     machine = read_machine(name, parts["monitor"], reading.folder, findings, strict=reading.strict)
     if machine is None:

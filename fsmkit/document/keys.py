@@ -1,0 +1,288 @@
+"""Every key of every object, once: its names in YAML and in SCXML, its form, what it means.
+
+Readers and writers of both notations, the JSON Schema, inheritance, `show` and its JSON go by these
+rows. A key of a usual form needs no code there: it is a row here, a field of the Document, and,
+where it means something, a field of the Chart. Only keys of the form `OWN` have a codec, which each
+notation keeps beside what it reads and writes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from dataclasses import field as dataclass_field
+from enum import Enum
+from functools import cache
+from typing import Any
+
+from fsmkit.document.document import REPLACEABLE
+
+
+class Form(Enum):
+    """What stands under a key; each notation reads and writes each form in one place."""
+
+    TEXT = "an expression, a duration, a file"
+    NAME = "a text that is not empty"
+    PROSE = "a description"
+    FLAG = "true or false"
+    CHOICE = "one of some words; the first of them where it is absent"
+    MARKS = "some of these words"
+    NAMES = "a list of names"
+    TARGETS = "one name, or a list of them"
+    STATEMENTS = "one handler"
+    HANDLERS = "several handlers"
+    ARGUMENTS = "name: expression"
+    DATA = "name: type = start value"
+    OWN = "what only a codec of its own can read"
+
+
+PLAIN = (Form.NAME, Form.PROSE, Form.FLAG, Form.CHOICE)
+"""What a Chart holds as it was written, if it has a field of that name."""
+
+
+class Inherit(Enum):
+    """What a derived chart makes of the value of its base."""
+
+    REPLACE = "its own, where it has one"
+    ADD = "what is inherited, then its own"
+    OWN = "by a rule of its own, which inheritance holds"
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A row. ``field``: of the part of the Document, by default the name.
+
+    ``scxml`` is the attribute, with the prefix ``fk:`` if it is of the extension, or in angle
+    brackets the element; by default the extension's attribute of this name, None for a codec.
+    ``unless``: the field of the key that counts where both are given.
+    """
+
+    name: str
+    doc: str
+    form: Form = Form.TEXT
+    field: str = ""
+    scxml: str | None = ""
+    choices: Mapping[str, Any] = dataclass_field(default_factory=dict)
+    unless: str = ""
+    inherit: Inherit = Inherit.REPLACE
+
+    def __post_init__(self) -> None:
+        """Fill in what goes without saying."""
+        object.__setattr__(self, "field", self.field or self.name)
+        if self.form is Form.OWN:
+            object.__setattr__(self, "scxml", None)
+            object.__setattr__(self, "inherit", Inherit.OWN)
+        elif self.scxml == "":
+            object.__setattr__(self, "scxml", f"fk:{self.name}")
+
+    def is_given(self, part: Any) -> bool:
+        """Whether a part of a Document has another value than it has without the key."""
+        value = getattr(part, self.field)
+        return bool(value != defaults(part.__class__)[self.field])
+
+    def word(self, value: object) -> str:
+        """Return the word of a choice that stands for a value."""
+        return next(word for word, meant in self.choices.items() if meant == value)
+
+
+Keys = Mapping[str, Key]
+"""The keys of one object by name, in the order in which they are written."""
+
+
+@cache
+def defaults(kind: Any) -> Mapping[str, object]:
+    """Return what the fields of a dataclass are by default."""
+    return {one.name: None if one.default is MISSING else one.default for one in fields(kind)}
+
+
+def carried(rows: Keys, kind: type[Any]) -> tuple[Key, ...]:
+    """Return the keys whose value a part of a Chart holds as it was written."""
+    names = {one.name for one in fields(kind)}
+    return tuple(row for row in rows.values() if row.form in PLAIN and row.field in names)
+
+
+def _table(*rows: Key) -> Keys:
+    return {row.name: row for row in rows}
+
+
+def _named(**docs: str) -> Keys:
+    return _table(*(Key(name.rstrip("_"), doc) for name, doc in docs.items()))
+
+
+_OWN, _FLAG = Form.OWN, Form.FLAG
+_BY_RULE = Inherit.OWN
+
+CHART = _table(
+    Key("chart", "the name of the chart", _OWN),
+    Key("extends", "the file of its base, in YAML or SCXML", Form.NAME, inherit=_BY_RULE),
+    Key("abstract", "true: not to be compiled by itself", _FLAG, inherit=_BY_RULE),
+    Key("doc", "what it is for", Form.PROSE, scxml=None),
+    Key(
+        "datamodel", "fsmkit (unless given), ecmascript or null", Form.CHOICE, scxml=None,
+        choices={name: name for name in ("fsmkit", "ecmascript", "null")}, inherit=_BY_RULE,
+    ),
+    Key(
+        "binding", "early (unless given) or late", Form.CHOICE, "late_binding", "binding",
+        choices={"early": False, "late": True},
+    ),
+    Key("types", "enumerations (lists of names) and records (fields and their types)", _OWN),
+    Key("constants", "named values", _OWN),
+    Key(
+        "data", "variables: `type = start value`", Form.DATA, scxml="<datamodel>", inherit=_BY_RULE
+    ),
+    Key("inputs", "variables that the host writes", Form.DATA, scxml="<fk:input>",
+        inherit=_BY_RULE),
+    Key("outputs", "variables that the host reads", Form.DATA, scxml="<fk:output>",
+        inherit=_BY_RULE),
+    Key("operations", "what the host implements: `name(parameter type) -> type`", _OWN),
+    Key("events", "the events in, out and internal: `name(field type)`", _OWN),
+    Key("capacity", "queue, internal, delayed, microsteps, tick", _OWN),
+    Key(
+        "script", "statements executed once, before the initial states are entered",
+        Form.STATEMENTS, scxml=None, inherit=Inherit.ADD,
+    ),
+    Key("initial", "the initial state or states", _OWN),
+    Key("states", "the top-level states", _OWN),
+    Key("refine", "changes of inherited states, by name, at any depth", _OWN),
+)  # fmt: skip
+STATE = _table(
+    Key("doc", "what it is for", Form.PROSE, scxml=None),
+    Key("history", "shallow or deep", _OWN),
+    Key("final", "true: it ends its parent", _OWN),
+    Key("abstract", "true: a derived chart must fill it", _FLAG, inherit=_BY_RULE),
+    Key("rest", "true: waiting here for ever is no deadlock", _FLAG),
+    Key(
+        "override", f"what is replaced without `super`: {', '.join(REPLACEABLE)}", Form.MARKS,
+        "overrides", choices=dict.fromkeys(REPLACEABLE), inherit=_BY_RULE,
+    ),
+    Key("data", "variables declared here", Form.DATA, scxml="<datamodel>", inherit=Inherit.ADD),
+    Key("defer", "events kept for later", Form.NAMES, inherit=Inherit.ADD),
+    Key("invariant", "what holds while it is active", inherit=_BY_RULE),
+    Key("entry", "what is done when it is entered", Form.HANDLERS, scxml="<onentry>",
+        inherit=_BY_RULE),
+    Key("exit", "what is done when it is left", Form.HANDLERS, scxml="<onexit>",
+        inherit=_BY_RULE),
+    Key("invoke", "invoked charts", _OWN),
+    Key("done", "the payload of the parent's done event", _OWN),
+    Key("initial", "the initial child or descendants", _OWN),
+    Key("default", "where a history leads the first time", _OWN),
+    Key("on", "event: transition", _OWN),
+    Key("always", "eventless transitions", _OWN),
+    Key("after", "delay: transition, once", _OWN),
+    Key("every", "delay: transition, again and again", _OWN),
+    Key("sometimes", "transitions at any time, for charts of an environment", _OWN),
+    Key("transitions", "transitions of any kind in one list, where their order matters", _OWN),
+    Key("choice", "guarded targets, the last without a guard", _OWN),
+    Key("states", "children, of which one is active", _OWN),
+    Key("regions", "children, all of which are active", _OWN),
+)  # fmt: skip
+TRANSITION = _table(
+    Key("id", "its name, for overriding", Form.NAME, inherit=_BY_RULE),
+    Key("override", "true, or the id of the inherited transition that it changes", Form.NAME,
+        inherit=_BY_RULE),
+    Key("first", "true: before the inherited transitions", _FLAG, inherit=_BY_RULE),
+    Key(
+        "type", "internal or external", Form.CHOICE, "internal", "type",
+        choices={"external": False, "internal": True},
+    ),
+    Key("if", "the guard", Form.TEXT, "guard", "cond"),
+    Key("target", "the state or states to enter", Form.TARGETS, "targets", "target"),
+    Key("watchdog", "true: a timeout that only reports a fault", _FLAG),
+    Key("ordered", "true: the order of overlapping transitions is meant", _FLAG),
+    Key("do", "what is done", Form.STATEMENTS, "content", None, inherit=_BY_RULE),
+)  # fmt: skip
+LABEL = _table(
+    Key("on", "the event or events", _OWN),
+    Key("after", "the delay, once", _OWN),
+    Key("every", "the delay, again and again", _OWN),
+    Key("always", "true: eventless", _OWN),
+    Key("sometimes", "true: at any time", _OWN),
+)
+LABELLED = {**LABEL, **TRANSITION}
+"""An entry of `transitions`: one of the first, and what any transition has."""
+INITIAL = _table(
+    Key("target", "the state or states to enter", Form.TARGETS, "targets"),
+    Key("do", "what is done on the way", Form.STATEMENTS, "content"),
+)
+EVENTS = _named(
+    in_="received", out="sent out", internal="raised and taken by the chart itself"
+)  # fmt: skip
+CAPACITY = _named(
+    queue="events in the external queue",
+    internal="events in the internal queue",
+    delayed="delayed sends pending at once",
+    microsteps="microsteps in one macrostep",
+    tick="the unit of all times: a duration",
+)
+INVOKE = _table(
+    Key("id", "its name", Form.NAME, scxml="id"),
+    Key("id_location", "where to store a made-up name", scxml="idlocation", unless="id"),
+    Key("type", "the type of the invoked service", Form.NAME, scxml="type"),
+    Key("type_expr", "the same, an expression", scxml="typeexpr", unless="type"),
+    Key("src", "the file of the chart", Form.NAME, scxml="src"),
+    Key("src_expr", "the same, an expression", scxml="srcexpr", unless="src"),
+    Key("autoforward", "true: every external event is passed on", _FLAG, scxml="autoforward"),
+    Key("with", "start values: name: expression", Form.ARGUMENTS, "arguments", None),
+    Key("names", "variables passed by name", Form.NAMES, "name_list", "namelist"),
+    Key("content", "the chart itself", _OWN),
+    Key("content_expr", "an expression that gives the chart", scxml=None),
+    Key(
+        "finalize", "statements executed before an event of the invoked chart is handled",
+        Form.STATEMENTS, scxml="<finalize>",
+    ),
+)  # fmt: skip
+DONE = _table(
+    Key("with", "name: expression", Form.ARGUMENTS, "done_data", None),
+    Key("content", "an expression", Form.TEXT, "done_content", None),
+)
+
+SYSTEM = _named(
+    system="the name of the system",
+    doc="what it is for",
+    machines="its machines and their charts",
+    shared="data that several machines read or write",
+    connect="how events and outputs go from machine to machine",
+    environment="what may come from outside, and charts that act for it",
+    schedule="the order in which machines run",
+    properties="what is to be checked",
+)
+MACHINE = _named(chart="its file", with_="values of its constants and start values of its data")
+CONNECTION = _named(
+    kind="direct, queued or lossy",
+    capacity="messages that wait at most",
+    loss="messages that are lost at most",
+    delay="how long a message travels",
+)
+ENVIRONMENT = _named(may="events that may come at any time", will="machines that act for it")
+SCHEDULE = _named(
+    cyclic="the machines in the order in which they run",
+    period="the time from one cycle to the next",
+    jitter="how much later a cycle may begin",
+)
+MONITOR = _named(monitor="the chart that watches", watch="what it sees of the machines")
+DEPLOYMENT = _named(
+    system="the file of the system",
+    doc="what it is for",
+    nodes="the nodes and their machines",
+    links="how nodes reach each other",
+)
+LINKS = _named(
+    endpoints="where each node publishes",
+    curve="the folder with the keys of the nodes",
+    every="levels are published in every so-many-th cycle",
+    insecure="true: beyond this computer without keys",
+)
+
+_PLACES = (
+    (CHART, "a chart (at the left margin)"),
+    (STATE, "a state"),
+    (TRANSITION, "a transition"),
+    (SYSTEM, "a system"),
+    (DEPLOYMENT, "a deployment"),
+)
+BELONGS = {
+    key: f"`{key}` belongs to {' or '.join(place for other, place in _PLACES if key in other)}"
+    for table, _ in _PLACES
+    for key in table
+}
+"""Where a key belongs that is not known where it stands."""
