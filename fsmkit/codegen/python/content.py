@@ -86,13 +86,23 @@ class ContentPrinter:
     chart: Chart
     names: Names
     needs: Needs
+    _printed: dict[tuple[int, object], list[str]] = field(default_factory=dict)
+    """What was printed of a block of the chart, by its identity and the payload at hand."""
 
     def blocks(
         self, out: Lines, blocks: tuple[Block, ...], payload: Mapping[str, int] | None
     ) -> None:
-        """Print handlers one after the other: an error in one ends only that."""
+        """Print handlers one after the other: an error in one ends only that.
+
+        Handlers of states are printed once, wherever they stand.
+        """
         for block in blocks:
-            self.block(out, block, payload)
+            key = id(block), None if payload is None else tuple(payload.items())
+            if key not in self._printed:
+                once = Lines(is_traced=out.is_traced)
+                self.block(once, block, payload)
+                self._printed[key] = once.finish().splitlines()
+            out.lines(self._printed[key])
 
     def block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
         """Print one handler."""
@@ -150,8 +160,7 @@ class ContentPrinter:
             case Send():
                 self._send(out, statement, printer)
             case Cancel(name):
-                with out.suite("if self.trace is not None:"):
-                    out.line(f"self._tell({quoted('cancel ' + name)})")
+                out.tell(quoted("cancel " + name))
                 out.line(f"self._cancel({self._mark(name)})")
             case Log(label, values):
                 self._log(out, label, values, printer)
@@ -161,8 +170,7 @@ class ContentPrinter:
                 self._for_each(out, statement, printer)
             case Reply(value):
                 out.line(f"self.reply = {printer.frozen(value)}")
-                with out.suite("if self.trace is not None:"):
-                    out.line(f"self._tell(f{_quoted('reply ' + shown('self.reply', value.type))})")
+                out.tell("f" + _quoted("reply " + shown("self.reply", value.type)))
             case CallOperation(call):
                 out.line(printer.print(call))
             case Fail(reason, told=told):

@@ -85,8 +85,9 @@ def _class(
     plan = lower(chart)
     image = Image(plan) if saved else None
     content = ContentPrinter(chart, names, needs)
-    body = Lines(1)
-    _moves(body, plan, names, content, is_seen=traced or bool(shared.bases))
+    is_traced = traced or bool(shared.bases)
+    body = Lines(1, is_traced=is_traced)
+    _moves(body, plan, names, content, is_seen=is_traced)
     _guards(body, chart, names)
     if shared.bases:
         invoking.print_invocations(body, member, content)
@@ -107,17 +108,19 @@ def _class(
     if shared.bases:
         return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{body.finish()}"
     own = body.finish()
-    text = f"{head.finish()}\n{template.without(shared.body, own)}\n{own}"
+    text = f"{head.finish()}\n{template.without(shared.body, own)}\n"
     unneeded = [features.unneeded, *([] if image is None else [saving.unneeded(image)])]
     text = text if traced else without_trace(text)
     for openings in unneeded:
         text = without_suites(text, openings)
+    text += own
     table = "" if answered is None else f"\n\n\n{plain.print_table(chart, names, answered)}"
     return f"class {names.machine}:\n{trimmed(text)}{table}"
 
 
 def _header(chart: Chart, text: str) -> str:
-    used = [name for name in ("math", "struct", "zlib") if re.search(rf"\b{name}\.\w+\(", text)]
+    known = [name for name in ("math", "struct", "zlib") if f"{name}." in text]
+    used = [name for name in known if re.search(rf"\b{name}\.\w+\(", text)]
     iterates = "islice(" in text
     source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
     doc = chart.doc or "The machine " + chart.name + "."

@@ -12,10 +12,17 @@ from fsmkit.texts.python import docstring
 class Lines(Emitter):
     """Collects lines at the current depth."""
 
-    def __init__(self, depth: int = 0) -> None:
-        """Start empty, inside of that many suites."""
+    def __init__(self, depth: int = 0, *, is_traced: bool = True) -> None:
+        """Start empty, inside of that many suites; ``is_traced``: what is told is printed."""
         super().__init__()
         self._depth = depth
+        self.is_traced = is_traced
+
+    def tell(self, line: str) -> None:
+        """Print that a line is told to the trace, if there is one; it is an expression."""
+        if self.is_traced:
+            with self.suite("if self.trace is not None:"):
+                self.line(f"self._tell({line})")
 
     @contextmanager
     def suite(self, opening: str) -> Iterator[None]:

@@ -146,7 +146,7 @@ class Mover:
 
     def default(self, transition: int) -> None:
         """Print the content of the initial transition of a state, or of a default history."""
-        self._tell(f"t {transition}")
+        self._out.tell(quoted(f"t {transition}"))
         self._content.block(self._out, self._chart.transitions[transition].content, None)
 
     def _timed(self, state: State) -> list[Transition]:
@@ -375,10 +375,6 @@ class Mover:
                 found |= {region for region in regions if real_below(chart, region)}
                 todo += regions
         return found
-
-    def _tell(self, line: str) -> None:
-        with self._out.suite("if self.trace is not None:"):
-            self._out.line(f"self._tell({quoted(line)})")
 
 
 def is_short(blocks: tuple[tuple[object, ...], ...]) -> bool:

@@ -104,8 +104,7 @@ def print_senders(
     for operation in chart.operations:
         _call(out, names, operation.name, operation.parameters, operation.result)
     with out.method("_log", "Tell the host a label and values.", "label: str, *values: Any"):
-        with out.suite("if self.trace is not None:"):
-            out.line('self._tell(" ".join(("log", label, *[shown(value) for value in values])))')
+        out.tell('" ".join(("log", label, *[shown(value) for value in values]))')
         with out.suite("if self.log is not None:"):
             out.line("self.log(label, *values)")
 
@@ -179,10 +178,9 @@ def _told(event: str, fields: tuple[Field, ...]) -> str:
     return " ".join([name, *[shown(f.name, f.type) for f in fields]])
 
 
-def _tell(out: Lines, text: str) -> None:
-    with out.suite("if self.trace is not None:"):
-        prefix = "f" if "{" in text or "}" in text else ""
-        out.line(f'self._tell({prefix}"{text}")')
+def _tell(out: Lines, text: str, more: str = "") -> None:
+    prefix = "f" if "{" in text or "}" in text else ""
+    out.tell(f'{prefix}"{text}"{more}')
 
 
 def _queue(out: Lines, chart: Chart, names: Names, index: int, verb: str, queue: str) -> None:
@@ -206,9 +204,7 @@ def _emit(out: Lines, chart: Chart, names: Names, index: int) -> None:
     fields = _named(event.fields)
     arguments = ", ".join(filter(None, (_arguments(fields), "peer: str | None")))
     with out.method(f"_emit_{name}", "Send `" + event.name + "` out of the machine.", arguments):
-        with out.suite("if self.trace is not None:"):
-            out.line('to = "" if peer is None else f" to {peer}"')
-            out.line(f'self._tell(f"out {_told(event.name, fields)}{{to}}")')
+        _tell(out, "out " + _told(event.name, fields), ' + ("" if peer is None else " to " + peer)')
         peer = ["peer"] if has_peer(chart, index) else []
         out.line(f"self._host.send_{name}({', '.join([*[f.name for f in fields], *peer])})")
     with out.method(f"_port_{name}", "Send it with the payload at hand.", "peer: str | None"):

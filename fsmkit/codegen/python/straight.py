@@ -129,7 +129,7 @@ class Straight:
                 self.out.line(f"step = self._FROM_{name}.get(self._active)")
                 with self.out.suite("if step is not None and step(self):"):
                     self.out.line("return True")
-                groups = [group for group in groups if group not in leaves]
+                groups = [group for group in groups if not self.chart.states[group[0][0]].is_leaf]
             if groups:
                 self.out.line("active = self._active")
             self._asked(groups)
@@ -255,7 +255,7 @@ class Straight:
         """Print all that a transition does (Appendix D, microstep)."""
         payload = payload_of(self.chart, transition)
         if not transition.targets:
-            self._tell(f"t {transition.index}")
+            self.out.tell(quoted(f"t {transition.index}"))
             self.content.block(self.out, transition.content, payload)
             return
         move = self.plan.moves[transition.index]
@@ -265,7 +265,7 @@ class Straight:
         (variant,) = move.variants
         assert variant.domain is not None  # noqa: S101
         place, known = self._leave(transition.source, variant.domain)
-        self._tell(f"t {transition.index}")
+        self.out.tell(quoted(f"t {transition.index}"))
         if observes(transition.content) and known != place:
             known = self._store(place)
         self.content.block(self.out, transition.content, payload)
@@ -288,7 +288,7 @@ class Straight:
         self.apart.add(transition.index)
         name = self.names.transitions[transition.index]
         self.out.line(f"self._leave_{name}()")
-        self._tell(f"t {transition.index}")
+        self.out.tell(quoted(f"t {transition.index}"))
         if transition.content:
             self.out.line(f"self._do_{name}()")
         self.out.line(f"self._enter_{name}()")
@@ -310,7 +310,7 @@ class Straight:
         for state in path[:-1]:
             self._record(state, source)
         for state in path[:-1]:
-            self._tell("- " + chart.states[state].id)
+            self.out.tell(quoted("- " + chart.states[state].id))
             if observes(chart.states[state].on_exit) and known != place:
                 known = self._store(place)
             self.mover.left(chart.states[state])
@@ -358,7 +358,7 @@ class Straight:
         """Print the entry of a state; return the configuration then, and the stored one."""
         state = self.chart.states[op.state]
         place = place.with_(state.index)
-        self._tell("+ " + state.id)
+        self.out.tell(quoted("+ " + state.id))
         contents = [self.chart.transitions[d].content for d in op.defaults]
         is_final = state.kind is Kind.FINAL
         if (is_final or observes(state.on_entry) or any(map(observes, contents))) and (
@@ -382,7 +382,3 @@ class Straight:
         if self.is_single and self._known(deepest) == place:
             return configuration(self.names, deepest)
         return bits(place.base)
-
-    def _tell(self, line: str) -> None:
-        with self.out.suite("if self.trace is not None:"):
-            self.out.line(f"self._tell({quoted(line)})")

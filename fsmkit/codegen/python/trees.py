@@ -82,9 +82,7 @@ class Trees:
 
     def _come(self, child: int) -> None:
         state = self.chart.states[child]
-        if self.is_seen:
-            with self.out.suite("if self.trace is not None:"):
-                self.out.line(f"self._tell({quoted('+ ' + state.id)})")
+        self.out.tell(quoted("+ " + state.id))
         self.mover.come(state, ())
         if real_children(self.chart, child):
             self.entered.add(child)
@@ -106,9 +104,7 @@ class Trees:
             self._itself(state)
 
     def _itself(self, state: State) -> None:
-        if self.is_seen:
-            with self.out.suite("if self.trace is not None:"):
-                self.out.line(f"self._tell({quoted('- ' + state.id)})")
+        self.out.tell(quoted("- " + state.id))
         self.mover.left(state)
 
     def _child(self, child: int) -> None:
