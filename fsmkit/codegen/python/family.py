@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
-from fsmkit.codegen.python.names import Names, distinct, identifier, names_of
+from fsmkit.codegen.python.names import Names, distinct, identifier, names_of, timers_of
 from fsmkit.codegen.python.template import BASES
 
 
@@ -49,7 +49,7 @@ def family_of(chart: Chart, prefix: str | None = None) -> Member:
         return Member(chart, names)
     (machine,) = distinct([names.machine], BASES)
     names = replace(names, machine=machine)
-    taken = {machine, f"{machine}Host", *BASES, *names.states}
+    taken = {machine, f"{machine}Host", *BASES, *names.states, *names.timers.values()}
     return Member(chart, names, _invoked(chart, names, "S", tuple(names.variables.values()), taken))
 
 
@@ -63,9 +63,12 @@ def _invoked(
         (machine,) = distinct([f"{names.machine}_{name}"], taken)
         taken.add(machine)
         path = f"{prefix}_{name}"
-        states = distinct([f"{path}_{bare}" for bare in own.bare[1:]], taken)
+        states = distinct([f"{path}_{bare}".upper() for bare in own.bare[1:]], taken)
         taken.update(states)
-        own = replace(own, machine=machine, states=("ROOT", *states))
+        timers = timers_of(invocation.chart, f"T{path[1:]}".upper(), own.bare)
+        timers = dict(zip(timers, distinct(timers.values(), taken), strict=True))
+        taken.update(timers.values())
+        own = replace(own, machine=machine, states=("ROOT", *states), timers=timers)
         found.append(
             Member(invocation.chart, own, _invoked(invocation.chart, own, path, hidden, taken))
         )

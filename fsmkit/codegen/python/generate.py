@@ -154,12 +154,12 @@ def enumerations(members: tuple[Member, ...]) -> Iterator[str]:
 
 
 def _bits(chart: Chart, names: Names) -> str:
-    """Return the constants of the states: a bit each, in document order."""
+    """Return the constants of states, a bit each, and of timers, in document order."""
     pairs = zip(chart.states, names.states, strict=True)
     lines = [f"{name} = {bit(state.index)}" for state, name in pairs]
-    return "\n".join(
-        lines if has_regions(chart) else [*lines, *relations.configurations(chart, names)]
-    )
+    if not has_regions(chart):
+        lines += relations.configurations(chart, names)
+    return "\n".join([*lines, *(f"{name} = {index}" for index, name in names.timers.items())])
 
 
 def host(names: Names, members: list[tuple[Member, Needs]]) -> str:

@@ -90,7 +90,7 @@ class Mover:
     def leaving(self, state: State) -> None:
         """Print what is done when a state is left."""
         for transition in self._timed(state):
-            self._out.line(f"self._disarm({transition.index})")
+            self._out.line(f"self._disarm({self._names.timers[transition.index]})")
         self._content.blocks(self._out, tuple(block for block in state.on_exit if block), None)
         if state.invokes:
             self._out.line(f"self._waiting &= ~{self._names.states[state.index]}")
@@ -139,7 +139,9 @@ class Mover:
         for history in self._plan.forgotten[state.index]:
             self._out.line(f"self._history_{self._names.bare[history]} = 0")
         for t in self._timed(state):
-            self._out.line(f"self._insert({t.index}, {t.delay}, NOTHING, 0, None)")
+            self._out.line(
+                f"self._insert({self._names.timers[t.index]}, {t.delay}, NOTHING, 0, None)"
+            )
         if state.invokes:
             self._out.line(f"self._waiting |= {self._names.states[state.index]}")
         self._content.blocks(self._out, tuple(block for block in state.on_entry if block), None)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import keyword
 import sys
+from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.template import machine as template
+from fsmkit.document.document import Trigger
 from fsmkit.emit import snake
 from fsmkit.emit.identifiers import legal
 from fsmkit.language import EnumType
@@ -23,9 +25,9 @@ class Names:
 
     machine: str
     states: tuple[str, ...]
-    """Constants with the bit of a state; a state ``idle`` is ``S_idle``."""
+    """Constants with the bit of a state; a state ``idle`` is ``S_IDLE``."""
     bare: tuple[str, ...]
-    """The same without the prefix, in names of methods."""
+    """What names of methods say for a state."""
     events: tuple[str, ...]
     """Suffixes of methods: an event ``group.go`` is posted by ``post_group_go``."""
     types: tuple[str, ...]
@@ -34,6 +36,8 @@ class Names:
     """Suffixes of methods that tell source and number."""
     variables: dict[str, str]
     operations: dict[str, str]
+    timers: dict[int, str]
+    """Constants of the transitions that time takes: ``T_IDLE``, of several ``T_IDLE_1`` ..."""
 
 
 def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = None) -> Names:
@@ -54,14 +58,34 @@ def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = No
     own = distinct(map(_public, operations), taken | {*attributes, *hidden})
     return Names(
         machine=machine,
-        states=tuple(f"S_{name}" if place else "ROOT" for place, name in enumerate(states)),
+        states=("ROOT", *constants("S", states[1:])),
         bare=states,
         events=events,
         types=tuple(event.type for event in chart.events),
         transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
         variables=dict(zip(variables, attributes, strict=True)),
         operations=dict(zip(operations, own, strict=True)),
+        timers=timers_of(chart, "T", states),
     )
+
+
+def constants(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return names of constants, in capitals and different from each other."""
+    return distinct(f"{prefix}_{name.upper()}" for name in names)
+
+
+def timers_of(chart: Chart, prefix: str, states: tuple[str, ...]) -> dict[int, str]:
+    """Return names for the transitions that time takes: of their state, counted if several."""
+    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    count = Counter(t.source for t in timed)
+    seen: Counter[int] = Counter()
+    wanted = []
+    for transition in timed:
+        seen[transition.source] += 1
+        several = count[transition.source] > 1
+        number = f"_{seen[transition.source]}" if several else ""
+        wanted.append(f"{states[transition.source]}{number}")
+    return dict(zip((t.index for t in timed), constants(prefix, wanted), strict=True))
 
 
 def identifier(name: str) -> str:

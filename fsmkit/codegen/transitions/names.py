@@ -67,6 +67,7 @@ def _names(chart: Chart, triggers: set[str]) -> Names:
         transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
         variables=dict(zip(variables, attributes, strict=True)),
         operations=dict(zip(operations, methods, strict=True)),
+        timers={},
     )
 
 

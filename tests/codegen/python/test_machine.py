@@ -372,7 +372,7 @@ def test_what_is_not_needed_is_not_there(tmp_path: Path) -> None:
     path = tmp_path / "plain.yaml"
     path.write_text("chart: Plain\nevents: {in: [go]}\nstates: {a: {on: {go: b}}, b: {}}\n")
     text = module_text(load(path))
-    assert "self._active = C_b" in text
+    assert "self._active = C_B" in text
     for name in ("_microstep", "_offer", "_test", "_GUARDS", "_PORTS", "_chosen", "shown"):
         assert name not in text
 
@@ -434,7 +434,7 @@ def test_many_states_are_found_in_a_table(tmp_path: Path) -> None:
 def test_an_enumeration_named_as_a_constant_gets_an_underscore(tmp_path: Path) -> None:
     path = tmp_path / "clash.yaml"
     path.write_text(
-        "chart: Clash\ntypes: {C_on: [x, y], S_on: [z]}\ndata: {a: C_on = C_on.y}\n"
+        "chart: Clash\ntypes: {C_ON: [x, y], S_ON: [z]}\ndata: {a: C_ON = C_ON.y}\n"
         "events: {in: [go]}\nstates: {on: {on: {go: off}}, off: {}}\n"
     )
     machine = load_machine(load(path))()
