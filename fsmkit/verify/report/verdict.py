@@ -101,14 +101,14 @@ def conclude(
     closed: ClosedSystem, found: Exploration, show: Show, names: frozenset[str], findings: Findings
 ) -> Report:
     """Return the verdicts; of the properties, those named (none named: all)."""
-    judge = _Judge(closed, found, show, findings)
-    results = list(judge.unasked())
+    verdicts = _Verdicts(closed, found, show, findings)
+    results = list(verdicts.unasked())
     if names:  # of what was not asked for, only what is wrong is told
         results = [result for result in results if result.verdict is Verdict.VIOLATED]
     for index, property_ in enumerate(closed.system.properties):
         if not names or property_.name in names:
-            results.append(judge.property(index, property_))
-    judge.add_findings()
+            results.append(verdicts.property(index, property_))
+    verdicts.add_findings()
     report = Report(closed, found, tuple(results), findings, tuple(assumptions(closed)))
     for result in results:
         tell(result, findings)
@@ -128,15 +128,17 @@ def tell(result: Result, findings: Findings) -> None:
         findings.add("violated-property", message, result.span)
 
 
-def _told(result: Result) -> Result:
+def _with_reason(result: Result) -> Result:
     """Return the verdict on something that was seen; if it is not shown, with the reason."""
     return result if result.trace is not None else replace(result, reason=NO_WAY)
 
 
 @dataclass(frozen=True)
-class _Judge:
+class _Verdicts:
+    """The verdicts on a system that was explored."""
+
     closed: ClosedSystem
-    found: Exploration
+    exploration: Exploration
     show: Show
     findings: Findings
 
@@ -148,12 +150,12 @@ class _Judge:
     @property
     def _doubt_of_graph(self) -> str:
         """Why nothing is told of what all of the graph decides together; empty if something is."""
-        return self._unexplored or (NEEDS_EXACT if self.found.table is not None else "")
+        return self._unexplored or (NEEDS_EXACT if self.exploration.table is not None else "")
 
     @property
     def _risk(self) -> str:
         """What a search that ended by itself may have missed."""
-        table, found = self.found.table, self.found
+        table, found = self.exploration.table, self.exploration
         if table is None or found.end is not End.COMPLETE:
             return ""
         missed = omission_probability(table.match_probability, found.depth)
@@ -165,9 +167,9 @@ class _Judge:
     @property
     def _unexplored(self) -> str:
         """Why the search did not come to what was not seen; empty if it went everywhere."""
-        if self.found.end is not End.COMPLETE:
-            why = f" ({self.found.why})" if self.found.why else ""
-            return f"{ENDS[self.found.end]}{why} after {self.found.states:,} states"
+        if self.exploration.end is not End.COMPLETE:
+            why = f" ({self.exploration.why})" if self.exploration.why else ""
+            return f"{ENDS[self.exploration.end]}{why} after {self.exploration.states:,} states"
         if self.closed.samples:
             return f"samples only of {', '.join(self.closed.samples)}"
         return ""
@@ -211,11 +213,11 @@ class _Judge:
         doubt = self._doubt_of_monitor(index, property_)
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
-        mark = self.found.mark(1 + index)
+        mark = self.exploration.mark(1 + index)
         if property_.is_wanted:
             if mark is not None:
                 trace = self._seen(mark)
-                return _told(Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span))
+                return _with_reason(Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span))
             absent = self._absent(name, kind, text, span, self._doubt)
             if absent.verdict is Verdict.UNDECIDED:
                 return absent
@@ -223,7 +225,7 @@ class _Judge:
         if mark is None:
             return self._absent(name, kind, text, span, self._doubt)
         trace = self._seen(mark)
-        return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
+        return _with_reason(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
 
     def _doubt_of_monitor(self, index: int, property_: Property) -> str:
         """Return why nothing can be told of a monitor; empty if it can, or it is none."""
@@ -231,26 +233,26 @@ class _Judge:
         if not self.closed.system.machines[number].is_monitor:
             return ""
         first = first_mark(self.closed, number)
-        if self.found.mark(first + FULL) is not None:
+        if self.exploration.mark(first + FULL) is not None:
             return "its queue can overflow: it does not see everything"
-        if self.found.mark(first + FAULT) is not None:
+        if self.exploration.mark(first + FAULT) is not None:
             return "it can stop with a fault"
         timed = self.closed.untimed and any(d != 0 for d in delays_of(self.closed.charts[number]))
-        if timed and self.found.mark(1 + index) is not None:
+        if timed and self.exploration.mark(1 + index) is not None:
             return "its timeouts come at any time when untimed"
         return ""
 
     def _temporal(self, index: int, property_: Property, decided: OverGraph) -> Result:
         """Return the verdict on what the graph decides; of a part of the graph there is none."""
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
-        found = self.found.answer(index)
+        found = self.exploration.answer(index)
         doubt = self._doubt_of_graph
         if decided.is_timed and self.closed.untimed:
             doubt = doubt or "time does not count when untimed"
         if not doubt and found.violated and decided.is_fair:
             doubt = self._doubt_of_turns()
         if not doubt and not found.known:
-            doubt = found.why or self.found.doubt or MEMORY_RAN_OUT
+            doubt = found.why or self.exploration.doubt or MEMORY_RAN_OUT
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
         reason = self._seen_of(decided, found)
@@ -280,16 +282,16 @@ class _Judge:
         text = "no deadlock"
         if self.closed.is_open:
             return self._trap(name, kind, span)
-        mark = self.found.mark(DEADLOCK)
+        mark = self.exploration.mark(DEADLOCK)
         if mark is None:
             return self._absent(name, kind, text, span, self._doubt)
         trace = self._seen(mark)
-        return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
+        return _with_reason(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
 
     def _trap(self, name: str, kind: Kind | None, span: Span | None) -> Result:
         text = "no traps"
-        doubt = "" if self.found.traps_known else self.found.doubt or MEMORY_RAN_OUT
-        for path in sorted(self.found.traps, key=len):
+        doubt = "" if self.exploration.traps_known else self.exploration.doubt or MEMORY_RAN_OUT
+        for path in sorted(self.exploration.traps, key=len):
             trace = self._trace(path)
             if trace is None:
                 doubt = NO_WAY  # and so it is not known whether it counts, as here:
@@ -300,16 +302,16 @@ class _Judge:
 
     def _livelock(self, name: str, kind: Kind | None, span: Span | None) -> Result:
         text = "no livelock"
-        if self.found.livelock is not None:
-            trace = self._trace(*self.found.livelock)
-            return _told(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
-        doubt = "" if self.found.livelock_known else MEMORY_RAN_OUT
+        if self.exploration.livelock is not None:
+            trace = self._trace(*self.exploration.livelock)
+            return _with_reason(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
+        doubt = "" if self.exploration.livelock_known else MEMORY_RAN_OUT
         return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
 
     # --- what is said without being asked --------------------------------------------------------
 
     def unasked(self) -> Iterator[Result]:
-        """Yield what is always judged, unless the system asks for it by name."""
+        """Yield what is always decided, unless the system asks for it by name."""
         asked = {p.kind.decided for p in self.closed.system.properties}
         if Builtin.DEADLOCK not in asked:
             name = "trap" if self.closed.is_open else "deadlock"
@@ -342,39 +344,39 @@ class _Judge:
     def _bad(
         self, number: int, rule: str, message: str, name: str, span: Span | None
     ) -> Iterator[Result]:
-        mark = self.found.mark(number)
+        mark = self.exploration.mark(number)
         if mark is None:
             return
         trace = self._seen(mark)
         if rule == "reachable-fault" and trace is not None and trace.steps:
             message += fault_text(self.closed.system, trace.steps[-1])
         self.findings.add(rule, message, span)
-        yield _told(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
+        yield _with_reason(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
 
     def add_findings(self) -> None:
         """Tell what is never reached, what is lost, and what was only sampled."""
         for machine, instance in enumerate(self.closed.system.machines):
-            if self.found.end is End.COMPLETE and not self._doubt:
+            if self.exploration.end is End.COMPLETE and not self._doubt:
                 self._tell_unreached(machine)
             first = first_mark(self.closed, machine) + UNHANDLED
             lost = [
                 event.name
                 for event in instance.chart.events
-                if self.found.mark(first + event.index) is not None
+                if self.exploration.mark(first + event.index) is not None
             ]
             if lost and not self.closed.is_open:
                 names = ", ".join(f"`{name}`" for name in lost)
                 message = f"{names} can reach `{instance.name}` where nothing answers"
                 self.findings.add("unanswered-event", message, instance.span)
-        if self.found.end in UNFINISHED:
-            tell_spread(self.closed, [m.spread for m in self.found.machines], self.findings)
+        if self.exploration.end in UNFINISHED:
+            tell_spread(self.closed, [m.spread for m in self.exploration.machines], self.findings)
         for sample in self.closed.samples:
             self.findings.add("sampled-values", f"not every value of {sample} is tried", None)
 
     def _tell_unreached(self, machine: int) -> None:
         """Tell of dead parts: of one chart each where it stands, of a system together."""
-        states = list(never_entered(self.closed, self.found, machine))
-        transitions = list(never_taken(self.closed, self.found, machine))
+        states = list(never_entered(self.closed, self.exploration, machine))
+        transitions = list(never_taken(self.closed, self.exploration, machine))
         instance = self.closed.system.machines[machine]
         chart = instance.chart
         if self.closed.is_open:
