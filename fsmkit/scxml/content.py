@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.language.statements.reading import read_statements
 from fsmkit.language.statements.tree import (
+    VALUED,
     Block,
     DocArgument,
     DocAssign,
@@ -21,7 +22,6 @@ from fsmkit.language.statements.tree import (
     DocIf,
     DocLog,
     DocRaise,
-    DocReply,
     DocSend,
     DocStatement,
     DocSuper,
@@ -98,7 +98,8 @@ def _statement(word: str, element: Element, context: Context) -> Block:
             value = context.given(element, "expr")
             if value is None:
                 return _lacks(element, "expr", context)
-            return (DocReply(value, span) if word == "fk:reply" else DocCall(value, span),)
+            kind = VALUED.get(word.removeprefix(f"{PREFIX}:"), DocCall)
+            return (kind(value, span),)
 
 
 def _lacks(element: Element, name: str, context: Context) -> Block:

@@ -7,6 +7,8 @@ SCXML can leave it aside.
 
 from __future__ import annotations
 
+from fsmkit.language.statements.tree import VALUED
+
 SCXML = "http://www.w3.org/2005/07/scxml"
 EXTENSION = "urn:fsmkit:scxml"
 PREFIX = "fk"
@@ -80,7 +82,7 @@ EXTENSION_ELEMENTS = {
         "refine": f"state initial {_OF_STATE}",
         "param": "name expr",
         "super": "",
-        "reply": "expr",
+        **dict.fromkeys(VALUED, "expr"),
         "call": "expr",
         "unreadable": "reason",
     }.items()
@@ -89,7 +91,7 @@ EXTENSION_ELEMENTS = {
 
 CONTENT = ("assign", "raise", "if", "foreach", "log", "script", "send", "cancel")
 """Executable content (SCXML 4)."""
-EXTENSION_CONTENT = ("super", "reply", "call", "unreadable")
+EXTENSION_CONTENT = ("super", *VALUED, "call", "unreadable")
 
 _PARTS = {"transition", "onentry", "onexit", "datamodel", "invoke", "initial", *STATES}
 CHILDREN = {

@@ -19,11 +19,11 @@ from fsmkit.language.statements.tree import (
     DocIf,
     DocLog,
     DocRaise,
-    DocReply,
     DocSend,
     DocStatement,
     DocSuper,
     DocUnreadable,
+    DocValued,
 )
 from fsmkit.scxml.markup import add, extension, joined, put
 from fsmkit.scxml.names import XML
@@ -68,8 +68,8 @@ def _add_statement(parent: etree._Element, statement: DocStatement) -> None:
             put(element, "item", item)
             put(element, "index", index)
             add_statements(element, body)
-        case DocReply(value):
-            put(add(parent, extension("reply")), "expr", value)
+        case DocValued(value):
+            put(add(parent, extension(statement.word)), "expr", value)
         case DocSuper():
             add(parent, extension("super"))
         case DocUnreadable(reason):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
@@ -23,6 +24,9 @@ from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.names import ModelNames, text
 from fsmkit.language import ArrayType, Element, Expr, Member, RecordType, Variable
+
+PRINTED: tuple[type[Any], ...] = (Assign, Raise, Send, Log, If, ForEach, CallOperation)
+"""The statements that a model can have; all others are refused."""
 
 
 def has_peer(chart: Chart, event: int) -> bool:

@@ -22,6 +22,7 @@ from fsmkit.chart.statements import (
 )
 from fsmkit.chart.structure import are_orthogonal
 from fsmkit.chart.walk import nodes
+from fsmkit.codegen.transitions.content import PRINTED
 from fsmkit.codegen.transitions.order import Order, pairs
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import Kind, Trigger
@@ -200,6 +201,9 @@ class Checker:
                 self._refuse("no `error.execution`", statement.span, advice)
             case Invoke():
                 pass  # said of the invocation
+            case _ if not isinstance(statement, PRINTED):
+                advice = "call an operation of the host"
+                self._refuse("nothing that stands for this statement", statement.span, advice)
             case _:
                 if can_fail(_without_bodies(statement)):
                     advice = "test it before: a divisor for zero, an index for its range"

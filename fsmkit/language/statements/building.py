@@ -14,6 +14,7 @@ from lark import Transformer, v_args
 from fsmkit.diagnostics import Span, Text
 from fsmkit.language.statements.tokens import ASSIGNMENT, CLAUSES, LITERAL_DELAY, bracketed
 from fsmkit.language.statements.tree import (
+    VALUED,
     Block,
     DocArgument,
     DocAssign,
@@ -24,7 +25,6 @@ from fsmkit.language.statements.tree import (
     DocIf,
     DocLog,
     DocRaise,
-    DocReply,
     DocSend,
     DocSuper,
     DocUnreadable,
@@ -114,8 +114,8 @@ class StatementBuilder(Transformer[Any, Any]):
         is_name = id_.type == "ID"
         return (DocCancel(id_.text if is_name else None, None if is_name else id_.text, word.span),)
 
-    def reply(self, word: Piece, value: Piece) -> Block:
-        return (DocReply(value.text, word.span),)
+    def valued(self, word: Piece, value: Piece) -> Block:
+        return (VALUED[word.text.value](value.text, word.span),)
 
     def log(self, word: Piece, *parts: Piece) -> Block:
         label = parts[0].text if parts and parts[0].type == "LABEL" else None

@@ -33,6 +33,7 @@ from fsmkit.language.statements.tokens import (
     without_comments,
 )
 from fsmkit.language.statements.tree import (
+    VALUED,
     Block,
     DocField,
     DocSignature,
@@ -49,7 +50,8 @@ MOST_FINDINGS = 50
 KEYWORDS = {
     **dict.fromkeys(("var", "let", "const"), "VAR"),
     **dict.fromkeys(("to", "as", "type", "content"), "NAMED"),
-    **{word: word.upper() for word in ("raise", "send", "cancel", "reply", "log", "super")},
+    **dict.fromkeys(VALUED, "VALUED"),
+    **{word: word.upper() for word in ("raise", "send", "cancel", "log", "super")},
     **{word: word.upper() for word in ("unreadable", "if", "for", "in", "after", "with")},
 }
 """Words and the tokens that they are where these can come."""
@@ -334,7 +336,9 @@ class _Reader:
         token, after = self.at.here, self.at.ahead()
         if token.kind != "word" or _is_name(token, after):
             return None
-        if token.text in FOREIGN and not (after.text == "(" and token.text in CALLABLE):
+        if token.text in FOREIGN.keys() - VALUED and not (
+            after.text == "(" and token.text in CALLABLE
+        ):
             return (
                 f"`{token.text}` is outside the language",
                 FOREIGN[token.text],

@@ -27,32 +27,7 @@ TOKEN = re.compile(
 )
 BRACKETS = {"(": ")", "[": "]", "{": "}"}
 OPERATORS = frozenset(
-    (
-        "+",
-        "-",
-        "*",
-        "/",
-        "%",
-        "&",
-        "|",
-        "^",
-        "&&",
-        "||",
-        "==",
-        "!=",
-        "===",
-        "!==",
-        "<",
-        "<=",
-        ">",
-        ">=",
-        "<<",
-        ">>",
-        "?",
-        ".",
-        "and",
-        "or",
-    )
+    re.findall(r"\S+", "+ - * / % & | ^ && || == != === !== < <= > >= << >> ? . and or")
 )
 """Infix signs and words, which need something on either side."""
 JOINING = OPERATORS | {"*=", "+=", ",", "-=", "/=", ":", "="}

@@ -6,6 +6,7 @@ YAML and SCXML know the same ones. Reading is in `reading`, writing in `writing`
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from fsmkit.diagnostics import Span, Text
 
@@ -105,11 +106,26 @@ class DocForEach:
 
 
 @dataclass(frozen=True, slots=True)
-class DocReply:
-    """Answer the event being dispatched."""
+class DocValued:
+    """A word and an expression; in SCXML an element of that name in our namespace, with `expr`.
 
+    Reading and writing such a statement, in both notations, needs its class alone.
+    """
+
+    word: ClassVar[str]
     value: Text
     span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocReply(DocValued):
+    """Answer the event being dispatched."""
+
+    word = "reply"
+
+
+VALUED = {kind.word: kind for kind in (DocReply,)}
+"""All of these, by their words."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,11 +29,11 @@ from fsmkit.language.statements.tree import (
     DocIf,
     DocLog,
     DocRaise,
-    DocReply,
     DocSend,
     DocStatement,
     DocSuper,
     DocUnreadable,
+    DocValued,
 )
 
 PLAIN_NAME = re.compile(r"[^\W\d][\w.-]*(\.\*)?")
@@ -84,8 +84,8 @@ def _line(statement: DocStatement) -> str:
             return f"cancel {_either(id_, id_expr)}"
         case DocLog(label, values):
             return _log(label, values)
-        case DocReply(value):
-            return f"reply {_one_line(value)}"
+        case DocValued(value):
+            return f"{statement.word} {_one_line(value)}"
         case DocCall(call):
             return _one_line(call)
         case DocSuper():

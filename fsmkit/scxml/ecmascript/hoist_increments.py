@@ -19,8 +19,8 @@ from fsmkit.language.statements.tree import (
     DocIf,
     DocLog,
     DocRaise,
-    DocReply,
     DocSend,
+    DocValued,
 )
 from fsmkit.language.syntax import BinaryNode, ConditionalNode, NameNode, Node, UnaryNode, children
 from fsmkit.scxml.ecmascript.rewrite import mentions, nodes, parsed
@@ -112,7 +112,7 @@ def _statement(part: object) -> object:
                 return replace(part, branches=tuple(done))
             done[0] = replace(done[0], condition=step.replaced(step.name))
             return (step.statement(span), replace(part, branches=tuple(done)))
-        case DocAssign() | DocSend() | DocRaise() | DocLog() | DocCall() | DocReply():
+        case DocAssign() | DocSend() | DocRaise() | DocLog() | DocCall() | DocValued():
             texts = [inner for inner in parts(part) if isinstance(inner, Text)]
             steps = [step for text in texts if (step := _step(text)) is not None]
             if len(steps) != 1 or _count(steps[0].name, texts) > 1:
