@@ -7,6 +7,8 @@ SCXML can leave it aside.
 
 from __future__ import annotations
 
+from fsmkit.document import keys
+from fsmkit.document.keys import Keys
 from fsmkit.language.statements.tree import VALUED
 
 SCXML = "http://www.w3.org/2005/07/scxml"
@@ -17,17 +19,29 @@ XML = "http://www.w3.org/XML/1998/namespace"
 
 STATES = ("state", "parallel", "final", "history")
 
+
+def _plain(rows: Keys) -> str:
+    """Return the attributes of SCXML that keys have."""
+    return " ".join(r.scxml for r in rows.values() if r.scxml is not None and r.scxml.isalpha())
+
+
+def _extended(rows: Keys) -> str:
+    """Return the attributes of the extension that keys have."""
+    words = (row.scxml or "" for row in rows.values())
+    return " ".join(word[3:] for word in words if word.startswith(f"{PREFIX}:"))
+
+
 _STATE = "id"
 ATTRIBUTES = {
     name: frozenset(attributes.split())
     for name, attributes in {
-        "scxml": "name initial datamodel binding version",
+        "scxml": f"name initial datamodel version {_plain(keys.CHART)}",
         "state": f"{_STATE} initial",
         "parallel": _STATE,
         "final": _STATE,
         "history": f"{_STATE} type",
         "initial": "",
-        "transition": "event cond target type",
+        "transition": f"event {_plain(keys.TRANSITION)}",
         "onentry": "",
         "onexit": "",
         "datamodel": "",
@@ -44,7 +58,7 @@ ATTRIBUTES = {
         "send": "event eventexpr target targetexpr delay delayexpr id idlocation type typeexpr "
         "namelist",
         "cancel": "sendid sendidexpr",
-        "invoke": "type typeexpr src srcexpr id idlocation namelist autoforward",
+        "invoke": _plain(keys.INVOKE),
         "finalize": "",
         "param": "name expr location",
         "content": "expr",
@@ -52,16 +66,16 @@ ATTRIBUTES = {
 }
 """The attributes of each element of SCXML, and ``data@type``, which real files have."""
 
-_OF_STATE = "doc rest abstract defer invariant override kind"
+_OF_STATE = f"doc kind {_extended(keys.STATE)}"
 EXTENSION_ATTRIBUTES = {
     name: frozenset(attributes.split())
     for name, attributes in {
-        "scxml": "extends abstract doc",
+        "scxml": f"doc {_extended(keys.CHART)}",
         "state": _OF_STATE,
         "parallel": _OF_STATE,
         "final": _OF_STATE,
         "history": _OF_STATE,
-        "transition": "after every sometimes id override first watchdog ordered",
+        "transition": f"after every sometimes {_extended(keys.TRANSITION)}",
         "data": "type",
     }.items()
 }
@@ -78,7 +92,7 @@ EXTENSION_ELEMENTS = {
         "output": "id type expr",
         "operation": "signature",
         "event": "direction signature",
-        "capacity": "queue internal delayed microsteps tick",
+        "capacity": " ".join(keys.CAPACITY),
         "refine": f"state initial {_OF_STATE}",
         "param": "name expr",
         "super": "",
@@ -110,7 +124,12 @@ EXTENSION_CHILDREN = {
     **{name: {"doc"} for name in (*STATES, "refine")},
 }
 
-DATAMODELS = ("fsmkit", "ecmascript", "null")
+
+def known_children(name: str) -> tuple[str, ...]:
+    """Return the children an element takes, by their words."""
+    ours = (f"{PREFIX}:{child}" for child in EXTENSION_CHILDREN.get(name, ()))
+    return (*CHILDREN[name], *ours)
+
 
 PLAIN_TYPES = {
     "int": "int32",

@@ -6,11 +6,11 @@ from dataclasses import replace
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.document import keys
 from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
-    DocData,
     DocEvent,
     DocOperation,
     DocState,
@@ -22,9 +22,10 @@ from fsmkit.language.statements.reading import read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature
 from fsmkit.scxml.content import read_script
 from fsmkit.scxml.context import Context, words
-from fsmkit.scxml.names import DATAMODELS, EXTENSION, SCXML, STATES
+from fsmkit.scxml.fields import read_keys
+from fsmkit.scxml.names import EXTENSION, SCXML, STATES, known_children
 from fsmkit.scxml.nodes import Element, read_nodes
-from fsmkit.scxml.states import StateReader, known_children, read_doc
+from fsmkit.scxml.states import StateReader, read_doc
 
 DIRECTIONS = {direction.value: direction for direction in Direction}
 
@@ -64,13 +65,13 @@ def _datamodel(root: Element, context: Context) -> str:
     """Return the data model; an absent or foreign one is read as the subset of ECMAScript."""
     given = root.get("datamodel")
     name = "ecmascript" if given is None else given.value.strip().lower()
-    if given is None or name in DATAMODELS:
+    if given is None or name in keys.CHART["datamodel"].choices:
         return name
     context.findings.add(
         "unknown-datamodel",
         f"the data model `{given}` is not known; expressions are read as ECMAScript's",
         given,
-        help=f"use one of {', '.join(DATAMODELS)}",
+        help=f"use one of {', '.join(keys.CHART['datamodel'].choices)}",
     )
     return "ecmascript"
 
@@ -108,20 +109,10 @@ class _ChartReader:
                     states.state(context.word(e), e) for e in self._parts.get("state", ())
                 ),
             ),
-            extends=context.fk(root, "extends"),
-            abstract=context.flag(context.fk(root, "abstract"), "abstract"),
             datamodel=context.datamodel,
-            late_binding=self._is_late(),
             doc=read_doc(root, self._parts.get("fk:doc", []), context),
             types=tuple(self._type(e) for e in self._parts.get("fk:type", ())),
             constants=self._constants(),
-            data=tuple(
-                variable
-                for element in self._parts.get("datamodel", ())
-                for variable in states.data(element, known_children("datamodel"))
-            ),
-            inputs=self._variables("fk:input"),
-            outputs=self._variables("fk:output"),
             operations=tuple(
                 DocOperation(s.name, s.fields, s.result)
                 for _, s in self._signatures("fk:operation")
@@ -133,6 +124,7 @@ class _ChartReader:
             capacities=self._capacities(),
             script=self._script(),
             refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
+            **read_keys(root, keys.CHART, context, self._parts),
         )
 
     def _stem(self) -> Text:
@@ -150,14 +142,6 @@ class _ChartReader:
             )
         elif version.value.strip() != "1.0":
             self._context.misread(version, f"there is no version `{version}`", "write `1.0`")
-
-    def _is_late(self) -> bool:
-        binding = self._context.given(self._root, "binding")
-        if binding is not None and binding.value not in ("early", "late"):
-            self._context.misread(
-                binding, f"a binding is not `{binding}`; it is read as early", "use early or late"
-            )
-        return binding is not None and binding.value == "late"
 
     def _script(self) -> Block:
         scripts = self._parts.get("script", ())
@@ -188,15 +172,6 @@ class _ChartReader:
             value = self._context.required(element, "expr")
             if name is not None and value is not None:
                 found.append(DocConstant(name, value))
-        return tuple(found)
-
-    def _variables(self, word: str) -> tuple[DocData, ...]:
-        found = []
-        for element in self._parts.get(word, ()):
-            name = self._context.required(element, "id")
-            if name is not None:
-                type_ = self._context.given(element, "type")
-                found.append(DocData(name, type_, self._context.given(element, "expr")))
         return tuple(found)
 
     def _signatures(self, word: str) -> list[tuple[Element, DocSignature]]:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fsmkit.diagnostics import Text
+from fsmkit.document import keys
 from fsmkit.document.document import (
-    REPLACEABLE,
-    DocData,
     DocInvoke,
     DocState,
     DocTransition,
@@ -16,21 +15,20 @@ from fsmkit.document.document import (
     Trigger,
 )
 from fsmkit.document.literal_content import content_value
-from fsmkit.language.statements.tree import Block, DocArgument, DocUnreadable
+from fsmkit.language.statements.tree import DocArgument, DocUnreadable
 from fsmkit.scxml.content import read_block, read_content, read_params
 from fsmkit.scxml.context import Context, words
-from fsmkit.scxml.names import CHILDREN, EXTENSION_CHILDREN, PLAIN_TYPES, PREFIX, STATES
+from fsmkit.scxml.fields import read_keys
+from fsmkit.scxml.names import (
+    PREFIX,
+    STATES,
+    known_children,
+)
 from fsmkit.scxml.nodes import Element
 
 KINDS = {kind.value: kind for kind in Kind}
 TIMED = {"after": Trigger.AFTER, "every": Trigger.EVERY}
 ReadChart = Callable[[Element, Context], Document]
-
-
-def known_children(name: str) -> tuple[str, ...]:
-    """Return the children an element takes, by their words."""
-    ours = (f"{PREFIX}:{child}" for child in EXTENSION_CHILDREN.get(name, ()))
-    return (*CHILDREN[name], *ours)
 
 
 class StateReader:
@@ -68,27 +66,12 @@ class StateReader:
             initial=default,
             children=tuple(children),
             transitions=transitions,
-            entry=self._blocks(parts.get("onentry", [])),
-            exit=self._blocks(parts.get("onexit", [])),
-            data=tuple(d for e in parts.get("datamodel", ()) for d in self.data(e, ("data",))),
-            defer=words(context.fk(element, "defer")),
             invokes=tuple(self._invoke(e) for e in parts.get("invoke", ())),
             done_data=done,
             done_content=done_content,
-            invariant=context.fk(element, "invariant"),
-            rest=context.flag(context.fk(element, "rest"), "rest"),
-            abstract=context.flag(context.fk(element, "abstract"), "abstract"),
-            overrides=self._overrides(element),
             doc=read_doc(element, parts.get("fk:doc", []), context),
+            **read_keys(element, keys.STATE, context, parts),
         )
-
-    def _overrides(self, element: Element) -> frozenset[str]:
-        found = words(self._context.fk(element, "override"))
-        for name in found:
-            if name.value not in REPLACEABLE:
-                message = f"`{name}` of a state is not overridden by a mark"
-                self._context.misread(name, message, f"mark {', '.join(REPLACEABLE)}")
-        return frozenset(name.value for name in found if name.value in REPLACEABLE)
 
     def _kind(self, name: str, element: Element, *, has_children: bool) -> Kind:
         context = self._context
@@ -116,10 +99,6 @@ class StateReader:
                 return Kind.DEEP_HISTORY if is_deep else Kind.SHALLOW_HISTORY
             case _:
                 return Kind.COMPOUND if has_children else Kind.ATOMIC
-
-    def _blocks(self, elements: list[Element]) -> tuple[Block, ...]:
-        blocks = (read_block(element, self._context) for element in elements)
-        return tuple(block for block in blocks if block)
 
     # --- transitions ----------------------------------------------------------------------
 
@@ -158,28 +137,14 @@ class StateReader:
         )
 
     def _transition(self, element: Element) -> DocTransition:
-        context = self._context
         trigger, delay = self._trigger(element)
-        type_ = context.given(element, "type")
-        if type_ is not None and type_.value not in ("internal", "external"):
-            context.misread(
-                type_, f"a transition is not `{type_}`; it is read as external",
-                "use internal or external",
-            )  # fmt: skip
         return DocTransition(
-            trigger=trigger,
-            span=element.span,
-            events=words(element.get("event")),
-            delay=delay,
-            guard=context.given(element, "cond"),
-            targets=words(element.get("target")),
-            internal=type_ is not None and type_.value == "internal",
-            content=read_block(element, context) if element.children else None,
-            id=context.fk(element, "id"),
-            watchdog=context.flag(context.fk(element, "watchdog"), "watchdog"),
-            ordered=context.flag(context.fk(element, "ordered"), "ordered"),
-            first=context.flag(context.fk(element, "first"), "first"),
-            override=context.fk(element, "override"),
+            trigger,
+            element.span,
+            words(element.get("event")),
+            delay,
+            content=read_block(element, self._context) if element.children else None,
+            **read_keys(element, keys.TRANSITION, self._context),
         )
 
     def _trigger(self, element: Element) -> tuple[Trigger, Text | None]:
@@ -204,44 +169,6 @@ class StateReader:
 
     # --- data, done data, invoked charts --------------------------------------------------
 
-    def data(self, datamodel: Element, known: tuple[str, ...]) -> tuple[DocData, ...]:
-        """Read the ``data`` of a ``datamodel`` (SCXML 5.3) among children of known names."""
-        found = []
-        for word, element in self._context.children(datamodel, known):
-            if word == "data":
-                name = self._context.required(element, "id")
-                if name is not None:
-                    found.append(DocData(name, self._type(element), self._init(element)))
-        return tuple(found)
-
-    def _init(self, element: Element) -> Text | None:
-        context = self._context
-        value, src = context.either(element, "expr", "src")
-        inline = context.inline(element)
-        if inline is not None and (value or src) is not None:
-            context.conflict(inline, "an attribute and content are both given; the first counts")
-        if value is None and src is not None:
-            return context.loaded_value(src)
-        return value or inline
-
-    def _type(self, element: Element) -> Text | None:
-        """Return ``fk:type``, or what ``type`` of other tools means."""
-        context = self._context
-        own = context.fk(element, "type")
-        plain = context.given(element, "type")
-        if own is not None or plain is None or context.is_strict:
-            return own or plain
-        meant = PLAIN_TYPES.get(plain.value.lower())
-        if meant is None:
-            context.complain(
-                "unusable-type",
-                f"`{plain}` is no type of fsmkit; the type is read off the start value",
-                plain,
-                f'write `{PREFIX}:type="..."` with a type such as `0..100` or `uint8[4]`',
-            )
-            return None
-        return plain if meant == plain.value else Text(meant, plain.span, ())
-
     def _done(self, elements: list[Element]) -> tuple[tuple[DocArgument, ...], Text | None]:
         context = self._context
         if not elements:
@@ -263,34 +190,19 @@ class StateReader:
 
     def _invoke(self, element: Element) -> DocInvoke:
         context = self._context
-        type_, type_expr = context.either(element, "type", "typeexpr")
-        src, src_expr = context.either(element, "src", "srcexpr")
-        id_, id_location = context.either(element, "id", "idlocation")
-        finalize: Block | None = None
         chart: Document | None = None
+        parts: dict[str, list[Element]] = {}
         for child in element.children:
-            match context.word(child):
-                case "finalize":
-                    finalize = read_block(child, context)
-                case "content":
-                    inner = [c for c in child.children if context.word(c) == "scxml"]
-                    chart = self._read_chart(inner[0], context) if inner else chart
-                case _:
-                    pass
+            parts.setdefault(context.word(child), []).append(child)
+        for content in parts.get("content", ()):
+            inner = [c for c in content.children if context.word(c) == "scxml"]
+            chart = self._read_chart(inner[0], context) if inner else chart
         return DocInvoke(
-            span=element.span,
-            id=id_,
-            id_location=id_location,
-            type=type_,
-            type_expr=type_expr,
-            src=src,
-            src_expr=src_expr,
-            autoforward=context.flag(element.get("autoforward"), "autoforward"),
+            element.span,
             arguments=self._params(element, ("content", "finalize")),
-            name_list=words(element.get("namelist")),
             content=chart,
             content_expr=read_content(element, context)[1],
-            finalize=finalize,
+            **read_keys(element, keys.INVOKE, context, parts),
         )
 
 

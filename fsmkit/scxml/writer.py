@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from lxml import etree
 
 from fsmkit.diagnostics import Text
+from fsmkit.document import keys
 from fsmkit.document.document import (
     DocData,
     DocInvoke,
@@ -17,6 +18,7 @@ from fsmkit.document.document import (
     Kind,
     Trigger,
 )
+from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.language.statements.tree import DocField
 from fsmkit.scxml.markup import add, extension, joined, ours, put
 from fsmkit.scxml.names import EXTENSION, PREFIX, SCXML
@@ -45,9 +47,7 @@ def _add_chart(root: etree._Element, document: Document) -> None:
     put(root, "version", "1.0")
     put(root, "name", document.name)
     put(root, "datamodel", document.datamodel)
-    put(root, "binding", "late" if document.late_binding else None)
-    put(root, extension("extends"), document.extends)
-    _flag(root, "abstract", document.abstract)
+    _put_keys(root, document, keys.CHART)
     _add_doc(root, document.doc)
     _add_declarations(root, document)
     if document.script:
@@ -66,9 +66,59 @@ def _add_doc(parent: etree._Element, doc: str) -> None:
         add(parent, extension("doc"), doc)
 
 
-def _flag(element: etree._Element, name: str, is_set: bool) -> None:
-    if is_set:
-        put(element, ours(element, name), "true")
+# --- keys -------------------------------------------------------------------------------------
+
+
+def _put_keys(element: etree._Element, part: object, rows: Keys) -> None:
+    """Write the keys of a part that are attributes, those of SCXML first."""
+    given = [row for row in rows.values() if row.form in ATTRIBUTE and row.is_given(part)]
+    for row in sorted(given, key=lambda row: (row.scxml or "").startswith(f"{PREFIX}:")):
+        if row.scxml is not None:
+            name = row.scxml.removeprefix(f"{PREFIX}:")
+            qualified = name if name == row.scxml else ours(element, name)
+            put(element, qualified, ATTRIBUTE[row.form](getattr(part, row.field), row))
+
+
+ATTRIBUTE: Mapping[Form, Callable[[Any, Key], Text | str | None]] = {
+    Form.TEXT: lambda value, _: value,
+    Form.NAME: lambda value, _: value,
+    Form.FLAG: lambda _, __: "true",
+    Form.CHOICE: lambda value, row: row.word(value),
+    Form.MARKS: lambda value, _: " ".join(sorted(value)),
+    Form.NAMES: lambda value, _: joined(value),
+    Form.TARGETS: lambda value, _: joined(value),
+}
+"""How a form is written as an attribute."""
+
+
+def _add_keys(element: etree._Element, part: object, *rows: Key) -> None:
+    """Write keys of a part that are elements."""
+    for row in rows:
+        if not row.is_given(part) or row.scxml is None:
+            continue
+        word = row.scxml.strip("<>")
+        local = word.removeprefix(f"{PREFIX}:")
+        name = word if word == local else extension(local)
+        match row.form, getattr(part, row.field):
+            case Form.DATA, variables if word == "datamodel":
+                _add_variables(add(element, name), "data", extension("type"), variables)
+            case Form.DATA, variables:
+                _add_variables(element, name, "type", variables)
+            case Form.HANDLERS, blocks:
+                for block in blocks:
+                    add_statements(add(element, name), block)
+            case _, block:
+                add_statements(add(element, name), block)
+
+
+def _add_variables(
+    parent: etree._Element, name: str, type_name: str, variables: Iterable[DocData]
+) -> None:
+    for variable in variables:
+        element = add(parent, name)
+        put(element, "id", variable.name)
+        put(element, type_name, variable.type)
+        put(element, "expr", variable.init)
 
 
 # --- declarations -----------------------------------------------------------------------------
@@ -87,8 +137,7 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
         element = add(root, extension("constant"))
         put(element, "name", constant.name)
         put(element, "expr", constant.value)
-    _add_variables(root, "input", document.inputs)
-    _add_variables(root, "output", document.outputs)
+    _add_keys(root, document, keys.CHART["inputs"], keys.CHART["outputs"])
     for operation in document.operations:
         parts = _parameters(operation.parameters, "()")
         signature = operation.name.value + parts + _result(operation.result)
@@ -100,7 +149,7 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
         put(element, "signature", signature)
     for capacity in document.capacities:
         put(add(root, extension("capacity")), capacity.name.value, capacity.value)
-    _add_data(root, document.data)
+    _add_keys(root, document, keys.CHART["data"])
 
 
 def _parameters(fields: Iterable[DocField], otherwise: str) -> str:
@@ -111,25 +160,6 @@ def _parameters(fields: Iterable[DocField], otherwise: str) -> str:
 
 def _result(type_: Text | None) -> str:
     return "" if type_ is None else f" -> {type_}"
-
-
-def _add_variables(root: etree._Element, name: str, variables: Iterable[DocData]) -> None:
-    for variable in variables:
-        element = add(root, extension(name))
-        put(element, "id", variable.name)
-        put(element, "type", variable.type)
-        put(element, "expr", variable.init)
-
-
-def _add_data(parent: etree._Element, data: tuple[DocData, ...]) -> None:
-    if not data:
-        return
-    datamodel = add(parent, "datamodel")
-    for variable in data:
-        element = add(datamodel, "data")
-        put(element, "id", variable.name)
-        put(element, extension("type"), variable.type)
-        put(element, "expr", variable.init)
 
 
 # --- states -----------------------------------------------------------------------------------
@@ -151,22 +181,15 @@ def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
     """Write all of a state but its name; its kind only where the element does not say it."""
     if state.kind is not usual:
         put(element, ours(element, "kind"), state.kind.value)
-    put(element, ours(element, "override"), " ".join(sorted(state.overrides)) or None)
-    put(element, ours(element, "defer"), joined(state.defer))
-    put(element, ours(element, "invariant"), state.invariant)
-    _flag(element, "rest", state.rest)
-    _flag(element, "abstract", state.abstract)
+    _put_keys(element, state, keys.STATE)
     _add_doc(element, state.doc)
-    _add_data(element, state.data)
+    _add_keys(element, state, keys.STATE["data"])
     if etree.QName(element).localname == "history":
         if state.initial is not None:
             _add_transition(element, state.initial)
     else:
         _add_initial(element, state.initial)
-    for block in state.entry:
-        add_statements(add(element, "onentry"), block)
-    for block in state.exit:
-        add_statements(add(element, "onexit"), block)
+    _add_keys(element, state, keys.STATE["entry"], keys.STATE["exit"])
     for transition in state.transitions:
         _add_transition(element, transition)
     for invoke in state.invokes:
@@ -199,14 +222,7 @@ def _add_transition(parent: etree._Element, transition: DocTransition) -> None:
     }
     for name, value in marks.items():
         put(element, extension(name), value)
-    put(element, "cond", transition.guard)
-    put(element, "target", joined(transition.targets))
-    put(element, "type", "internal" if transition.internal else None)
-    put(element, extension("id"), transition.id)
-    put(element, extension("override"), transition.override)
-    _flag(element, "watchdog", transition.watchdog)
-    _flag(element, "ordered", transition.ordered)
-    _flag(element, "first", transition.first)
+    _put_keys(element, transition, keys.TRANSITION)
     if transition.content:
         add_statements(element, transition.content)
     elif transition.content is not None:
@@ -215,17 +231,9 @@ def _add_transition(parent: etree._Element, transition: DocTransition) -> None:
 
 def _add_invoke(parent: etree._Element, invoke: DocInvoke) -> None:
     element = add(parent, "invoke")
-    put(element, "id", invoke.id)
-    put(element, "idlocation", invoke.id_location)
-    put(element, "type", invoke.type)
-    put(element, "typeexpr", invoke.type_expr)
-    put(element, "src", invoke.src)
-    put(element, "srcexpr", invoke.src_expr)
-    put(element, "namelist", joined(invoke.name_list))
-    put(element, "autoforward", "true" if invoke.autoforward else None)
+    _put_keys(element, invoke, keys.INVOKE)
     add_params(element, invoke.arguments)
     add_content(element, None, invoke.content_expr)
     if invoke.content is not None:
         _add_chart(add(add(element, "content"), "scxml"), invoke.content)
-    if invoke.finalize is not None:
-        add_statements(add(element, "finalize"), invoke.finalize)
+    _add_keys(element, invoke, keys.INVOKE["finalize"])
