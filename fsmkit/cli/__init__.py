@@ -22,9 +22,18 @@ from fsmkit.cli._exhausted import exhausted
 from fsmkit.cli._interrupts import listen, received
 from fsmkit.cli._options import OneOf, no_such
 from fsmkit.cli._summaries import listed
-from fsmkit.cli.console import WrongOptionError, crash, interrupted, report, reported, set_up
+from fsmkit.cli.console import (
+    WrongOptionError,
+    crash,
+    interrupted,
+    print_json,
+    report,
+    reported,
+    set_up,
+)
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity
+from fsmkit.diagnostics.as_json import as_json
 
 OK, FINDINGS, USAGE, BUG, INTERRUPTED = 0, 1, 2, 3, 130
 COLLECT_AFTER = 100_000
@@ -173,7 +182,8 @@ def execute(arguments: list[str]) -> int:
     reported.clear()
     set_up()
     code = _guarded(
-        lambda: cli.main(arguments, prog_name="fsmkit", standalone_mode=False, obj=options) or OK
+        lambda: cli.main(arguments, prog_name="fsmkit", standalone_mode=False, obj=options) or OK,
+        is_json="--json" in arguments,
     )
     if options.sarif is not None:
         path = options.sarif
@@ -189,8 +199,8 @@ def _write_sarif(path: Path) -> int:
     return OK
 
 
-def _guarded(body: Callable[[], int]) -> int:
-    """Return the exit code of a body, whatever it raises."""
+def _guarded(body: Callable[[], int], *, is_json: bool = False) -> int:
+    """Return the exit code of a body, whatever it raises; ``is_json``: findings are data, too."""
     try:
         return body()
     except WrongOptionError as error:
@@ -198,6 +208,9 @@ def _guarded(body: Callable[[], int]) -> int:
         return USAGE
     except FsmkitError as error:
         report(error.diagnostics)
+        if is_json:
+            found = [as_json(diagnostic) for diagnostic in error.diagnostics]
+            print_json({"verdict": "error", "findings": found})
         broken = {d.rule.name for d in error.diagnostics if d.severity is Severity.ERROR}
         return USAGE if broken <= OF_OPTIONS else FINDINGS
     except click.ClickException as error:

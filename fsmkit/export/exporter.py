@@ -51,7 +51,8 @@ def given_up_at(deadline: Deadline) -> Iterator[None]:
         raise fail(
             "export-too-large",
             f"nothing is exported: {deadline.why()}",
-            help="give more with `--timeout`, or export a smaller system",
+            help="give more with `--timeout`, of which compiling the explorer takes its part until "
+            "it is kept, or export a smaller system",
         ) from None
 
 

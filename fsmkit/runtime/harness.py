@@ -7,7 +7,11 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Send
 from fsmkit.diagnostics import fail
+from fsmkit.document.document import Trigger
+from fsmkit.language import Literal
 from fsmkit.plugins import Target, plugins
 from fsmkit.runtime.script import run_script
 
@@ -59,8 +63,22 @@ class TargetHarness:
         return self.target.name
 
     def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
-        """Generate, build and run."""
+        """Generate, build and run.
+
+        A circle of timers without delay ends in the interpreter (``livelock``) and nowhere else, so
+        a chart that can have one runs there first.
+        """
+        if can_stand_still(chart):
+            run_script(chart, script)
         return list(self.target.harness_run(chart, script))
+
+
+def can_stand_still(chart: Chart) -> bool:
+    """Whether a delay of 0 may be waited for: by a transition, or by what is sent."""
+    sent = (s.delay for s in all_statements(chart) if isinstance(s, Send) and s.delay is not None)
+    return any(
+        t.trigger in (Trigger.AFTER, Trigger.EVERY) and not t.delay for t in chart.transitions
+    ) or any(not (isinstance(delay, Literal) and delay.value) for delay in sent)
 
 
 def harnesses() -> tuple[Harness, ...]:

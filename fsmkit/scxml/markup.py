@@ -19,6 +19,10 @@ def extension(name: str) -> str:
     return f"{{{EXTENSION}}}{name}"
 
 
+FILES = frozenset({"src", extension("extends")})
+"""Attributes that name files: another character there would be another file."""
+
+
 def ours(element: etree._Element, name: str) -> str:
     """Return the name of an attribute of ours: without a prefix on elements of ours."""
     is_ours = etree.QName(element).namespace == EXTENSION
@@ -42,6 +46,13 @@ def put(element: etree._Element, name: str, value: Text | str | None) -> None:
             f"`{name}` is empty, which SCXML cannot say",
             value,
             help="write something there, or remove it",
+        )
+    if isinstance(value, Text) and name in FILES and NOT_XML.search(value.value):
+        raise fail(
+            "not-expressible",
+            f"the name of a file, {value.value!r}, has characters that XML cannot hold",
+            value,
+            help="rename the file",
         )
     if value is not None:
         element.set(name, _allowed(str(value)))

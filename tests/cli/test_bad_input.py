@@ -5,6 +5,7 @@ Never a traceback, never half of an output.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from pathlib import Path
@@ -396,3 +397,21 @@ def test_wrong_usage(
     told = capsys.readouterr()
     assert "Traceback" not in told.err
     assert "Error: " in told.err or "error[FK0411]" in told.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "rule"),
+    [
+        (["check", "nowhere.yaml"], "unreadable-file"),
+        (["check", "base.yaml", "--property", "none"], "no-such-property"),
+        (["compile", "base.yaml", "--prefix", "texts"], "wrong-option"),
+    ],
+)
+def test_a_refusal_is_json_where_that_is_asked_for(
+    arguments: list[str], rule: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert folder.is_dir()
+    assert execute([*arguments, "--json"]) != 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["verdict"] == "error"
+    assert rule in {finding["rule"] for finding in found["findings"]}

@@ -99,3 +99,14 @@ def test_what_goes_wrong(
     monkeypatch.chdir(CELL)
     assert execute(["convert", *arguments]) == code
     assert rule in capsys.readouterr().err
+
+
+def test_a_base_whose_name_xml_cannot_hold_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "chart.yaml"
+    path.write_text('chart: C\nextends: "a\\x01b.yaml"\nstates: {a: {}}\n')
+    assert execute(["convert", str(path), "--to", "scxml"]) == 1
+    told = capsys.readouterr()
+    assert "characters that XML cannot hold" in told.err
+    assert told.out == ""

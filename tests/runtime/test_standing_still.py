@@ -73,3 +73,14 @@ def test_a_session_stays_as_it_was(tmp_path: Path) -> None:
             session.run()
         assert session.is_in("idle")
         assert session["n"] == 0
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("target", ["python", "c"])
+def test_a_generated_machine_is_not_run_where_the_interpreter_ends(
+    target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "x.yaml").write_text(CIRCLE)
+    events = ["--events", "go; wait 1s", "--target", target]
+    assert execute(["run", str(tmp_path / "x.yaml"), *events]) == 1
+    assert "FK0503" in capsys.readouterr().err
