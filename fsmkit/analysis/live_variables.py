@@ -20,9 +20,8 @@ from dataclasses import dataclass
 from fsmkit.analysis.accesses import NONE, Accesses, Names, accesses
 from fsmkit.analysis.reachability import entered
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.chart.content import variables
+from fsmkit.chart.content import all_statements, variables
 from fsmkit.chart.statements import Block, Destination, Raise, Send
-from fsmkit.chart.walk import nodes
 from fsmkit.document.document import Direction, Kind, Trigger
 from fsmkit.runtime.interpreter.index import index_of
 
@@ -233,17 +232,11 @@ class _Tree:
     def _raised(self) -> frozenset[int]:
         """Return the events that can come from within a macrostep."""
         chart = self.chart
-        content = (
-            chart.states,
-            chart.transitions,
-            chart.script,
-            tuple(e.finalize for e in chart.events),
-        )
         found = {
-            node.event
-            for node in nodes(content)
-            if isinstance(node, Raise)
-            or (isinstance(node, Send) and node.destination is Destination.INTERNAL)
+            statement.event
+            for statement in all_statements(chart)
+            if isinstance(statement, Raise)
+            or (isinstance(statement, Send) and statement.destination is Destination.INTERNAL)
         }
         found |= {e.index for e in chart.events if Direction.IN not in e.directions}
         return frozenset(found)

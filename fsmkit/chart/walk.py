@@ -35,6 +35,11 @@ def _names_backwards(kind: type[Any]) -> tuple[str, ...] | None:
     return tuple(name for name in names if name not in ("span", "type"))
 
 
+def own_nodes(chart: Chart) -> Iterator[object]:
+    """Yield every node of a chart; what it invokes has its own."""
+    return nodes(tuple(getattr(chart, f.name) for f in fields(chart) if f.name != "invocations"))
+
+
 def charts_within(chart: Chart) -> Iterator[Chart]:
     """Yield a chart and all that it invokes."""
     yield chart

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 from zlib import crc32
@@ -36,6 +36,7 @@ from zlib import crc32
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
+from fsmkit.chart.walk import own_nodes
 from fsmkit.document.document import Trigger
 from fsmkit.language import (
     ArrayType,
@@ -214,7 +215,7 @@ class Image:
             return ("",)
         chart = self.chart
         found = {"", *_symbols(chart), *(event.name for event in chart.events)}
-        if _asks_for_types(chart):
+        if any(isinstance(node, EventType) for node in own_nodes(chart)):
             found |= {event.type for event in chart.events}
         return tuple(sorted(found))
 
@@ -263,32 +264,9 @@ def timeouts_at_once(plan: Plan) -> int:
     return most[0]
 
 
-def _asks_for_types(node: object) -> bool:
-    """Whether ``_event.type`` stands anywhere below a node."""
-    match node:
-        case EventType():
-            return True
-        case tuple():
-            return any(map(_asks_for_types, node))
-        case _ if is_dataclass(node):
-            named = (each.name for each in fields(node) if each.compare)
-            return any(_asks_for_types(getattr(node, n)) for n in named if n != "invocations")
-        case _:
-            return False
-
-
-def _symbols(node: object) -> Iterator[str]:
-    """Yield the strings in the expressions below a node; machines in slots have their own."""
-    match node:
-        case Literal(value, type_):
-            pairs = zip(flat(value), scalars(type_), strict=True)
+def _symbols(chart: Chart) -> Iterator[str]:
+    """Yield the strings in the expressions of a chart; machines in slots have their own."""
+    for node in own_nodes(chart):
+        if isinstance(node, Literal):
+            pairs = zip(flat(node.value), scalars(node.type), strict=True)
             yield from (str(part) for part, of in pairs if isinstance(of, SymbolType))
-        case tuple():
-            for part in node:
-                yield from _symbols(part)
-        case _ if is_dataclass(node):
-            for each in fields(node):
-                if each.compare and each.name not in ("type", "invocations"):
-                    yield from _symbols(getattr(node, each.name))
-        case _:
-            pass
