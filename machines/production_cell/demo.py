@@ -21,7 +21,6 @@ from rich.table import Table
 from rich.text import Text
 
 import fsmkit
-from fsmkit.cli.draw import picture
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.microseconds import duration_text
@@ -331,9 +330,10 @@ def draw(summary: Summary) -> None:
     if shutil.which("dot") is None:
         summary.miss("diagrams as SVG", "Graphviz's `dot` is not installed (make tools)")
         return
-    pictures = [name for name in files if name.endswith(".dot")]
-    for name in pictures:
-        (folder / name).with_suffix(".svg").write_bytes(picture(files[name], "svg"))
+    for name in ("module.scxml", *(f"{name}.yaml" for name in CHARTS)):
+        drawn = fsmkit.draw(CELL / name, "svg")
+        assert isinstance(drawn, bytes)  # noqa: S101  (a picture)
+        (folder / name).with_suffix(".svg").write_bytes(drawn)
     summary.add("diagrams as SVG", True, shown(folder))
 
 
