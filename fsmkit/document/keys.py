@@ -8,13 +8,14 @@ notation keeps beside what it reads and writes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from dataclasses import field as dataclass_field
 from enum import Enum
 from functools import cache
 from typing import Any
 
+from fsmkit.diagnostics import Text
 from fsmkit.document.document import REPLACEABLE
 
 
@@ -95,10 +96,43 @@ def defaults(kind: Any) -> Mapping[str, object]:
     return {one.name: None if one.default is MISSING else one.default for one in fields(kind)}
 
 
+def merged(base: object, derived: object, rows: Keys) -> dict[str, Any]:
+    """Return the fields of a part of a derived chart that inherit by the usual rules."""
+    found: dict[str, Any] = {}
+    for row in rows.values():
+        if row.inherit is not Inherit.OWN:
+            old, new = getattr(base, row.field), getattr(derived, row.field)
+            found[row.field] = (*old, *new) if row.inherit is Inherit.ADD else new or old
+    return found
+
+
 def carried(rows: Keys, kind: type[Any]) -> tuple[Key, ...]:
     """Return the keys whose value a part of a Chart holds as it was written."""
     names = {one.name for one in fields(kind)}
     return tuple(row for row in rows.values() if row.form in PLAIN and row.field in names)
+
+
+def values(part: object, rows: Iterable[Key]) -> dict[str, Any]:
+    """Return the values of keys, names without their places."""
+    found = {row.field: getattr(part, row.field) for row in rows}
+    return {name: one.value if isinstance(one, Text) else one for name, one in found.items()}
+
+
+def marks(part: object, rows: Iterable[Key]) -> list[str]:
+    """Return the flags that are set, the choices that are not the first, and the names given."""
+    found: list[str] = []
+    for row in rows:
+        value = getattr(part, row.field)
+        match row.form:
+            case Form.FLAG if value:
+                found.append(row.name)
+            case Form.CHOICE if row.word(value) != next(iter(row.choices)):
+                found.append(row.word(value))
+            case Form.NAME if value is not None:
+                found.append(f"{row.name} {value}")
+            case _:
+                pass
+    return found
 
 
 def _table(*rows: Key) -> Keys:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from fsmkit.chart.inheritance.insert_super import insert_super
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document import keys
 from fsmkit.document.document import DocState, DocTransition, Origin, Trigger
 
 
@@ -120,12 +121,8 @@ def _changed(base: DocTransition, written: DocTransition) -> DocTransition:
     return replace(
         base,
         span=written.span,
-        guard=written.guard or base.guard,
         super_guards=super_guards,
-        targets=written.targets or base.targets,
         content=content,
-        internal=base.internal or written.internal,
-        watchdog=base.watchdog or written.watchdog,
-        ordered=base.ordered or written.ordered,
         origin=Origin.OVERRIDDEN,
+        **keys.merged(base, written, keys.TRANSITION),
     )

@@ -9,6 +9,7 @@ from fsmkit.chart.inheritance.insert_super import holds_super, insert_super
 from fsmkit.chart.inheritance.override_transitions import override_transitions
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document import keys
 from fsmkit.document.document import DocState, DocTransition, Document, Kind, Origin
 from fsmkit.language.statements.tree import Block, DocSuper
 
@@ -87,14 +88,10 @@ class _Refiner:
             initial=self._initial(base, entry, what),
             entry=self._content(base, entry, "entry", what),
             exit=self._content(base, entry, "exit", what),
-            data=(*base.data, *entry.data),
-            defer=(*base.defer, *entry.defer),
             invokes=(*base.invokes, *entry.invokes),
-            done_data=entry.done_data or base.done_data,
-            done_content=entry.done_content or base.done_content,
-            rest=base.rest or entry.rest,
             abstract=entry.abstract if entry.id is not None else base.abstract,
-            doc=entry.doc or base.doc,
+            **keys.merged(base, entry, keys.STATE),
+            **keys.merged(base, entry, keys.DONE),
         )
         changed = self._with_invariant(changed, entry, what)
         untouched = (

@@ -13,6 +13,7 @@ from typing import TypeVar
 
 from fsmkit.chart.inheritance.refine_states import all_states, refine_states
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.document import keys
 from fsmkit.document.document import (
     DocCapacity,
     DocConstant,
@@ -60,8 +61,6 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         root=refine_states(inherited.root, derived, findings),
         extends=None,
         refine=(),
-        doc=derived.doc or base.doc,
-        late_binding=base.late_binding or derived.late_binding,
         types=kept.add_only(inherited.types, derived.types, "type"),
         constants=kept.override(inherited.constants, derived.constants, _constant),
         data=kept.override(inherited.data, derived.data, _data),
@@ -70,7 +69,7 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         operations=kept.add_only(inherited.operations, derived.operations, "operation"),
         events=kept.add_only(inherited.events, derived.events, "event"),
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
-        script=(*inherited.script, *derived.script),
+        **keys.merged(inherited, derived, keys.CHART),
     )
 
 

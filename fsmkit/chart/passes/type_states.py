@@ -11,8 +11,11 @@ from fsmkit.chart.passes.type_content import type_block, type_value
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document import keys
 from fsmkit.document.document import Kind
 from fsmkit.language import BOOL, Expr, Literal, default_value, type_expression
+
+CARRIED = keys.carried(keys.STATE, State)
 
 
 def type_states(
@@ -51,12 +54,10 @@ def _state(
         span=state.span,
         defer=_deferred(node, context),
         invariant=invariant,
-        rest=state.rest,
-        abstract=state.abstract and not node.children,
-        doc=state.doc,
         origin=state.origin,
         done_data=_done_data(tree, node, context),
         invokes=invokes[node.index],
+        **keys.values(state, CARRIED) | {"abstract": state.abstract and not node.children},
     )
 
 

@@ -11,9 +11,11 @@ from fsmkit.chart.passes.resolve_targets import Arrow, Arrows
 from fsmkit.chart.passes.type_content import type_block, type_condition
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.language import BOOL, Expr, Literal, read_duration
 
+CARRIED = keys.carried(keys.TRANSITION, Transition)
 TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 
@@ -35,16 +37,13 @@ def _transition(arrow: Arrow, context: Context) -> Transition:
         descriptors=tuple(e.value for e in written.events),
         guard=_guard(written, here),
         targets=arrow.targets,
-        internal=written.internal,
         content=type_block(written.content or (), here),
         span=written.span,
         delay=delay,
         delay_name=_delay_name(written, context),
         least=least,
-        id=None if written.id is None else written.id.value,
-        watchdog=written.watchdog,
-        ordered=written.ordered,
         origin=written.origin,
+        **keys.values(written, CARRIED),
     )
 
 

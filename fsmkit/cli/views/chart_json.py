@@ -10,6 +10,7 @@ from fsmkit.chart.statements import Block
 from fsmkit.cli.views.origins import Origins, Where
 from fsmkit.diagnostics import Span
 from fsmkit.diagnostics.as_json import place
+from fsmkit.document import keys
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.language import EnumType, Expr, Field, RecordType, Type, spell, spell_value
 
@@ -119,9 +120,7 @@ def _state(state: State, chart: Chart) -> Json:
         "invoke": [_block(b, chart) for b in state.invokes],
         "defer": [chart.events[e].name for e in state.defer],
         "invariant": _expr(state.invariant, chart),
-        "rest": state.rest,
-        "abstract": state.abstract,
-        "doc": state.doc,
+        **keys.values(state, keys.carried(keys.STATE, State)),
         **_at(state.origin, state.span),
     }
 
@@ -156,10 +155,7 @@ def _transition(transition: Transition, chart: Chart) -> Json:
         "delay_us": transition.delay * chart.capacities.tick if timed else None,
         "guard": _expr(transition.guard, chart),
         "targets": [chart.states[t].id for t in transition.targets],
-        "internal": transition.internal,
         "content": _block(transition.content, chart),
-        "id": transition.id,
-        "watchdog": transition.watchdog,
-        "ordered": transition.ordered,
+        **keys.values(transition, keys.carried(keys.TRANSITION, Transition)),
         **_at(transition.origin, transition.span),
     }

@@ -11,6 +11,7 @@ from fsmkit.chart.chart import Chart, Data, Event, State, Transition
 from fsmkit.chart.format import spell_block, spell_signature, spell_trigger
 from fsmkit.cli.views.origins import Origins, Where
 from fsmkit.diagnostics import Span
+from fsmkit.document import keys
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.language import EnumType, RecordType, Type, spell, spell_value
 
@@ -152,8 +153,7 @@ class _Maker:
         chart = self.chart
         marks = [
             *([state.kind.value] if state.kind is not Kind.ATOMIC else []),
-            *(["abstract"] if state.abstract else []),
-            *(["rest"] if state.rest else []),
+            *keys.marks(state, keys.carried(keys.STATE, State)),
         ]
         node = tree.add(self._line(state.id, Where(state.origin, state.span), marks))
         tick = chart.capacities.tick
@@ -211,12 +211,7 @@ class _Maker:
             told += f" -> {', '.join(chart.states[t].id for t in transition.targets)}"
         if transition.content:
             told += f" / {spell_block(transition.content, chart)}"
-        marks = [
-            *([f"id {transition.id}"] if transition.id is not None else []),
-            *(["internal"] if transition.internal else []),
-            *(["watchdog"] if transition.watchdog else []),
-            *(["ordered"] if transition.ordered else []),
-        ]
+        marks = keys.marks(transition, keys.carried(keys.TRANSITION, Transition))
         # an implied initial transition stands nowhere: its place is that of its state
         implied = transition.trigger is Trigger.INITIAL and (
             transition.span == chart.states[transition.source].span
