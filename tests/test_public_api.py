@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +12,7 @@ from typing import Any
 import pytest
 
 import fsmkit
+from devtools import api_page
 from fsmkit.verify.resources.time import Time
 
 CELL = Path(__file__).parents[1] / "machines" / "production_cell"
@@ -239,3 +242,21 @@ def test_wrong_values_of_options_are_findings(lamp: Path) -> None:
         fsmkit.check(lamp, time="dense")  # type: ignore[arg-type]
     with pytest.raises(fsmkit.FsmkitError, match="only where time is untimed"):
         fsmkit.check(lamp, assume_watchdogs_silent=True)
+
+
+def test_the_page_of_the_api_is_made_of_docstrings() -> None:
+    assert api_page.PAGE.read_text(encoding="utf-8") == api_page.page(), (
+        "python -m devtools.api_page"
+    )
+    functions = {name for name in fsmkit.__all__ if not isinstance(getattr(fsmkit, name), type)}
+    assert functions == set(api_page.ORDER)
+
+
+@pytest.mark.parametrize("name", api_page.ORDER)
+def test_a_public_function_says_what_it_takes_returns_and_raises(name: str) -> None:
+    function = getattr(fsmkit, name)
+    text = inspect.getdoc(function) or ""
+    told = re.findall(r"^    \*{0,2}(\w+): ", text[: text.index("Returns:")], re.MULTILINE)
+    assert told == list(inspect.signature(function).parameters)
+    assert "\nReturns:\n" in text
+    assert "\nRaises:\n    FsmkitError: " in text

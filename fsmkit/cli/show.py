@@ -9,15 +9,15 @@ from rich.tree import Tree
 
 from fsmkit.cli._options import Reading, reading_options
 from fsmkit.cli.console import print_json, report, result, unwrapped
-from fsmkit.cli.views.chart_json import chart_document
-from fsmkit.cli.views.chart_tree import chart_tree
-from fsmkit.cli.views.origins import origins
-from fsmkit.cli.views.plan_tree import plan_document, plan_tree
-from fsmkit.cli.views.system_tree import system_document, system_tree
 from fsmkit.loading import elaborated
 from fsmkit.plan.lower import lower
 from fsmkit.system.reading import read_written, system_within
 from fsmkit.system.system import System
+from fsmkit.views.chart_json import chart_document
+from fsmkit.views.chart_tree import chart_tree
+from fsmkit.views.origins import origins
+from fsmkit.views.plan_tree import plan_document, plan_tree
+from fsmkit.views.system_tree import system_document, system_tree
 
 EPILOG = """\b
 Examples:

@@ -7,12 +7,12 @@ from dataclasses import asdict
 from fsmkit.chart.chart import Chart, Data, Event, Invocation, State, Transition
 from fsmkit.chart.format import spell_statement
 from fsmkit.chart.statements import Block
-from fsmkit.cli.views.origins import Origins, Where
 from fsmkit.diagnostics import Span
 from fsmkit.diagnostics.as_json import place
 from fsmkit.document import keys
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.language import EnumType, Expr, Field, RecordType, Type, spell, spell_value
+from fsmkit.views.origins import Origins, Where
 
 Json = dict[str, object]
 

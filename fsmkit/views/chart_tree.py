@@ -9,11 +9,11 @@ from rich.tree import Tree
 
 from fsmkit.chart.chart import Chart, Data, Event, State, Transition
 from fsmkit.chart.format import spell_block, spell_signature, spell_trigger
-from fsmkit.cli.views.origins import Origins, Where
 from fsmkit.diagnostics import Span
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.language import EnumType, RecordType, Type, spell, spell_value
+from fsmkit.views.origins import Origins, Where
 
 STYLES = {Origin.OWN: "", Origin.INHERITED: "dim", Origin.OVERRIDDEN: "yellow"}
 

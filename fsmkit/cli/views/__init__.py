@@ -1,1 +1,0 @@
-"""Charts, plans and systems as trees on the terminal, and as data for JSON."""
