@@ -100,6 +100,8 @@ class LeavePrinter:
             out.line(f"{number} at = {variable};")
             if region.index in names.shared:
                 out.line(f"const {number} was = at;")
+            if self._records_in_loop:
+                self._record_left(out)
             with out.block(f"while (at > until && at < {len(inside)}u) {{"):
                 self._over_left(out, region)
                 out.line(f"at = {above}[at];")
@@ -112,6 +114,21 @@ class LeavePrinter:
                 with out.block(f"if (until == 0u{' && !keep' if names.ends else ''}) {{"):
                     out.line(self._keep_record(region))
         out.line()
+
+    @property
+    def _records_in_loop(self) -> bool:
+        """Whether the function that leaves states records their histories."""
+        return self.names.is_shared and self.plan.is_single
+
+    def _record_left(self, out: Emitter) -> None:
+        """Print that histories are recorded of what is about to be left."""
+        is_kept = "!keep && " if self.names.ends else ""
+        for history in self._histories:
+            parent = history.parent or 0
+            active = _grouped(self.names.in_state("m", parent))
+            test = f"{is_kept}until < {self.names.number(parent)} && {active}"
+            with out.block(f"if ({test}) {{ {self.names.note(history.index)}"):
+                self._record_one(out, history.index, parent)
 
     def _over_left(self, out: Emitter, region: Region) -> None:
         """Print what is done when the state ``at`` of a region is left."""
@@ -238,7 +255,7 @@ class LeavePrinter:
         ``source``: a state that is active; ``path``: all that is active below the domain in its
         region, if that is known.
         """
-        for history in self._histories:
+        for history in () if path is None and self._records_in_loop else self._histories:
             parent = history.parent
             assert parent is not None  # noqa: S101
             if not self.chart.is_descendant(parent, domain):
