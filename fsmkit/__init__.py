@@ -2,10 +2,10 @@
 
 The verbs of the command line as functions::
 
-    chart = fsmkit.read_chart("feeder.yaml")           # or .scxml
-    files = fsmkit.compile(chart, "c")                 # contents by path
-    report = fsmkit.check("cell.yaml")                 # verdicts, figures, counterexamples
-    model = fsmkit.export("cell.yaml", "promela")      # for another checker
+    chart = fsmkit.read_chart("feeder.yaml")  # or .scxml
+    files = fsmkit.compile(chart, "c")  # contents by path
+    report = fsmkit.check("cell.yaml")  # verdicts, figures, counterexamples
+    model = fsmkit.export("cell.yaml", "promela")  # for another checker
     picture = fsmkit.draw(chart, "svg")
     session = fsmkit.Session(chart, operations=motor)  # runs it
 
