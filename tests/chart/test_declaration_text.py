@@ -52,6 +52,7 @@ def test_signatures(
     [
         ("", ""),
         ("1f", "1f"),
+        ("'f'", "'f'"),
         ("goto(", "("),
         ("goto(position: int)", "position: int"),
         ("goto(x)", "x"),

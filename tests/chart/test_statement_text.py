@@ -141,6 +141,13 @@ def test_blocks() -> None:
     )
 
 
+def test_bodies_without_braces() -> None:
+    one = assign("x", "1")
+    assert read("if f(a)\n  x = 1") == (DocIf((branch("f(a)", one),), NOWHERE),)
+    named = assign("super", "1")
+    assert read("if (a) super = 1") == (DocIf((branch("a", named),), NOWHERE),)
+
+
 def test_lines_and_comments() -> None:
     assert read("# one\nx = a + // two\n  b\n/* three\n */ y = a\n  && b\nz = f(1,\n 2)") == (
         assign("x", "a + b"),
@@ -170,6 +177,9 @@ WRONG = [
     ("raise", "statement-syntax", ""),
     ("raise ev(1)", "statement-syntax", "1"),
     ("raise ev(a = 1", "statement-syntax", "("),
+    ("raise ev(a = 1, b, c = 2)", "statement-syntax", "b"),
+    ("var a 1, b = 2", "statement-syntax", ","),
+    ("if (a) return 1", "outside-language", "return"),
     ("send ev to", "statement-syntax", ""),
     ("send ev to a to b", "statement-syntax", "to"),
     ("send ev(a = 1)(b)", "statement-syntax", "("),

@@ -57,7 +57,7 @@ KEYWORDS = {
 """Words and the tokens that they are where these can come."""
 SIGNS = {
     **dict.fromkeys(ASSIGNMENT, ("ASSIGN",)),
-    "=": ("_EQUAL", "ASSIGN"),
+    "=": ("_EQUAL", "EQUALS", "ASSIGN"),
     "++": ("COUNT",),
     "--": ("COUNT",),
     ",": ("_COMMA",),
@@ -241,18 +241,18 @@ class _Reader:
             return self._end(choices)
         at.skip_newlines()
         token, after = at.here, at.ahead()
-        if "BROKEN" in choices and self._refused(state) is not None:
+        if "RAISE" in choices and self._refused(state) is not None:
             return None
         match token.kind:
             case "word":
                 type_ = KEYWORDS.get(token.text, "")
-                if type_ in choices and not ("BROKEN" in choices and _is_name(token, after)):
+                if type_ in choices and not ("RAISE" in choices and _is_name(token, after)):
                     return self._take(type_)
             case "string":
                 is_last = after.kind in ("end", "newline") or after.text in (",", ";", "}")
                 if "LABEL" in choices and is_last:
                     return self._take("LABEL")
-                if "QUOTED" in choices or "ID" in choices:
+                if "QUOTED" in choices or ("ID" in choices and self.has_lines):
                     return self._take("QUOTED" if "QUOTED" in choices else "ID")
             case "sign":
                 for type_ in SIGNS.get(token.text, ()):
@@ -269,7 +269,9 @@ class _Reader:
             if end > start:
                 lines = "\n" in self.text.value[start:end]
                 text = self._on_one_line(start, end) if lines else None
-                return self._piece("EXPRESSION", start, end, text)
+                # as in C, a condition that ends with a parenthesis needs no braces behind it
+                is_closed = "CONDITION" in choices and self.text.value[end - 1] == ")"
+                return self._piece("CONDITION" if is_closed else "EXPRESSION", start, end, text)
         return None
 
     def _end(self, choices: Container[str]) -> Piece | None:
@@ -365,21 +367,19 @@ class _Reader:
             self.report("`{` is not closed", opening.start, opening.end, "close it with `}`")
             parsed.feed_token(self._piece("_CLOSE", self.last, self.last))
             return True
-        start = token.start
-        if "BROKEN" in choices:
-            refused = self._refused(state)
+        popped: list[Any] = []
+        while state.value_stack and "BROKEN" not in parsed.choices():
+            popped.append(state.value_stack.pop())
+            state.state_stack.pop()
+        start = popped[-1].start if popped and isinstance(popped[-1], Piece) else token.start
+        if "RAISE" in choices:  # here begins a statement
             message = f"`{token.text}` begins no statement"
             advice, rule = "write an assignment or a call", self.rule
-            if refused is not None:
+            if (refused := self._refused(state)) is not None:
                 message, advice, rule = refused
             self.report(message, *_place(token), advice, rule)
             self.last = self.at.take().end
         else:
-            popped: list[Any] = []
-            while state.value_stack and "BROKEN" not in parsed.choices():
-                popped.append(state.value_stack.pop())
-                state.state_stack.pop()
-            start = popped[-1].start if popped and isinstance(popped[-1], Piece) else start
             message = self._missing(choices, popped, start)
         if "BROKEN" not in parsed.choices():
             return False
@@ -465,7 +465,14 @@ def _stops(state: Any) -> frozenset[str]:
 
 @cache
 def _spelt(types: frozenset[str]) -> frozenset[str]:
-    """Return how tokens are spelt; the block of a loop ends what stands before it, too."""
+    """Return how tokens are spelt.
+
+    The block of a loop ends what stands before it, too, and a comma ends a name.
+    """
     found = {word for word, type_ in KEYWORDS.items() if type_ in types}
     found |= {sign for sign, others in SIGNS.items() if not types.isdisjoint(others)}
-    return frozenset(found | {"{"} if "IN" in types else found)
+    if "IN" in types:
+        found.add("{")
+    if "_EQUAL" in types or types == {"ASSIGN"}:
+        found.add(",")
+    return frozenset(found)
