@@ -6,13 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.names import name_everything
-from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.plan import lower
-from fsmkit.plugins import Target, plugin
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment, quoted
+from fsmkit.verify.engines.c.binding_values import members_by_prefix
 from fsmkit.verify.report.counterexample import TraceStep
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.c_machine import MachineTest
@@ -151,17 +153,13 @@ def _prefix(chart: Chart) -> str:
 
 def _header(chart: Chart, sources: dict[str, None]) -> tuple[str, frozenset[str]]:
     """Return the prefix of a machine and the members of its struct; add its files."""
-    prefix = _prefix(chart)
     findings = Findings()
-    made = plugin(Target, "c").generate(chart, findings, {})
-    if made is None:
-        raise FsmkitError(findings)
+    report_limits(chart, findings)
+    findings.stop_on_errors()
+    made = generate_machine(chart)
     sources.update(dict.fromkeys(made.files))
-    struct = made.files[f"{prefix}.h"].partition(f"typedef struct {prefix} {{")[2]
-    lines = struct.partition(f"}} {prefix};")[0].splitlines()
-    return prefix, frozenset(
-        line.partition(";")[0].partition("[")[0].split()[-1] for line in lines if ";" in line
-    )
+    prefix = made.names.prefix
+    return prefix, members_by_prefix(made)[prefix]
 
 
 SEEN = ("op", "out", "d", "=")

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from fsmkit.codegen.c.generate import Machine
 from fsmkit.language import Field
 from fsmkit.texts import printing
 from fsmkit.texts.c import quoted
 from fsmkit.verify.engines.c.binding import MachineBinding
-from fsmkit.verify.engines.c.binding_values import Built, members_of
+from fsmkit.verify.engines.c.binding_values import Built, members_by_prefix
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.dead_variables import ResettableVariable
 
@@ -34,19 +35,18 @@ HOOKS = r"""
 """
 
 
-def sessions_of(built: Built, files: Mapping[str, str]) -> Iterator[Built]:
-    """Yield the machines in the slots of one, and in theirs; ``files``: what was generated."""
+def sessions_of(built: Built, members: Mapping[str, frozenset[str]]) -> Iterator[Built]:
+    """Yield the machines in the slots of one, and in theirs; ``members`` of structs by prefix."""
     for names in built.names.invoked:
-        members = members_of(names.prefix, files[f"{names.prefix}.h"])
-        inner = Built(built.number, names.chart, names, members)
+        inner = Built(built.number, names.chart, names, members[names.prefix])
         yield inner
-        yield from sessions_of(inner, files)
+        yield from sessions_of(inner, members)
 
 
-def session_files(closed: ClosedSystem, built: Built, files: Mapping[str, str]) -> dict[str, str]:
+def session_files(closed: ClosedSystem, built: Built, generated: Machine) -> dict[str, str]:
     """Return the files of a machine with those of the machines in its slots to be compiled."""
-    found = dict(files)
-    for session in sessions_of(built, files):
+    found = dict(generated.files)
+    for session in sessions_of(built, members_by_prefix(generated)):
         found[f"{session.prefix}.inc"] = found.pop(f"{session.prefix}.c")
         found[f"explore_{session.prefix}.c"] = SessionBinding(closed, session).text()
     return found

@@ -78,21 +78,19 @@ def describe(closed: ClosedSystem, number: int, generated: Machine) -> Built:
     """
     chart = closed.charts[number]
     prefix = prefix_of(number, closed.system.machines[number].name)
-    members = members_of(prefix, generated.files[f"{prefix}.h"])
+    members = members_by_prefix(generated)[prefix]
     names = name_everything(lower(chart), prefix, options_for(chart))
     names.symbols[:] = generated.names.symbols  # in place: machines in its slots share them
     names.numbers.update(generated.names.numbers)
     return Built(number, chart, names, members)
 
 
-def members_of(prefix: str, header: str) -> frozenset[str]:
-    """Return the members of the struct of a generated machine."""
-    struct = header.partition(f"typedef struct {prefix} {{")[2].partition(f"}} {prefix};")[0]
-    return frozenset(
-        line.partition(";")[0].partition("[")[0].split()[-1]
-        for line in struct.splitlines()
-        if ";" in line
-    )
+def members_by_prefix(generated: Machine) -> dict[str, frozenset[str]]:
+    """Return the members of the structs of a generated machine and of those in its slots."""
+    return {
+        names.prefix: frozenset(member.name for member in members)
+        for names, members in generated.family
+    }
 
 
 class ValueWriter:

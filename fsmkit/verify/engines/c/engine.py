@@ -80,7 +80,7 @@ def model_files(closed: ClosedSystem, findings: Findings) -> dict[str, str]:
             findings.stop_on_errors()
         generated = generate_machine(long_waiting, prefix, options_for(chart))
         machine = describe(closed, number, generated)
-        files.update(session_files(closed, machine, generated.files))
+        files.update(session_files(closed, machine, generated))
         built.append(machine)
         files[f"explore_{number}.c"] = MachineBinding(closed, machine).text()
     files["explore_system.c"] = system_file(closed, built)
