@@ -259,7 +259,7 @@ class _Table:
         names, plan = self._names, self._names.plan
         rows = []
         for state in self._chart.states:
-            parent = "FSM_NOWHERE" if state.parent is None else names.states[state.parent]
+            parent = "FSM_NO_NUMBER" if state.parent is None else names.states[state.parent]
             if state.is_history:
                 rows.append(row(self._text(state.id), "FSM_NO_STATE", parent, 0, 0))
                 continue
@@ -291,13 +291,13 @@ class _Table:
         for region in image.plan.regions:
             kind = "FSM_ACTIVE_OF_BOTH" if region.index in shared else "FSM_PLAIN"
             member = names.regions[region.index]
-            rows.append(self._number(member, region.index, kind, "FSM_NOWHERE"))
+            rows.append(self._number(member, region.index, kind, "FSM_NO_NUMBER"))
         for history, of in image.histories:
             kind = "FSM_RECORDED_OF_BOTH" if shared.get(of) == history else "FSM_PLAIN"
             member, parent = names.recorded(history, of), self._chart.states[history].parent or 0
             is_unread = history in image.plan.forgotten[parent] and member in self._members
             is_cleared = is_unread and kind == "FSM_PLAIN"
-            where = names.states[parent] if is_cleared else "FSM_NOWHERE"
+            where = names.states[parent] if is_cleared else "FSM_NO_NUMBER"
             rows.append(self._number(member, of, kind, where))
         self._array("fsm_number", "numbers", rows)
 

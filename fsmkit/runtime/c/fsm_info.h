@@ -102,12 +102,12 @@ typedef struct {
  * that is both holds FSM_RECORDED plus the number that was recorded. */
 typedef enum { FSM_PLAIN, FSM_ACTIVE_OF_BOTH, FSM_RECORDED_OF_BOTH } fsm_number_kind;
 
-enum { FSM_RECORDED = 0x80, FSM_NOWHERE = 0xFFFF };
+enum { FSM_RECORDED = 0x80, FSM_NO_NUMBER = 0xFFFF };
 
 typedef struct {
     uint32_t offset;
     uint16_t size, region, kind;
-    uint16_t state; /* of a history: where what it recorded cannot be read; FSM_NOWHERE */
+    uint16_t state; /* of a history: where what it recorded cannot be read; FSM_NO_NUMBER */
 } fsm_number;
 
 typedef struct {

@@ -287,7 +287,7 @@ static void get_machine(fsm_reader *r, const fsm_machine_info *info, void *m, ui
         get_number(r, info, &info->numbers[i], m);
     for (uint32_t i = info->region_count; i < info->number_count; i++) {
         const fsm_number *number = &info->numbers[i];
-        if (number->state != FSM_NOWHERE && fsm_is_active(info, m, number->state))
+        if (number->state != FSM_NO_NUMBER && fsm_is_active(info, m, number->state))
             fsm_store_bits(fsm_place_at(m, number->offset), number->size, 0u);
     }
     for (uint32_t i = 0u; i < values; i++) {

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.names import name_everything
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter
-from fsmkit.language import Value
+from fsmkit.language import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
 from fsmkit.plan import lower
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.shared import type_of_slot
@@ -50,6 +52,33 @@ class MachineTest(MachineBinding):
         if f"{self.type}_fire(" in used:
             self._fire_now()
         return self.out.finish().replace("printf(", "note(")
+
+    def _tell(self, what: str, name: str, fields: tuple[Field, ...]) -> None:
+        """Write what notes a call, without the end of its line."""
+        self.out.line(f'printf("{printed(f"{what} " + name)}");')
+        for part in fields:
+            self._show(self.names.field(part.name), part.type)
+
+    def _show(self, text: str, type_: Type) -> None:
+        """Write what notes a value, with a space before it."""
+        match type_:
+            case ArrayType(element, length):
+                self._show_parts([(f"{text}[{n}]", element) for n in range(length)])
+            case RecordType(_, fields):
+                parts = [(f"{text}.{self.names.field(part.name)}", part.type) for part in fields]
+                self._show_parts(parts)
+            case FloatType():
+                self.out.line(f'printf(" %.17g", (double)({text}));')
+            case SymbolType():
+                self.out.line(f'printf(" \\"%s\\"", {self.type}_symbol({text}));')
+            case _:
+                self.out.line(f'printf(" %" PRId64, (int64_t)({text}));')
+
+    def _show_parts(self, parts: Sequence[tuple[str, Type]]) -> None:
+        self.out.line('printf(" [");')
+        for text, type_ in parts:
+            self._show(text, type_)
+        self.out.line('printf(" ]");')
 
     def _answers(self, operation: Operation) -> None:
         out, result = self.out, operation.result

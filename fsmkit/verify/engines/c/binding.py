@@ -24,15 +24,12 @@ class MachineBinding(TimerWriter):
     def text(self) -> str:
         """Return the file, section by section."""
         self.out.line(f"/* What the explorer does with `{comment(self.chart.name)}`. */")
-        self.out.lines([f'#include "{self.type}.h"', '#include "system/session.h"', ""])
-        self.out.lines(["#include <inttypes.h>", "#include <stdio.h>", "#include <string.h>", ""])
-        self.out.lines(["union number {", "    double number;", "    fsm_value bits;", "};", ""])
+        includes = (f"{self.type}.h", f"{self.type}_info.inc", "system/session.h")
+        self.out.lines(f'#include "{name}"' for name in (*includes, "system/binding.h"))
+        self.out.line()
         self._declare_sessions()
         self._regions()
-        self._events()
-        self._operations()
-        self._sent_events()
-        self._hear()
+        self._host()
         self._steps()
         self._inputs_and_outputs()
         self._settle()
@@ -52,7 +49,8 @@ class MachineBinding(TimerWriter):
 
         static bool post(void *m, uint32_t event, const fsm_value *values)
         {{
-            {t}_event e = event_of(event, values);
+            {t}_event e;
+            fsm_make_event(&{t}_info, event, values, &e);
             return {t}_post(m, &e);
         }}
         """)
@@ -69,7 +67,8 @@ class MachineBinding(TimerWriter):
         static void occur(void *state, uint32_t event, const fsm_value *values)
         {{
             {t} *m = state;
-            {t}_event e = event_of(event, values);
+            {t}_event e;
+            fsm_make_event(&{t}_info, event, values, &e);
             if (m->queue_count{self._deferred_count} >= {self.upper}_QUEUE || recalled(m) > 0u) {{
                 (void){t}_dispatch(m, &e, 0u);
                 return;

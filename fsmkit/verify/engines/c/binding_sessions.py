@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fsmkit.codegen.c.generate import Machine
-from fsmkit.language import Field
 from fsmkit.texts import printing
 from fsmkit.texts.c import quoted
 from fsmkit.verify.engines.c.binding import MachineBinding
@@ -46,6 +45,7 @@ def sessions_of(built: Built, members: Mapping[str, frozenset[str]]) -> Iterator
 def session_files(closed: ClosedSystem, built: Built, generated: Machine) -> dict[str, str]:
     """Return the files of a machine with those of the machines in its slots to be compiled."""
     found = dict(generated.files)
+    found[f"{built.prefix}_info.inc"] = found.pop(f"{built.prefix}_info.c")
     for session in sessions_of(built, members_by_prefix(generated)):
         found[f"{session.prefix}.inc"] = found.pop(f"{session.prefix}.c")
         found[f"explore_{session.prefix}.c"] = SessionBinding(closed, session).text()
@@ -64,15 +64,14 @@ class SessionBinding(MachineBinding):
     def text(self) -> str:
         """Return the file."""
         self.out.line(f"/* What the explorer does with `{self.type}`, an invoked machine. */")
-        self.out.lines([f'#include "{self.type}.h"', '#include "system/session.h"', ""])
-        self.out.lines(["#include <inttypes.h>", "#include <stdio.h>", "#include <string.h>", ""])
-        self.out.lines(["union number {", "    double number;", "    fsm_value bits;", "};"])
+        includes = (f"{self.type}.h", "system/session.h", "system/binding.h")
+        self.out.lines(f'#include "{name}"' for name in includes)
+        self.out.lines([f"extern const fsm_machine_info {self.type}_info;", ""])
         self.out.lines(HOOKS.replace("$PATH", quoted(self.path)).split("\n"))
         self.out.lines([f'#include "{self.type}.inc"', ""])
         self._declare_sessions()
         self._regions()
-        self._operations()
-        self._sent_events()
+        self._host()
         self._recalled()
         self._silence()
         self._timer_name()
@@ -89,9 +88,14 @@ class SessionBinding(MachineBinding):
         """None: the data of an invoked machine are not analysed."""
         return ()
 
-    def _note_sent(self, port: int, fields: tuple[Field, ...]) -> None:
-        """Write nothing: no wire begins at an invoked machine."""
-        del port, fields
+    def _is_linked(self, port: int) -> bool:
+        """No wire begins at an invoked machine."""
+        del port
+        return False
+
+    @property
+    def _first_port(self) -> int:
+        return len(self.chart.events)
 
     def _exported(self) -> None:
         untimed = self.closed.untimed

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.chart.chart import Data
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.reactions.sharing import number_of
 from fsmkit.language import ArrayType, RecordType, Type, Value
 from fsmkit.system.properties.kinds.monitor import look_event
-from fsmkit.system.shared import type_of_slot
 from fsmkit.system.system import Slot
-from fsmkit.texts.c import quoted
 from fsmkit.verify.engines.c.binding_regions import (
     RegionWriter,
     configuration_size,
@@ -27,6 +24,11 @@ MEMBERS = {
 """The members of a generated struct that hold what waits."""
 
 
+def whole(variable: int) -> str:
+    """Return a ``fsm_slot_of`` that is a variable of the table."""
+    return f"{{{variable}u, UINT32_MAX}}"
+
+
 class StateWriter(RegionWriter):
     """Writes C that sets inputs, clears what is no state, and looks at what is."""
 
@@ -34,44 +36,31 @@ class StateWriter(RegionWriter):
 
     def _inputs_and_outputs(self) -> None:
         out, t = self.out, self.type
+        data, outputs, inputs = self.chart.data, self.chart.outputs, self.chart.inputs
+        places = {v.name: n for n, v in enumerate((*data, *outputs, *inputs))}
+        shared = [
+            f"{{{places[s.name]}u, {'UINT32_MAX' if s.element is None else f'{s.element}u'}}}"
+            for s in self.machine.shared
+        ]
+        for table, own, rest in (("inputs", inputs, ()), ("outputs", outputs, data)):
+            first, last = ([whole(places[v.name]) for v in each] for each in (own, rest))
+            listed = [*first, *shared, *last, whole(0)]
+            out.line(f"static const fsm_slot_of {table}[] = {{{', '.join(listed)}}};")
         with out.block("static void set_input(void *state, uint32_t input, fsm_value value)\n{"):
             out.line(f"{t} *m = state;")
-            out.lines(["const fsm_value *v = &value;", "(void)m;", "(void)v;"])
             if look_event(self.chart) is not None:
                 out.line(f"{t} before = *m;")
-            with out.block("switch (input) {"):
-                for place, declared in enumerate(self.chart.inputs):
-                    if isinstance(declared.type, ArrayType | RecordType):
-                        continue
-                    out.line(f"case {place}u:")
-                    with out.indented():
-                        self._store(f"m->{self.names.variables[declared.name]}", declared.type, 0)
-                        out.line("break;")
-                for place, slot in enumerate(self.machine.shared, len(self.chart.inputs)):
-                    out.line(f"case {place}u:")
-                    with out.indented():
-                        self._store(self._copy(slot), type_of_slot(self.chart, slot), 0)
-                        out.line("break;")
-                out.lines(["default:", "    break;"])
+            out.line("uint32_t offset;")
+            out.line(f"const fsm_type *type = fsm_slot_at(&{t}_info, inputs[input], &offset);")
+            out.line("fsm_set_value(type, fsm_place_at(m, offset), value);")
             self._look()
         out.line()
         with out.block("static fsm_value output(const void *state, uint32_t output_number)\n{"):
             out.line(f"const {t} *m = state;")
-            out.line("(void)m;")
-            with out.block("switch (output_number) {"):
-                for place, declared in enumerate(self.chart.outputs):
-                    if isinstance(declared.type, ArrayType | RecordType):
-                        continue
-                    text = f"m->{self.names.variables[declared.name]}"
-                    out.line(f"case {place}u:")
-                    out.line(f"    return {self._as_value(text, declared.type)};")
-                for place, slot in enumerate(self.machine.shared, len(self.chart.outputs)):
-                    value = self._as_value(self._copy(slot), type_of_slot(self.chart, slot))
-                    out.lines([f"case {place}u:", f"    return {value};"])
-                for place, data in self._watched_data():
-                    text = self._as_value(f"m->{self.names.variables[data.name]}", data.type)
-                    out.lines([f"case {place}u:", f"    return {text};"])
-                out.lines(["default:", "    return 0;"])
+            out.line("uint32_t offset;")
+            called = f"fsm_slot_at(&{t}_info, outputs[output_number], &offset)"
+            out.line(f"const fsm_type *type = {called};")
+            out.line("return fsm_value_at(type, fsm_at(m, offset));")
         out.line()
         if not self.closed.is_open:
             return
@@ -82,13 +71,6 @@ class StateWriter(RegionWriter):
                 declared = self.chart.inputs[free.input]
                 self._choose(declared.name, declared.type, free.values)
         out.line()
-
-    def _watched_data(self) -> Iterator[tuple[int, Data]]:
-        """Yield the data that monitors read, each with the number a wire has for it."""
-        links = self.closed.system.input_links
-        read = {link.output for link in links if link.source == self.built.number}
-        first = len(self.chart.outputs) + len(self.machine.shared)
-        yield from ((n, data) for n, data in enumerate(self.chart.data, first) if n in read)
 
     def _look(self) -> None:
         """Write what lets a monitor look at an input that has changed."""
@@ -102,7 +84,8 @@ class StateWriter(RegionWriter):
         for (uint32_t i = 0u; i < m->queue_count; i++)
             if (m->queue[i].event == {self.names.events[look]})
                 return;
-        {t}_event e = event_of({look}u, NULL);
+        {t}_event e;
+        fsm_make_event(&{t}_info, {look}u, NULL, &e);
         (void){t}_post(m, &e);
         """)
 
@@ -329,11 +312,8 @@ class StateWriter(RegionWriter):
         out, t = self.out, self.type
         with out.block("static void dump(const void *state)\n{"):
             out.line(f"const {t} *m = state;")
-            for variable in (*self.chart.data, *self.chart.outputs):
-                out.line(f"printf({quoted(self._traced('d ' + variable.name))});")
-                self._show(f"m->{self.names.variables[variable.name]}", variable.type)
-                out.line('printf("\\n");')
-            out.line(f"printf({quoted(self._traced('='))});")
+            out.line("fsm_dump_data(&binding, m);")
+            out.line('printf("%s=", binding.path);')
             out.line(self.each_region)
             out.line("    if (state_leaf[state_in(m, region)])")
             out.line('        printf(" %u", (unsigned)state_in(m, region));')

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fsmkit.chart.chart import Chart, Operation
+from fsmkit.chart.chart import Chart
 from fsmkit.chart.walk import charts_within
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.generate import Machine
-from fsmkit.codegen.c.header import event_type, parameters
+from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.c.names import Names, name_everything
 from fsmkit.codegen.c.options import COMPILING, Options, read_options
-from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter, snake
 from fsmkit.language import (
-    ArrayType,
-    Field,
-    FloatType,
     Literal,
-    RecordType,
-    SymbolType,
     Type,
     Value,
 )
@@ -68,7 +61,8 @@ def options_for(chart: Chart) -> Options:
     Straight code of thousands of states takes a compiler minutes; tables take it seconds.
     """
     states = sum(len(one.states) for one in charts_within(chart))
-    return read_options({"optimize": COMPILING} if states > MOST_STRAIGHT else {})
+    aim = {"optimize": COMPILING} if states > MOST_STRAIGHT else {}
+    return read_options({"with": "info", **aim})
 
 
 def describe(closed: ClosedSystem, number: int, generated: Machine) -> Built:
@@ -139,192 +133,60 @@ class ValueWriter:
         span = self.chart.states[0].span
         return Printer(self.names).value(Literal(value, type_, span), type_)
 
-    def _store(self, place: str, type_: Type, at: int) -> int:
-        """Write the assignments of values from ``v[at]`` on; return how many there were."""
-        match type_:
-            case ArrayType(element, length):
-                used = 0
-                for n in range(length):
-                    used += self._store(f"{place}[{n}]", element, at + used)
-                return used
-            case RecordType(_, fields):
-                used = 0
-                for part in fields:
-                    inner = f"{place}.{self.names.field(part.name)}"
-                    used += self._store(inner, part.type, at + used)
-                return used
-            case FloatType():
-                cast = storage(type_, self.names.records).text
-                self.out.line(f"{place} = ({cast})((union number){{.bits = v[{at}]}}).number;")
-            case _:
-                cast = storage(type_, self.names.records).text
-                self.out.line(f"{place} = ({cast})v[{at}];")
-        return 1
+    # --- what it calls, and what leaves it --------------------------------------------------------
 
-    @staticmethod
-    def _as_value(text: str, type_: Type) -> str:
-        if isinstance(type_, FloatType):
-            return f"((union number){{.number = (double)({text})}}).bits"
-        return f"(fsm_value)({text})"
-
-    def _show(self, text: str, type_: Type) -> None:
-        """Write what prints a value, with a space before it."""
-        match type_:
-            case ArrayType(element, length):
-                self.out.line('printf(" [");')
-                for n in range(length):
-                    self._show(f"{text}[{n}]", element)
-                self.out.line('printf(" ]");')
-            case RecordType(_, fields):
-                self.out.line('printf(" [");')
-                for part in fields:
-                    self._show(f"{text}.{self.names.field(part.name)}", part.type)
-                self.out.line('printf(" ]");')
-            case FloatType():
-                self.out.line(f'printf(" %.17g", (double)({text}));')
-            case SymbolType():
-                self.out.line(f'printf(" \\"%s\\"", {self.type}_symbol({text}));')
-            case _:
-                self.out.line(f'printf(" %" PRId64, (int64_t)({text}));')
-
-    # --- events and operations -------------------------------------------------------------------
-
-    def _events(self) -> None:
-        out, t = self.out, self.type
-        out.line(f"static {t}_event event_of(uint32_t number, const fsm_value *v)")
-        with out.block("{"):
-            out.line(f"{t}_event e;")
-            out.line("memset(&e, 0, sizeof e);")
-            out.line("(void)v;")
-            out.line(f"e.event = ({event_type(self.names)})(number + 1u);")
-            with out.block("switch (number) {"):
-                for event in self.chart.events:
-                    if not event.fields:
-                        continue
-                    out.line(f"case {event.index}u:")
-                    with out.indented():
-                        at = 0
-                        for part in event.fields:
-                            payload = self.names.payloads[event.index]
-                            place = f"e.of.{payload}.{self.names.field(part.name)}"
-                            at += self._store(place, part.type, at)
-                        out.line("break;")
-                out.lines(["default:", "    break;"])
-            out.line("return e;")
+    def _host(self) -> None:
+        """Write the operations and what takes events that leave, by core/system/binding.h."""
+        out, events = self.out, len(self.chart.events)
+        first = self._first_port
+        ports = range(max(events, first + len(self.chart.operations)))
+        linked = ", ".join(str(int(self._is_linked(port))) for port in ports)
+        out.line(f"static const unsigned char linked[] = {{{linked or '0'}}};")
+        answers = []
+        for place, operation in enumerate(self.chart.operations):
+            if operation.result is None:
+                answers.append("{NULL, 0u}")
+                continue
+            values = self.closed.results[self.built.number][operation.name]
+            stored = storage(operation.result, self.names.records).text
+            texts = ", ".join(self.literal(value, operation.result) for value in values)
+            out.line(f"static const {stored} answers_{place}[] = {{{texts}}};")
+            answers.append(f"{{answers_{place}, {len(values)}u}}")
+        listed = ", ".join(answers) or "{NULL, 0u}"
+        out.line(f"static const fsm_answers answers[] = {{{listed}}};")
+        bound = f"&{self.type}_info, {quoted(self.path)}, linked, answers, {first}u"
+        out.line(f"static const fsm_binding binding = {{{bound}}};")
         out.line()
+        print_host(out, self.names)
+        self._hear()
 
-    def _traced(self, text: str) -> str:
-        """Return a format that prints the beginning of a line of the trace."""
-        return (self.path + text).replace("%", "%%")
+    @property
+    def _first_port(self) -> int:
+        """The port of the first operation."""
+        return len(self.closed.system.machines[self.built.number].chart.events)
 
-    def _tell(self, what: str, name: str, fields: tuple[Field, ...]) -> None:
-        """Write what prints a line of the trace, without its end."""
-        self.out.line(f"printf({quoted(self._traced(f'{what} ' + name))});")
-        for part in fields:
-            self._show(self.names.field(part.name), part.type)
-
-    def _note_sent(self, port: int, fields: tuple[Field, ...]) -> None:
-        linked = any(
-            link.source == self.built.number and link.port == port
-            for link in self.closed.system.event_links
-        )
-        if not linked:
-            return
-        values = [
-            "0" if isinstance(part.type, ArrayType | RecordType)
-            else self._as_value(self.names.field(part.name), part.type)
-            for part in fields
-        ]  # fmt: skip
-        if not values:
-            self.out.line(f"fsm_note_sent({port}u, 0u, NULL);")
-            return
-        self.out.line(f"const fsm_value values[] = {{{', '.join(values)}}};")
-        self.out.line(f"fsm_note_sent({port}u, {len(values)}u, values);")
+    def _is_linked(self, port: int) -> bool:
+        wanted = self.built.number, port
+        return any((link.source, link.port) == wanted for link in self.closed.system.event_links)
 
     def _hear(self) -> None:
-        """Write what tells monitors of the events that the machine is handed."""
-        out, t = self.out, self.type
-        heard = [event for event in self.chart.events if self._is_heard(event.index)]
-        if not heard:
+        """Write what notes, for monitors, the events that the machine is handed."""
+        if not self._hears:
             return
-        with out.block("static void hear(const void *event)\n{"):
-            out.line(f"const {t}_event *e = event;")
-            with out.block("switch ((uint32_t)e->event - 1u) {"):
-                for event in heard:
-                    fields = [] if not event.fields else [
-                        "0" if isinstance(part.type, ArrayType | RecordType)
-                        else self._as_value(
-                            f"e->of.{self.names.payloads[event.index]}.{self.names.field(part.name)}",
-                            part.type,
-                        )
-                        for part in event.fields
-                    ]  # fmt: skip
-                    with out.block(f"case {event.index}u: {{"):
-                        values = f"{{{', '.join(fields) or '0'}}}"
-                        out.line(f"const fsm_value values[] = {values};")
-                        out.line(
-                            f"fsm_note_sent({OBSERVED + event.index}u, {len(fields)}u, values);"
-                        )
-                        out.line("break;")
-                out.lines(["default:", "    break;"])
-        out.line()
+        heard = ", ".join(str(int(self._is_heard(n))) for n in range(len(self.chart.events)))
+        self.out.text(f"""
+        static void hear(const void *event)
+        {{
+            static const unsigned char heard[] = {{{heard}}};
+            if (heard[fsm_event_of(&{self.type}_info, event) - 1u])
+                fsm_note_heard(&{self.type}_info, {OBSERVED}u, event);
+        }}
+        """)
+        self.out.line()
 
     @property
     def _hears(self) -> bool:
         return any(self._is_heard(event.index) for event in self.chart.events)
 
     def _is_heard(self, event: int) -> bool:
-        wanted = self.built.number, OBSERVED + event
-        return any((link.source, link.port) == wanted for link in self.closed.system.event_links)
-
-    def _operations(self) -> None:
-        first = len(self.closed.system.machines[self.built.number].chart.events)
-        for place, operation in enumerate(self.chart.operations):
-            self._operation(first + place,
-                            operation)  # fmt: skip
-
-    def _operation(self, port: int, operation: Operation) -> None:
-        out, t = self.out, self.type
-        result = operation.result
-        stored = "void" if result is None else storage(result, self.names.records).text
-        name = self.names.operations[operation.name]
-        head = f"{stored} {t}_{name}({t} *m{parameters(operation.parameters, self.names)})"
-        out.line(head)
-        with out.block("{"):
-            if result is not None:
-                values = self.closed.results[self.built.number][operation.name]
-                texts = ", ".join(self.literal(value, result) for value in values)
-                out.line(f"static const {stored} answers[] = {{{texts}}};")
-                out.line(f"{stored} answer = answers[fsm_choose({len(values)}u)];")
-            out.line("(void)m;")
-            self._ignore(operation.parameters)
-            self._note_sent(port, operation.parameters)
-            with out.block("if (fsm_recording.tracing) {"):
-                self._tell("op", operation.name, operation.parameters)
-                if result is not None:
-                    out.line('printf(" =");')
-                    self._show("answer", result)
-                out.line('printf("\\n");')
-            if result is not None:
-                out.line("return answer;")
-        out.line()
-
-    def _ignore(self, fields: Iterable[Field]) -> None:
-        for part in fields:
-            self.out.line(f"(void){self.names.field(part.name)};")
-
-    def _sent_events(self) -> None:
-        out, t = self.out, self.type
-        for event in self.chart.events:
-            if Direction.OUT not in event.directions:
-                continue
-            name = self.names.event_names[event.index]
-            out.line(f"void {t}_send_{name}({t} *m{parameters(event.fields, self.names)})")
-            with out.block("{"):
-                out.line("(void)m;")
-                self._ignore(event.fields)
-                self._note_sent(event.index, event.fields)
-                with out.block("if (fsm_recording.tracing) {"):
-                    self._tell("out", event.name, event.fields)
-                    out.line('printf("\\n");')
-            out.line()
+        return self._is_linked(OBSERVED + event)
