@@ -40,12 +40,14 @@ bool @_save(const @ *m, uint32_t now, uint8_t *bytes)
 fsm_restored @_restore(@ *m, uint32_t now, const uint8_t *bytes, size_t size)
 {
     const fsm_restored found = fsm_restore(&@_info, m, now, bytes, size);
+~#ifdef FSM_LOGGED
 ~    if (found == FSM_RESTORED)
 ~        fsm_log_restored((uint16_t)FSM_INSTANCE(m), now, bytes, size);
+~#endif
     return found;
 }
 """
-"""Lines with ``~`` are for a machine that is logged."""
+"""Lines with ``~`` are for a machine that may be logged."""
 
 LONGEST_LITERAL = 4095
 """Characters in a string literal that each compiler of C99 takes (5.2.4.1)."""
