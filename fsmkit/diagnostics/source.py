@@ -88,6 +88,8 @@ class Text:
 
     def span_of(self, start: int, end: int) -> Span:
         """Return the place of ``value[start:end]``."""
+        if self.offsets is None and 0 <= start <= end <= self.span.end - self.span.start:
+            return Span(self.span.source, self.span.start + start, self.span.start + end)
         start, end = max(0, start), max(start, end)
         if self.offsets is None:
             first = min(self.span.start + start, self.span.end)
@@ -107,5 +109,8 @@ class Text:
 
     def stripped(self) -> Text:
         """Return the text without white space at its ends."""
+        size = len(self.value.strip())
+        if self.offsets is None and size == len(self.value) == self.span.end - self.span.start:
+            return self
         start = len(self.value) - len(self.value.lstrip())
         return self.part(start, max(start, len(self.value.rstrip())))
