@@ -263,7 +263,7 @@ class _Table:
         for state in self._chart.states:
             parent = "FSM_NO_NUMBER" if state.parent is None else names.states[state.parent]
             if state.is_history:
-                rows.append(row(self._text(state.id), "FSM_NO_STATE", parent, 0, 0))
+                rows.append(row(self._text(state.id), "FSM_HISTORY", parent, 0, 0))
                 continue
             kind = KINDS.get(state.kind, "FSM_ATOMIC")
             last = names.states[plan.last_below[state.index]]

@@ -60,7 +60,7 @@ struct fsm_type {
 /* ---- what a machine has ------------------------------------------------------------------------ */
 
 typedef enum {
-    FSM_NO_STATE, /* a history, or a number that no state has */
+    FSM_HISTORY, /* never active */
     FSM_COMPOUND,
     FSM_PARALLEL,
     FSM_ATOMIC,

@@ -258,7 +258,7 @@ static void get_number(fsm_reader *r, const fsm_machine_info *info, const fsm_nu
 {
     const uint32_t value = fsm_take(r, 2u, 0u, info->state_count - 1u);
     const fsm_state_info *state = &info->states[value];
-    if (value != 0u && (state->kind == FSM_NO_STATE || state->region != number->region)) {
+    if (value != 0u && (state->kind == FSM_HISTORY || state->region != number->region)) {
         r->sound = false;
         return;
     }
