@@ -267,7 +267,8 @@ class _Reader:
         if "EXPRESSION" in choices:
             start, end = at.expression(*_stops(state))
             if end > start:
-                lines = "\n" in self.text.value[start:end]
+                # the name of a type may have line ends; in statements they mean nothing
+                lines = self.has_lines and "\n" in self.text.value[start:end]
                 text = self._on_one_line(start, end) if lines else None
                 # as in C, a condition that ends with a parenthesis needs no braces behind it
                 is_closed = "CONDITION" in choices and self.text.value[end - 1] == ")"
