@@ -259,6 +259,9 @@ class InterfacePrinter:
                 if name == "symbol" and names.is_invoked:
                     out.line(f"return {names.outermost}_symbol(number);")
                     continue
+                if not any(texts):
+                    out.line('return number == 0u ? "" : "?";')
+                    continue
                 entries = [_entry(out, place, text) for place, text in enumerate(texts)]
                 with out.block("static const char *const texts[] = {", "};"):
                     out.wrapped(entries)

@@ -346,6 +346,12 @@ class ReactionPrinter:
         return self.names.remark(" in ".join((f"{place}  " + self.chart.states[state].id, *above)))
 
     def _over_events(self, out: Emitter, answers: dict[Lines, list[int]], otherwise: str) -> None:
+        if [len(events) for events in answers.values()] == [1]:
+            ((lines, (event,)),) = answers.items()
+            with out.block(f"if (cause->event == {self.names.events[event]}) {{"):
+                out.lines(lines)
+            out.line(otherwise)
+            return
         with out.block("switch (cause->event) {"):
             for lines, events in answers.items():
                 for event in events:
