@@ -50,8 +50,8 @@ INSIDE = _words(
     "defers delay domain domains due entered error event failed fault first fits found given hi "
     "holds initial is_deferred is_external is_quiet is_sound item j keep kept key last leaves "
     "left length limit lo mark may_defer name none now number numbers other outside place "
-    "preempted n peer queue r rank recalled rest room round route running s said sent size "
-    "state states symbol taken tell texts timer timers t to transition until value w was what "
+    "preempted n peer queue r rank recalled region_of rest room round route running s said sent "
+    "size state states symbol taken tell texts timer timers t to transition until value w was what "
     "whole why wins word words"
 )
 """Nor how its own functions call what they hold: its type would be hidden there."""
