@@ -31,7 +31,12 @@ from tests.verify.systems import SYSTEMS
 
 SLACK = 60.0
 """Seconds that a busy machine may take beside what is asked for; an endless thing takes longer."""
-pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
+# a deadline that comes while a file is opened leaves it to the garbage collector
+pytestmark = [
+    pytest.mark.usefixtures("own_cache", "quickly_compiled"),
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
 needs_c = pytest.mark.cc
 
 

@@ -186,6 +186,9 @@ def test_the_command_line_tells_the_steps(capsys: pytest.CaptureFixture[str]) ->
     ]  # fmt: skip
 
 
+# a deadline that comes while a file is opened leaves it to the garbage collector
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
