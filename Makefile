@@ -26,7 +26,7 @@ demo: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/demo.py
 
 # Boards, plant, links as processes; HOURS=1 BLOCKS=3. FAULT: jam, lost_block, stuck_sensor, dead_link,
-# loss, estop, kill, or a file of them. CELL=--help tells the rest.
+# loss, estop, kill, or a file of them. CELL=--help lists the rest.
 cell: HOURS = 1
 cell: BLOCKS = 3
 cell: $(VENV)/ready
