@@ -1,4 +1,4 @@
-"""What verdicts assume of the world around what was explored."""
+"""The assumptions of a verdict on the environment of the explored system."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, Clo
 
 
 def assumptions(closed: ClosedSystem) -> Iterator[str]:
-    """Yield what is assumed, a sentence each."""
+    """Yield each assumption as a sentence."""
     most = MAX_PENDING_BEFORE_INPUT
-    yield f"what may come from outside comes while at most {most} event waits in the queues"
+    yield f"the environment posts an event only while at most {most} event is queued"
     if closed.silent:
         yield "transitions marked `watchdog` never fire"
     if closed.untimed:
