@@ -20,7 +20,7 @@ from fsmkit.codegen.pyext.generate import generate
 from fsmkit.export.local_states import word
 from fsmkit.loading import load
 from fsmkit.texts import Identifier, RawText, Written, c, mermaid, printing, telling, written
-from fsmkit.verify.engines.c.binding_values import prefix_of
+from fsmkit.verify.engines.c.binding import prefix_of
 from fsmkit.verify.engines.c.output import performed_steps
 from tests.codegen.c.conftest import WARNINGS
 from tests.injection.grid import texts_of_round, tried, write

@@ -343,11 +343,11 @@ static bool run_described(fsm_composition *composition, fsm_description what)
     printf("]}}\n");
     if (what.action == FSM_DO_ELAPSE)
         return true;
-    void *after = malloc(m->size);
+    void *after = malloc(m->info->size);
     if (after == NULL)
         return false;
     fsm_run_again(composition, what, after);
-    m->dump(after);
+    fsm_dump(m, after);
     free(after);
     return true;
 }

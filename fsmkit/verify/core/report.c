@@ -55,9 +55,9 @@ void fsm_print_machines(const fsm_composition *composition, fsm_outcome outcome)
                ", \"microsteps\": %" PRIu32,
                i == 0 ? "" : ", ", fsm_local_count(composition, i), bounds.queue, bounds.timers,
                bounds.microsteps);
-        print_seen("states", fsm_states_seen(composition, i), system->machines[i]->state_count);
+        print_seen("states", fsm_states_seen(composition, i), system->machines[i]->info->state_count);
         print_seen("transitions", fsm_transitions_seen(composition, i),
-                   system->machines[i]->transition_count);
+                   system->machines[i]->info->transition_count);
         if (outcome != FSM_COMPLETE && outcome != FSM_DECIDED)
             fsm_print_spread(composition, i);
         printf("}");

@@ -190,11 +190,6 @@ def _armed(snapshot: Snapshot) -> int:
     return len(snapshot.timers) + sum(_armed(c) for c in snapshot.invoked if c is not None)
 
 
-def names_of_timers(chart: Chart) -> int:
-    """Return how many things a machine and those in its slots can arm (``timer_names`` in C)."""
-    return sum(len(one.transitions) + len(one.events) for one in charts_within(chart))
-
-
 def shown(snapshot: Snapshot) -> Hashable:
     """Return what counts as the configuration: the active states, of what runs in it too."""
     inner = tuple(None if child is None else shown(child) for child in snapshot.invoked)

@@ -5,38 +5,68 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.chart.chart import Chart, Operation
+from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.names import name_everything
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter
-from fsmkit.language import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
+from fsmkit.language import (
+    ArrayType,
+    Field,
+    FloatType,
+    Literal,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
 from fsmkit.plan import lower
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.shared import type_of_slot
 from fsmkit.texts.c import printed
-from fsmkit.verify.engines.c.binding import MachineBinding
-from fsmkit.verify.engines.c.binding_values import Built
 from fsmkit.verify.statespace.actions import Action
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.script import Command
 
 
-class MachineTest(MachineBinding):
+class MachineTest:
     """Writes what a test needs of a machine: its host, what is seen of it, and single steps."""
 
     def __init__(
         self, closed: ClosedSystem, number: int, chart: Chart, members: frozenset[str]
     ) -> None:
-        names = name_everything(lower(chart), None)
-        super().__init__(closed, Built(number, chart, names, members))
+        """``members``: of the struct of the machine."""
+        self.names = name_everything(lower(chart), None)
+        self.type = self.names.prefix
+        self.out = Emitter()
+        self._chart, self._members = chart, members
+        self._shared = closed.system.machines[number].shared
+        self._results = closed.results[number]
+
+    def _literal(self, value: Value, type_: Type) -> str:
+        span = self._chart.states[0].span
+        return Printer(self.names).value(Literal(value, type_, span), type_)
+
+    def _assign(self, place: str, type_: Type, value: Value) -> None:
+        """Write the assignments of a constant."""
+        match type_, value:
+            case ArrayType(element), tuple():
+                for number, part in enumerate(value):
+                    self._assign(f"{place}[{number}]", element, part)
+            case RecordType(_, fields), tuple():
+                for field, part in zip(fields, value, strict=True):
+                    self._assign(f"{place}.{self.names.field(field.name)}", field.type, part)
+            case _:
+                cast = storage(type_, self.names.records).text
+                self.out.line(f"{place} = ({cast})({self._literal(value, type_)});")
 
     def functions(self, used: str) -> str:
         """Return the functions; single steps only where the text of the paths has them."""
         self.out = Emitter()
-        for operation in self.chart.operations:
+        for operation in self._chart.operations:
             self._answers(operation)
-        for event in self.chart.events:
+        for event in self._chart.events:
             if Direction.OUT in event.directions:
                 name = self.names.event_names[event.index]
                 head = f"void {self.type}_send_{name}({self.type} *m"
@@ -91,8 +121,8 @@ class MachineTest(MachineBinding):
         with out.block("{"):
             out.line("(void)m;")
             if result is not None:
-                values = self.closed.results[self.built.number][operation.name]
-                texts = ", ".join(self.literal(value, result) for value in values)
+                values = self._results[operation.name]
+                texts = ", ".join(self._literal(value, result) for value in values)
                 out.line(f"static const {stored} values[] = {{{texts}}};")
                 out.line(f"{stored} value = values[{'answer()' if len(values) > 1 else '0'}];")
             self._tell("op", operation.name, operation.parameters)
@@ -108,14 +138,15 @@ class MachineTest(MachineBinding):
         """Write what notes data, outputs and active states."""
         out, t = self.out, self.type
         with out.block(f"static void {t}_look(const {t} *m)\n{{"):
-            for variable in (*self.chart.data, *self.chart.outputs):
+            for variable in (*self._chart.data, *self._chart.outputs):
                 out.line(f'printf("d {printed(variable.name)}");')
                 self._show(f"m->{self.names.variables[variable.name]}", variable.type)
                 out.line('printf("\\n");')
             out.line('printf("=");')
-            for state in self.chart.states:
+            for state in self._chart.states:
                 if state.is_leaf:
-                    out.line(f"if ({self.in_state(state.index)})")
+                    number = self.names.states[state.index]
+                    out.line(f"if ({t}_in(m, {number}))")
                     out.line(f'    printf(" {printed(state.id)}");')
             out.line(f'printf("%s\\n", {t}_finished(m) ? " finished" : "");')
         out.line()
@@ -146,7 +177,7 @@ class MachineTest(MachineBinding):
         out.line(
             "/* A timer fires, as the first and now: that of a transition, or of an event sent. */"
         )
-        delayed = "delayed" in self.built.members
+        delayed = "delayed" in self._members
         event = f", const {t}_event *e" if delayed else ""
         with out.block(f"static void {t}_fire({t} *m, uint32_t what, bool due{event})\n{{"):
             out.lines(["uint32_t at = 0u;", "uint32_t rank = 0u;"])
@@ -189,7 +220,7 @@ class MachineTest(MachineBinding):
         with out.block("{"):
             if elapsed:
                 out.line(f"{t}_rebase(&{machine}, {elapsed}u);")
-            if "now" in self.built.members and elapsed is not None:
+            if "now" in self._members and elapsed is not None:
                 out.line(f"{machine}.now = 0u;")
             if command.inputs:
                 out.line(f"{t} *m = &{machine};")
@@ -206,24 +237,26 @@ class MachineTest(MachineBinding):
             out.line(f"{t}_look(&{machine});")
 
     def _put(self, place: int, value: Value) -> None:
-        inputs = self.chart.inputs
+        inputs = self._chart.inputs
         if place < len(inputs):
             declared = inputs[place]
-            self.assign(f"m->{self.names.variables[declared.name]}", declared.type, value)
+            self._assign(f"m->{self.names.variables[declared.name]}", declared.type, value)
             return
-        slot = self.machine.shared[place - len(inputs)]
-        self.assign(self._copy(slot), type_of_slot(self.chart, slot), value)
+        slot = self._shared[place - len(inputs)]
+        member = f"m->{self.names.variables[slot.name]}"
+        place_of = member if slot.element is None else f"{member}[{slot.element}]"
+        self._assign(place_of, type_of_slot(self._chart, slot), value)
 
     def _event(self, name: str, event: Occurrence) -> None:
         out, t = self.out, self.type
         out.line(f"{t}_event {name};")
         out.line(f"memset(&{name}, 0, sizeof {name});")
         out.line(f"{name}.event = ({event_type(self.names)})({event.event}u + 1u);")
-        fields = self.chart.events[event.event].fields
+        fields = self._chart.events[event.event].fields
         for part, value in zip(fields, event.payload, strict=True):
             payload = self.names.payloads[event.event]
             place = f"{name}.of.{payload}.{self.names.field(part.name)}"
-            self.assign(place, part.type, value)
+            self._assign(place, part.type, value)
 
     def _act(self, command: Command, machine: str) -> None:
         out, t = self.out, self.type
@@ -253,5 +286,5 @@ class MachineTest(MachineBinding):
         else:
             assert timer is not None  # noqa: S101  (one fires)
             what = f"{timer.transition}u"
-            more = ", NULL" if "delayed" in self.built.members else ""
+            more = ", NULL" if "delayed" in self._members else ""
         out.line(f"{t}_fire(&{machine}, {what}, {str(command.due).lower()}{more});")

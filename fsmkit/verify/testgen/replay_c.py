@@ -14,7 +14,6 @@ from fsmkit.emit import Emitter
 from fsmkit.plan import lower
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment, quoted
-from fsmkit.verify.engines.c.binding_values import members_by_prefix
 from fsmkit.verify.report.counterexample import TraceStep
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.c_machine import MachineTest
@@ -158,8 +157,7 @@ def _header(chart: Chart, sources: dict[str, None]) -> tuple[str, frozenset[str]
     findings.stop_on_errors()
     made = generate_machine(chart)
     sources.update(dict.fromkeys(made.files))
-    prefix = made.names.prefix
-    return prefix, members_by_prefix(made)[prefix]
+    return made.names.prefix, frozenset(member.name for member in made.family[-1][1])
 
 
 SEEN = ("op", "out", "d", "=")

@@ -44,7 +44,8 @@ def build(program: Path, sanitizers: str) -> None:
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("source", sorted(CORE.rglob("*.c")), ids=lambda path: path.name)
 def test_compiles_without_a_warning(compiler: str, source: Path, tmp_path: Path) -> None:
-    command = [compiler, *STRICT, "-I", str(CORE), "-c", str(source), "-o", str(tmp_path / "x.o")]
+    folders = ("-I", str(CORE), "-I", str(ROOT / "fsmkit/runtime/c"))
+    command = [compiler, *STRICT, *folders, "-c", str(source), "-o", str(tmp_path / "x.o")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 

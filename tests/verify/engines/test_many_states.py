@@ -10,7 +10,7 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
-from fsmkit.verify.engines.c.binding_values import MOST_STRAIGHT, options_for
+from fsmkit.verify.engines.c.binding import MOST_STRAIGHT, options_for
 from fsmkit.verify.explore import ExplorationOptions, check, explored
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.statespace.exploration import End

@@ -103,7 +103,7 @@ static bool copy_initial_outputs(const starting *self, started *at)
         const fsm_input_link *link = &c->system->input_links[i];
         const void *source = fsm_store_at(&c->locals[link->source], at->locals[link->source]);
         fsm_message message = {link->target, link->input, true, 1,
-                               {c->system->machines[link->source]->output(source, link->output)}};
+                               {fsm_output(c->system->machines[link->source], source, link->output)}};
         uint32_t number = fsm_intern_message(c, &message);
         if (number == FSM_NONE || !deliver(self, at, number))
             return false;
@@ -117,9 +117,9 @@ bool fsm_start_all(fsm_composition *self, fsm_visit_start *visit, void *context)
     starting all = {.composition = self, .visit = visit, .context = context};
     started at = {.mark_count = 0};
     for (uint32_t i = 0; i < count; i++) {
-        memset(self->after, 0, self->system->machines[i]->size);
-        self->system->machines[i]->init(self->after);
-        self->system->machines[i]->settle(self->after);
+        const fsm_machine *m = self->system->machines[i];
+        m->info->init(self->after);
+        fsm_settle(m, self->after);
         at.locals[i] = fsm_intern(self, i, self->after);
         if (at.locals[i] == FSM_NONE)
             return false;

@@ -59,9 +59,9 @@ uint32_t fsm_intern(fsm_composition *self, uint32_t machine, const void *state)
     }
     if (!added)
         return number;
-    fsm_view view = m->view(state);
-    memset(self->shown, 0, m->configuration_size);
-    m->configuration(state, self->shown);
+    fsm_view view = fsm_look(m, state);
+    memset(self->shown, 0, fsm_configuration_size(m));
+    fsm_configuration(m, state, self->shown);
     uint32_t configuration = fsm_store_insert(&self->configurations[machine], self->shown, SIZE_MAX, NULL);
     *fsm_info(self, machine, number) =
         (fsm_local_info){.view = view, .configuration = configuration, .elapsed = FSM_NONE};
@@ -85,9 +85,9 @@ uint32_t fsm_elapse(fsm_composition *self, uint32_t machine, uint32_t local)
     if (elapsed != FSM_NONE)
         return elapsed;
     const fsm_machine *m = self->system->machines[machine];
-    memcpy(self->after, fsm_store_at(&self->locals[machine], local), m->size);
-    m->elapse(self->after, self->system->unit);
-    m->settle(self->after);
+    memcpy(self->after, fsm_store_at(&self->locals[machine], local), m->info->size);
+    fsm_pass_time(m, self->after, self->system->unit);
+    fsm_settle(m, self->after);
     elapsed = fsm_intern(self, machine, self->after);
     if (elapsed != FSM_NONE)
         fsm_info(self, machine, local)->elapsed = elapsed;
@@ -105,12 +105,12 @@ uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bo
         const fsm_message *what = fsm_store_at(&self->messages, message);
         const fsm_machine *m = self->system->machines[what->target];
         bool fits = true;
-        memcpy(self->after, fsm_store_at(&self->locals[what->target], local), m->size);
+        memcpy(self->after, fsm_store_at(&self->locals[what->target], local), m->info->size);
         if (what->is_input)
-            m->set_input(self->after, what->number, what->values[0]);
+            fsm_set_input(m, self->after, what->number, what->values[0]);
         else if (fsm_info(self, what->target, local)->view.running)
-            fits = m->post(self->after, what->number, what->values);
-        m->settle(self->after);
+            fits = fsm_post_to(m, self->after, what->number, what->values);
+        fsm_settle(m, self->after);
         uint32_t next = fsm_intern(self, what->target, self->after);
         if (next == FSM_NONE)
             return FSM_NONE;
@@ -131,29 +131,28 @@ static bool perform(const fsm_composition *self, uint32_t machine, void *state, 
 {
     const fsm_machine *m = self->system->machines[machine];
     const fsm_possible *possible = &self->system->possible[argument];
-    if (m->mark != NULL)
-        m->mark(state);
-    if (m->choose_inputs != NULL)
-        m->choose_inputs(state);
+    if (m->zones)
+        fsm_mark(m, state);
+    fsm_choose_inputs(m, state);
     switch (action) {
     case FSM_DO_START:
-        m->start(state);
+        fsm_start_machine(m, state);
         return true;
     case FSM_DO_TAKE:
-        m->take(state);
+        (void)m->take(state);
         return true;
     case FSM_DO_FIRE:
-        return m->fire(state, argument);
+        return fsm_fire(m, state, argument);
     case FSM_DO_EVENTLESS:
-        m->eventless(state);
+        (void)m->eventless(state);
         return true;
     case FSM_DO_OCCUR:
-        m->occur(state, possible->event, possible->values);
+        fsm_occur(m, state, possible->event, possible->values);
         return !possible->spontaneous || fsm_recording.took;
     case FSM_DO_ELAPSE:
         break;
     }
-    m->elapse(state, self->system->unit);
+    fsm_pass_time(m, state, self->system->unit);
     return true;
 }
 
@@ -172,8 +171,8 @@ static bool push_messages(fsm_composition *self, uint32_t machine)
         const fsm_input_link *link = &system->input_links[i];
         if (link->source != machine)
             continue;
-        fsm_value value = m->output(self->after, link->output);
-        if (value == m->output(self->before, link->output))
+        fsm_value value = fsm_output(m, self->after, link->output);
+        if (value == fsm_output(m, self->before, link->output))
             continue;
         fsm_message message = {link->target, link->input, true, 1, {value}};
         if (!push_message(self, &message))
@@ -258,9 +257,9 @@ static bool push_recorded(fsm_composition *self, uint32_t machine, fsm_local_ste
 /* Clears what is no state, and notes which timers were armed before. */
 static void settle(fsm_composition *self, const fsm_machine *m, void *after, const void *before)
 {
-    m->settle(after);
-    if (m->unmark != NULL)
-        m->unmark(after, before, self->clocks);
+    fsm_settle(m, after);
+    if (m->zones)
+        fsm_unmark(m, after, before, self->clocks);
 }
 
 /* Whether a step that led to the same local state armed none of its timers again. */
@@ -300,11 +299,7 @@ static void listen_to(const fsm_composition *self, uint32_t machine)
 {
     fsm_recording.states_seen = self->states_seen[machine];
     fsm_recording.transitions_seen = self->transitions_seen[machine];
-    fsm_recording.asked = self->system->machines[machine]->asked;
-    fsm_recording.hear = self->system->machines[machine]->hear;
-    fsm_recording.event_count = self->system->machines[machine]->event_count;
-    fsm_recording.covered = self->system->machines[machine]->covered;
-    fsm_recording.noted = self->system->machines[machine]->noted;
+    fsm_recording.machine = self->system->machines[machine];
 }
 
 bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_action action,
@@ -313,14 +308,14 @@ bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_ac
     const fsm_machine *m = self->system->machines[machine];
     size_t first = self->step_count;
     uint32_t runs = 0;
-    memcpy(self->before, fsm_store_at(&self->locals[machine], local), m->size);
+    memcpy(self->before, fsm_store_at(&self->locals[machine], local), m->info->size);
     listen_to(self, machine);
     fsm_recorder_forget();
     do {
         enum { MOST_RUNS = 1 << 16 };
         if (++runs > MOST_RUNS)
             return fsm_fail(self, "too many combinations of choices in one step");
-        memcpy(self->after, self->before, m->size);
+        memcpy(self->after, self->before, m->info->size);
         fsm_recorder_begin();
         bool done = perform(self, machine, self->after, action, argument);
         if (fsm_recording.too_much != NULL)
@@ -336,7 +331,7 @@ void fsm_run_again(fsm_composition *self, fsm_description what, void *after)
 {
     const fsm_machine *m = self->system->machines[what.machine];
     const void *before = fsm_store_at(&self->locals[what.machine], what.before);
-    memcpy(after, before, m->size);
+    memcpy(after, before, m->info->size);
     fsm_recorder_forget();
     for (uint32_t i = 0; i < what.choice_count; i++)
         fsm_recording.chosen[i] = what.choices[i];
@@ -366,8 +361,8 @@ static bool explore_spontaneous(fsm_composition *self, uint32_t machine, uint32_
 static bool explore_early(fsm_composition *self, uint32_t machine, uint32_t local, fsm_view view)
 {
     const fsm_machine *m = self->system->machines[machine];
-    for (uint32_t timer = view.due ? 1 : 0; m->early != NULL && timer < view.armed; timer++)
-        if (m->early(fsm_store_at(&self->locals[machine], local), timer)
+    for (uint32_t timer = view.due ? 1 : 0; m->slack != NULL && timer < view.armed; timer++)
+        if (fsm_is_early(m, fsm_store_at(&self->locals[machine], local), timer)
             && !fsm_explore(self, machine, local, FSM_DO_FIRE, timer, FSM_STEP_ENVIRONMENT))
             return false;
     return true;
@@ -389,7 +384,7 @@ static bool explore_timers(fsm_composition *self, uint32_t machine, uint32_t loc
 static bool explore_own(fsm_composition *self, uint32_t machine, uint32_t local, fsm_view view)
 {
     const fsm_machine *m = self->system->machines[machine];
-    bool arbitrary = m->choose_inputs != NULL;
+    bool arbitrary = self->system->open;
     size_t first = self->step_count;
     if (m->eventless != NULL
         && !fsm_explore(self, machine, local, FSM_DO_EVENTLESS, 0, arbitrary ? FSM_STEP_ENVIRONMENT : FSM_STEP_INTERNAL))

@@ -1,5 +1,7 @@
 #include "system/recorder.h"
 
+#include "system/machine.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -76,8 +78,9 @@ void fsm_note_mark(uint32_t note)
 
 static void note_covered(uint32_t number)
 {
-    if (fsm_recording.covered > 0)
-        fsm_note_mark(FSM_NOTE_UNHANDLED + 2 * fsm_recording.event_count + number);
+    const fsm_machine *of = fsm_recording.machine;
+    if (of->covered > 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + 2u * of->info->event_count + number);
 }
 
 void fsm_note_taken(uint32_t transition)
@@ -91,22 +94,23 @@ void fsm_note_taken(uint32_t transition)
 void fsm_note_entered(uint32_t state)
 {
     fsm_recording.states_seen[state] = 1;
-    note_covered(fsm_recording.covered + state);
+    note_covered(fsm_recording.machine->covered + state);
     fsm_note_line("+", state);
 }
 
 void fsm_note_unhandled(uint32_t event)
 {
-    if (fsm_recording.noted[event] != 0)
+    if (fsm_recording.machine->noted[event] != 0)
         fsm_note_mark(FSM_NOTE_UNHANDLED + event);
 }
 
 void fsm_note_occurs(uint32_t number, const void *event)
 {
-    if (fsm_recording.asked != NULL && fsm_recording.asked[number] != 0)
-        fsm_note_mark(FSM_NOTE_UNHANDLED + fsm_recording.event_count + number);
-    if (fsm_recording.hear != NULL)
-        fsm_recording.hear(event);
+    const fsm_machine *of = fsm_recording.machine;
+    if (of->asked != NULL && of->asked[number] != 0)
+        fsm_note_mark(FSM_NOTE_UNHANDLED + of->info->event_count + number);
+    if (of->heard != NULL && of->heard[number] != 0)
+        fsm_note_heard(of, number, event);
 }
 
 void fsm_note_text(uint32_t note, const char *what, const char *text)

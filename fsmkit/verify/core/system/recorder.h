@@ -10,11 +10,14 @@
 
 typedef int64_t fsm_value; /* floats travel as their bits */
 
+struct fsm_machine;
+
 enum {
     FSM_MOST_VALUES = 32,   /* values of one message */
     FSM_MOST_SENT = 256,    /* messages of one local step */
     FSM_MOST_CHOICES = 256, /* choices of one local step */
-    FSM_MOST_NOTES = 256    /* marks of one local step */
+    FSM_MOST_NOTES = 256,   /* marks of one local step */
+    FSM_OBSERVED = 1 << 16  /* the port at which monitors watch the first event of a machine */
 };
 
 typedef struct {
@@ -31,14 +34,10 @@ typedef struct {
     uint32_t choice_count, choice_at;
     bool took;               /* a transition was taken */
     uint32_t budget;         /* the fewest microsteps that were left */
-    const unsigned char *asked; /* events of the machine whose being taken is noted; NULL: none */
-    uint32_t event_count;       /* of the machine */
-    uint32_t covered;           /* of the machine: its transitions, if each is noted, and each state; else 0 */
-    const unsigned char *noted; /* events of the machine whose going unanswered is noted */
-    unsigned char *states_seen, *transitions_seen; /* of the machine at hand; coverage of the whole run */
+    const struct fsm_machine *machine; /* at hand */
+    unsigned char *states_seen, *transitions_seen; /* of that; coverage of the whole run */
     const char *too_much;    /* a bound above was passed */
     bool tracing;            /* print what happens */
-    void (*hear)(const void *event); /* of the machine at hand: tells monitors of it; may be NULL */
     void (*begin)(void *m);  /* of the machine that starts: puts its shared data back; may be NULL */
 } fsm_recorder;
 
@@ -60,6 +59,7 @@ void fsm_note_taken(uint32_t transition);
 void fsm_note_entered(uint32_t state);
 void fsm_note_unhandled(uint32_t event);
 void fsm_note_occurs(uint32_t number, const void *event);
+void fsm_note_heard(const struct fsm_machine *of, uint32_t number, const void *event); /* machine.c */
 void fsm_note_text(uint32_t note, const char *what, const char *text);
 void fsm_note_budget(uint32_t left);
 void fsm_note_line(const char *what, uint32_t number);

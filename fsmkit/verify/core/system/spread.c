@@ -64,7 +64,7 @@ static uint64_t hash_whole(const fsm_machine *m, const unsigned char *state)
         found += hash(state, m->spans[i].offset, m->spans[i].size);
         from = m->spans[i].offset + m->spans[i].size;
     }
-    return found + hash(state, from, m->size - from);
+    return found + hash(state, from, m->info->size - from);
 }
 
 static int by_offset(const void *a, const void *b)

@@ -10,7 +10,7 @@ uint32_t fsm_first_mark(const fsm_system *system, uint32_t machine)
     uint32_t mark = 1 + system->property_count;
     for (uint32_t i = 0; i < machine; i++) {
         const fsm_machine *m = system->machines[i];
-        mark += FSM_NOTE_UNHANDLED + 2 * m->event_count + (m->covered > 0 ? m->covered + m->state_count : 0);
+        mark += FSM_NOTE_UNHANDLED + 2u * m->info->event_count + (m->covered > 0 ? m->covered + m->info->state_count : 0);
     }
     return mark;
 }
@@ -53,7 +53,7 @@ static bool judge_step(fsm_composition *self, fsm_step *step)
     for (uint32_t i = 0; i < system->asked_count; i++) {
         fsm_asked asked = system->asked[i];
         uint32_t first = fsm_first_mark(system, asked.machine) + FSM_NOTE_UNHANDLED;
-        occurs[i] = has_mark(self->tree, step->marks, first + system->machines[asked.machine]->event_count + asked.event);
+        occurs[i] = has_mark(self->tree, step->marks, first + system->machines[asked.machine]->info->event_count + asked.event);
     }
     for (uint32_t p = 0; p < system->property_count && step->marks != FSM_NONE; p++) {
         if (system->judge_step(structs, occurs, p))
@@ -328,7 +328,7 @@ static uint32_t first_timer(const fsm_system *system, uint32_t machine)
 {
     uint32_t first = system->machine_count + 1 + system->possible_count;
     for (uint32_t i = 0; i < machine; i++)
-        first += system->machines[i]->timer_names;
+        first += fsm_timer_names(system->machines[i]);
     return first;
 }
 
@@ -355,10 +355,10 @@ uint32_t fsm_owed_action(const fsm_composition *self, fsm_kind kind, fsm_descrip
         return action_of_possible(system, what.argument);
     if (kind == FSM_STEP_INTERNAL)
         return what.machine;
-    if (what.action != FSM_DO_FIRE || kind != FSM_STEP_TIME || m->timer_name == NULL)
+    if (what.action != FSM_DO_FIRE || kind != FSM_STEP_TIME || !m->untimed)
         return FSM_NONE;
     const void *before = fsm_store_at(&self->locals[what.machine], what.before);
-    return first_timer(system, what.machine) + m->timer_name(before, what.argument);
+    return first_timer(system, what.machine) + fsm_timer_name(m, before, what.argument);
 }
 
 static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_t *actions)
@@ -381,10 +381,10 @@ static void armed(void *context, fsm_state state, unsigned char *actions)
     fsm_tree_unfold(self->tree, state, locals);
     for (uint32_t i = 0; i < self->system->machine_count; i++) {
         const fsm_machine *m = self->system->machines[i];
-        if (!self->system->ordered[i] || m->timer_name == NULL)
+        if (!self->system->ordered[i])
             continue;
         for (uint32_t timer = 0; timer < fsm_info(self, i, locals[i])->view.armed; timer++) {
-            uint32_t name = m->timer_name(fsm_store_at(&self->locals[i], locals[i]), timer);
+            uint32_t name = fsm_timer_name(m, fsm_store_at(&self->locals[i], locals[i]), timer);
             if (name != FSM_NONE)
                 actions[first_timer(self->system, i) + name] = 1;
         }
@@ -465,10 +465,11 @@ static const char *failure(void *context)
 static bool init_machine(fsm_composition *self, uint32_t machine)
 {
     const fsm_machine *m = self->system->machines[machine];
-    self->states_seen[machine] = calloc(m->state_count + 1, 1);
-    self->transitions_seen[machine] = calloc(m->transition_count + 1, 1);
-    return fsm_store_init(&self->locals[machine], m->size)
-        && fsm_store_init(&self->configurations[machine], m->configuration_size)
+    fsm_prepare(m);
+    self->states_seen[machine] = calloc(m->info->state_count + 1, 1);
+    self->transitions_seen[machine] = calloc(m->info->transition_count + 1, 1);
+    return fsm_store_init(&self->locals[machine], m->info->size)
+        && fsm_store_init(&self->configurations[machine], fsm_configuration_size(m))
         && self->states_seen[machine] != NULL && self->transitions_seen[machine] != NULL;
 }
 
@@ -484,8 +485,9 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
     bool fine = fsm_store_init(&self->messages, sizeof(fsm_message));
     for (uint32_t i = 0; i < count; i++) {
         fine = init_machine(self, i) && fine;
-        largest = system->machines[i]->size > largest ? system->machines[i]->size : largest;
-        size_t width = system->machines[i]->configuration_size;
+        const fsm_machine *m = system->machines[i];
+        size_t width = fsm_configuration_size(m);
+        largest = m->info->size > largest ? m->info->size : largest;
         widest = width > widest ? width : widest;
     }
     self->lock = fsm_lock_make();

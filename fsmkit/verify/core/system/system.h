@@ -18,68 +18,9 @@
 #define FSM_SYSTEM_H
 
 #include "model.h"
-#include "system/recorder.h"
-#include "zones/zones.h"
+#include "system/machine.h"
 
 enum { FSM_MOST_MACHINES = 64 };
-
-typedef struct {
-    uint32_t waiting; /* events that can be taken from the queue now */
-    uint32_t queued;  /* all events kept in it */
-    uint32_t armed;   /* timers */
-    uint32_t awaited; /* timers that are not assumed to stay silent */
-    bool due;         /* a timer is due */
-    bool running;     /* started, neither finished nor stopped by a fault */
-    bool faulted;
-    bool at_rest;     /* finished, or every active leaf may wait for ever */
-} fsm_view;
-
-/* Bytes of a local state that belong to one of its parts, such as its queue or a variable (spread.h). */
-typedef struct {
-    uint32_t part;
-    size_t offset, size;
-} fsm_span;
-
-typedef struct {
-    const char *name;
-    size_t size;
-    const fsm_span *spans;
-    uint32_t span_count, part_count;
-    bool environment;
-    bool monitor; /* one of the environment that only watches: it moves first, and nothing waits for it */
-    uint32_t state_count, transition_count, event_count;
-    uint32_t covered; /* its transitions, if each that is taken is marked, and each state; else 0 */
-    const unsigned char *noted; /* which events are worth a mark when nobody answers them */
-    const unsigned char *asked; /* which events some property asks of whether they occur; NULL: none */
-    void (*hear)(const void *event); /* notes an event that was taken, for monitors; NULL: none watches */
-    uint32_t microsteps; /* the bound of a macrostep */
-    size_t configuration_size;
-    void (*init)(void *m);
-    void (*start)(void *m);
-    void (*take)(void *m);
-    bool (*fire)(void *m, uint32_t timer);  /* the first due one; untimed, zones: that armed one; false: silent */
-    /* Whether a timer whose delay is an interval may fire before its deadline; NULL: there is none. */
-    bool (*early)(const void *m, uint32_t timer);
-    uint32_t (*timer_name)(const void *m, uint32_t timer); /* untimed: by transition, then by event, FSM_NONE: it never fires; else NULL */
-    uint32_t timer_names; /* how many there are, with those of the machines in its slots */
-    void (*eventless)(void *m);             /* NULL where no eventless guard reads an input */
-    void (*occur)(void *m, uint32_t event, const fsm_value *values); /* at once, ahead of the queue */
-    bool (*post)(void *m, uint32_t event, const fsm_value *values);  /* false: full */
-    void (*elapse)(void *m, uint32_t ticks);
-    void (*set_input)(void *m, uint32_t input, fsm_value value);
-    fsm_value (*output)(const void *m, uint32_t output);
-    void (*choose_inputs)(void *m);         /* of an open chart, before each step; else NULL */
-    void (*settle)(void *m);                /* after each step: what does not count as state is cleared */
-    /* Zones: timers lie in the order in which they were armed, with their durations as deadlines. `mark`
-     * comes before a step; `unmark` after it restores that, given the state before, and tells for each
-     * timer which of those before it is, counted from 1, or 0 for one that was armed in the step. */
-    void (*mark)(void *m);
-    void (*unmark)(void *m, const void *before, uint32_t *source);
-    void (*limits)(const void *m, fsm_limits *limits); /* of each timer: the least and the greatest duration */
-    fsm_view (*view)(const void *m);
-    void (*configuration)(const void *m, unsigned char *shown);
-    void (*dump)(const void *m);            /* data and outputs, as trace lines */
-} fsm_machine;
 
 typedef struct {
     uint32_t source, port, target, event, count;

@@ -185,7 +185,7 @@ static void list_parts(const fsm_timed *search)
         const uint32_t *tuple = fsm_store_at(&search->tuples, part);
         printf("%c{\"part\": %" PRIu32 "}\n", FSM_MARK, part);
         for (uint32_t i = 0; i < system->machine_count; i++)
-            system->machines[i]->dump(fsm_local(search->composition, i, tuple[i]));
+            fsm_dump(search->composition->system->machines[i], fsm_local(search->composition, i, tuple[i]));
     }
     printf("%c{}\n", FSM_MARK);
 }
@@ -265,7 +265,7 @@ static bool run_described(const replay *self, fsm_description what)
     fsm_composition *c = self->timed->composition;
     const fsm_machine *m = c->system->machines[what.machine];
     fsm_limits limits[UINT8_MAX + 1];
-    void *after = malloc(m->size);
+    void *after = malloc(m->info->size);
     if (after == NULL)
         return false;
     printf("%c{\"step\": {\"action\": \"%s\", \"machine\": %" PRIu32 ", \"argument\": %" PRIu32 ", \"choices\": ",
@@ -273,10 +273,10 @@ static bool run_described(const replay *self, fsm_description what)
     print_steps(what.choices, what.choice_count);
     printf(", \"waits\": %s}}\n", self->waits ? "true" : "false");
     fsm_run_again(c, what, after);
-    m->dump(after);
-    uint32_t armed = m->view(after).armed;
+    fsm_dump(m, after);
+    uint32_t armed = fsm_look(m, after).armed;
     if (armed > 0)
-        m->limits(after, limits);
+        fsm_limits_of(m, after, limits);
     printf("%c{\"timers\": [", FSM_MARK);
     for (uint32_t i = 0; i < armed; i++)
         printf("%s[%" PRIu32 ", %" PRId32 ", %" PRId32 "]", i == 0 ? "" : ", ", c->clocks[i], limits[i].lower,

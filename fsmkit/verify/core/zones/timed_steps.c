@@ -38,7 +38,7 @@ bool fsm_timed_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limits
         uint32_t armed = view_of(self, tuple, i)->armed;
         if (armed == 0)
             continue;
-        c->system->machines[i]->limits(fsm_store_at(&c->locals[i], tuple[i]), &limits[clock]);
+        fsm_limits_of(c->system->machines[i], fsm_store_at(&c->locals[i], tuple[i]), &limits[clock]);
         for (uint32_t end = clock + armed; clock < end; clock++) {
             fsm_limits *l = &limits[clock];
             bool endless = l->upper - l->lower == FSM_OPEN_ENDED;

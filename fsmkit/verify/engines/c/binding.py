@@ -1,384 +1,347 @@
-"""The C between a generated machine and the search: the functions of ``fsm_machine``.
+"""The C between a generated machine and the search: its table as a ``fsm_machine``.
 
-Besides those (core/system/system.h), a machine's file holds its operations and what takes the
-events that leave it; `verify.engines.c.binding_system` writes the file of the system.
+All that is done with a machine is in ``core/system/machine.c``, by its description
+(``fsm_info.h``) and by this table, which holds what an exploration knows beyond that. The source of
+an invoked machine is compiled within its own file, under hooks of its own.
 """
 
 from __future__ import annotations
 
-from fsmkit.chart.chart import OPEN_ENDED, Transition
+import struct
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.walk import charts_within
+from fsmkit.codegen.c.generate import Machine
+from fsmkit.codegen.c.host import print_host
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.options import COMPILING, Options, read_options
+from fsmkit.emit import Emitter, snake
+from fsmkit.language import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
+from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
-from fsmkit.system.readiness import tries_eventless
+from fsmkit.system.readiness import resting, tries_eventless
+from fsmkit.system.system import OBSERVED
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment, quoted
-from fsmkit.verify.engines.c.binding_regions import configuration_size
-from fsmkit.verify.engines.c.binding_timers import TimerWriter
-from fsmkit.verify.statespace.sessions import names_of_timers
-from fsmkit.verify.statespace.spread import parts_of
+from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.spread import Kind, parts_of
+
+MOST_STRAIGHT = 256
+"""States of a machine up to which its straight code is explored, as it is by default."""
+MOST_VALUES = 32
+"""Scalars in one message: FSM_MOST_VALUES of core/system/recorder.h."""
+LONGEST_NAME = 60
+COLUMNS = 16
+
+WAITING = {
+    Kind.QUEUE: ("deferred", "deferred_count", "queue", "queue_count"),
+    Kind.TIMERS: ("delayed", "delayed_count", "timer_count", "timers"),
+}
+"""The members of a generated struct that hold what waits; it is gone where a machine stops."""
+CLEARED = ("asked", "budget", "busy", "failed", "now", "rejected", "reply", "unhandled")
+"""Those that are no state."""
 
 
-class MachineBinding(TimerWriter):
-    """Writes the file of one machine."""
+@dataclass(frozen=True, slots=True)
+class Built:
+    """A machine as the binding sees it: its C names, and the members its struct has."""
+
+    number: int
+    chart: Chart
+    names: Names
+    members: frozenset[str]
+
+    @property
+    def prefix(self) -> str:
+        """The prefix of its functions."""
+        return self.names.prefix
+
+
+def prefix_of(number: int, name: str) -> str:
+    """Return the prefix under which a machine of a system is generated for exploration.
+
+    Files are called by it, which no name of a machine may make too long for a file system.
+    """
+    return f"m{number}_{snake(name)[:LONGEST_NAME]}"
+
+
+def options_for(chart: Chart) -> Options:
+    """Return the options with which a chart is generated for exploration.
+
+    Straight code of thousands of states takes a compiler minutes; tables take it seconds.
+    """
+    states = sum(len(one.states) for one in charts_within(chart))
+    aim = {"optimize": COMPILING} if states > MOST_STRAIGHT else {}
+    return read_options({"with": "info", **aim})
+
+
+def bind(closed: ClosedSystem, number: int, generated: Machine) -> tuple[Built, dict[str, str]]:
+    """Return a machine of a system, and the files of it and of what it invokes to be compiled."""
+    files = dict(generated.files)
+    prefix = generated.names.prefix
+    files[f"{prefix}_info.inc"] = files.pop(f"{prefix}_info.c")
+    *invoked, (names, members) = generated.family
+    for inner, its_members in invoked:
+        session = Built(number, inner.chart, inner, frozenset(m.name for m in its_members))
+        files[f"{inner.prefix}.inc"] = files.pop(f"{inner.prefix}.c")
+        files[f"explore_{inner.prefix}.c"] = _Binding(closed, session, is_outer=False).text()
+    built = Built(number, closed.charts[number], names, frozenset(m.name for m in members))
+    files[f"explore_{prefix}.c"] = _Binding(closed, built, is_outer=True).text()
+    return built, files
+
+
+# --- values ---------------------------------------------------------------------------------------
+
+
+def scalars_of(names: Names, type_: Type, value: Value) -> Iterator[str]:
+    """Yield the scalars of a value, in order, as ``fsm_value``."""
+    match type_, value:
+        case ArrayType(element), tuple():
+            for part in value:
+                yield from scalars_of(names, element, part)
+        case RecordType(_, fields), tuple():
+            yield from payload_of(names, fields, value)
+        case FloatType(), int() | float():
+            yield _integer(struct.unpack("<q", struct.pack("<d", float(value)))[0])
+        case SymbolType(), str():
+            yield str(names.symbol(value))
+        case _:
+            assert isinstance(value, int)  # noqa: S101  (all other scalars are integers)
+            yield _integer(int(value))
+
+
+def payload_of(names: Names, fields: Sequence[Field], values: Sequence[Value]) -> list[str]:
+    """Return the scalars of the fields of an event or a record."""
+    pairs = zip(fields, values, strict=True)
+    return [text for field, value in pairs for text in scalars_of(names, field.type, value)]
+
+
+def _integer(value: int) -> str:
+    if value >= 2**63:
+        value -= 2**64
+    return f"INT64_C({value})" if value > -(2**63) else "INT64_MIN"
+
+
+# --- the table ------------------------------------------------------------------------------------
+
+
+class _Binding:
+    """Writes the file of one machine: tables, what it calls, ``fsm_machine``."""
+
+    def __init__(self, closed: ClosedSystem, built: Built, *, is_outer: bool) -> None:
+        self._closed, self._built = closed, built
+        self._names, self._chart = built.names, built.chart
+        self._machine = closed.system.machines[built.number]
+        self._is_outer = is_outer
+        self._out = Emitter()
 
     @printing
     def text(self) -> str:
-        """Return the file, section by section."""
-        self.out.line(f"/* What the explorer does with `{comment(self.chart.name)}`. */")
-        includes = (f"{self.type}.h", f"{self.type}_info.inc", "system/session.h")
-        self.out.lines(f'#include "{name}"' for name in (*includes, "system/binding.h"))
-        self.out.line()
-        self._declare_sessions()
-        self._regions()
-        self._host()
-        self._steps()
-        self._inputs_and_outputs()
-        self._settle()
-        self._clocks()
-        self._view()
-        self._dump()
-        self._table()
-        return self.out.finish()
-
-    # --- steps ----------------------------------------------------------------------------------
-
-    def _steps(self) -> None:
-        out, t = self.out, self.type
-        out.text(f"""
-        static void init(void *m) {{ {t}_init(m); }}
-        static void take(void *m) {{ (void){t}_step_event(m); }}
-
-        static bool post(void *m, uint32_t event, const fsm_value *values)
-        {{
-            {t}_event e;
-            fsm_make_event(&{t}_info, event, values, &e);
-            return {t}_post(m, &e);
-        }}
-        """)
+        out, p = self._out, self._built.prefix
+        path = quoted("".join(f"{slot}: " for slot in self._names.path))
+        out.line(f"/* What the explorer knows of `{comment(self._chart.name)}`. */")
+        out.lines([f'#include "{p}.h"', '#include "system/machine.h"'])
+        if self._is_outer:
+            out.line(f'#include "{p}_info.inc"')
+        else:
+            out.lines([f"#define FSM_PATH {path}", '#include "system/inner_hooks.h"'])
+            out.lines([f'#include "{p}.inc"', f"extern const fsm_machine_info {p}_info;"])
+        inner = [f"fsm_machine_{names.prefix}" for names in self._names.invoked]
+        out.lines(f"extern const fsm_machine {name};" for name in (*inner, f"fsm_machine_{p}"))
+        out.lines([f"#define FSM_THIS (&fsm_machine_{p})", "", f"static {p} initial;"])
+        listed = self._table("fsm_machine *const", "inner", [f"&{name}" for name in inner])
+        table: dict[str, object] = {
+            "path": path,
+            "info": f"&{p}_info",
+            "inner": listed,
+            "initial": "&initial",
+        }
+        table |= self._common() | (self._outermost() if self._is_outer else {})
         out.line()
-        self._start()
-        if self._tries_inputs:
-            out.line(f"static void eventless(void *m) {{ (void){t}_step_eventless(m); }}")
-            out.line()
-        self._elapse()
-        self._recalled()
-        self._fire()
-        out.text(f"""
-        /* At once, ahead of the queue; not deferred where it could not be put there. */
-        static void occur(void *state, uint32_t event, const fsm_value *values)
-        {{
-            {t} *m = state;
-            {t}_event e;
-            fsm_make_event(&{t}_info, event, values, &e);
-            if (m->queue_count{self._deferred_count} >= {self.upper}_QUEUE || recalled(m) > 0u) {{
-                (void){t}_dispatch(m, &e, 0u);
-                return;
-            }}
-            for (uint32_t i = m->queue_count; i > 0u; i--)
-                m->queue[i] = m->queue[i - 1u];
-            m->queue[0] = e;
-            m->queue_count++;
-            (void){t}_step_event(m);
-        }}
-        """)
-        out.line()
+        print_host(out, self._names)
+        with out.block(f"const fsm_machine fsm_machine_{p} = {{", "};"):
+            out.lines(f".{name} = {value}," for name, value in table.items())
+        return out.finish()
 
-    @property
-    def _tries_inputs(self) -> bool:
-        return tries_eventless(self.machine, self.chart)
+    def _table(self, ctype: str, name: str, rows: Sequence[object]) -> str:
+        """Print an array; return its name, or NULL if it has nothing."""
+        if not rows:
+            return "NULL"
+        with self._out.block(f"static const {ctype} {name}[] = {{", "};"):
+            for at in range(0, len(rows), COLUMNS):
+                self._out.line(", ".join(map(str, rows[at : at + COLUMNS])) + ",")
+        return name
 
-    def _start(self) -> None:
-        """Write the start; shared data are not set to their start values then."""
-        out, t = self.out, self.type
-        if not self.machine.shared:
-            out.lines([f"static void start(void *m) {{ {t}_start(m, 0u); }}", ""])
-            return
-        out.lines([f"static {t} kept;", ""])
-        with out.block("static void begin(void *state)\n{"):
-            out.line(f"{t} *m = state;")
-            for name in dict.fromkeys(slot.name for slot in self.machine.shared):
-                member = self.names.variables[name]
-                out.line(f"memcpy(&m->{member}, &kept.{member}, sizeof m->{member});")
-        out.line()
-        with out.block("static void start(void *state)\n{"):
-            out.lines([f"kept = *({t} *)state;", "fsm_recording.begin = begin;"])
-            out.lines([f"{t}_start(state, 0u);", "fsm_recording.begin = NULL;"])
-        out.line()
+    def _flags(self, name: str, flags: Iterable[bool]) -> str:
+        """Print a table of bytes; NULL if none is set."""
+        listed = [int(flag) for flag in flags]
+        return self._table("unsigned char", name, listed if any(listed) else [])
 
-    def _recalled(self) -> None:
-        """Write the function that counts deferred events which no active state defers any more."""
-        out, t = self.out, self.type
-        out.line(f"static uint32_t recalled(const {t} *m)")
-        with out.block("{"):
-            if "deferred_count" not in self.built.members:
-                out.lines(["(void)m;", "return 0u;"])
-            else:
-                out.line("uint32_t count = 0u;")
-                each = "for (uint32_t i = 0u; i < m->deferred_count; i++) {"
-                with out.block(each), out.block("switch (m->deferred[i].event) {"):
-                    for event in self.chart.events:
-                        states = [s.index for s in self.chart.states if event.index in s.defer]
-                        if not states:
-                            continue
-                        tests = " || ".join(self.in_state(state) for state in states)
-                        out.line(f"case {self.names.events[event.index]}:")
-                        out.line(f"    count += !({tests});")
-                        out.line("    break;")
-                    out.lines(["default:", "    count++;", "    break;"])
-                out.line("return count;")
-        out.line()
+    def _spans(self, name: str, members: Iterable[tuple[int, str]]) -> dict[str, object]:
+        """Print where members lie, each with its part; those that the struct has."""
+        p = self._built.prefix
+        rows = [
+            f"{{{part}u, offsetof({p}, {member}), sizeof((({p} *)0)->{member})}}"
+            for part, member in members
+        ]
+        listed = self._table("fsm_span", name, rows)
+        return {name: listed, f"{name.removesuffix('s')}_count": len(rows)}
 
-    def _elapse(self) -> None:
-        """Write the passing of time: the deadline of an interval without an end stays away."""
-        out, t = self.out, self.type
-        with out.block("static void elapse(void *state, uint32_t ticks)\n{"):
-            out.line(f"{t} *m = state;")
-            out.line(f"{t}_rebase(m, ticks);")
-            if self._endless:
-                with out.block("for (uint32_t i = 0u; i < m->timer_count; i++) {"):
-                    is_endless = self._is_endless("m->timers[i].what")
-                    out.line(f"if (m->timers[i].deadline < {OPEN_ENDED}u && ({is_endless}))")
-                    out.line(f"    m->timers[i].deadline = {OPEN_ENDED}u;")
-        out.line()
+    def _choices(self, name: str, variable: int, type_: Type, values: Iterable[Value]) -> str:
+        """Print values; return the ``fsm_choices``."""
+        listed = list(values)
+        texts = [text for value in listed for text in scalars_of(self._names, type_, value)]
+        return f"{{{variable}u, {len(listed)}u, {self._table('fsm_value', name, texts)}}}"
 
-    @property
-    def _endless(self) -> list[Transition]:
-        return [t for t in self.chart.transitions if t.is_open_ended]
+    def _of(self, names: Iterable[str]) -> list[tuple[int, str]]:
+        return [(0, name) for name in names if name in self._built.members]
 
-    def _is_endless(self, what: str) -> str:
-        return " || ".join(f"{what} == {found.index}u" for found in self._endless)
+    # --- of each machine ----------------------------------------------------------------------
 
-    def _fire(self) -> None:
-        out, t = self.out, self.type
-        if not self._has_timers and not self.sessions:
-            out.text("""
-            static bool fire(void *m, uint32_t timer)
-            {
-                (void)m;
-                (void)timer;
-                return false;
-            }
-            """)
-            out.line()
-            return
-        self._silence()
-        self._slack()
-        self._timer_name()
-        if not self.closed.untimed and not self.closed.zones and not self._intervals:
-            out.text(f"""
-            static bool fire(void *m, uint32_t timer)
-            {{
-                (void)timer;
-                return {t}_step_timer(m);
-            }}
-            """)
-            out.line()
-            return
-        if self.sessions:
-            self._choose_timer("0u")
-            with out.block("static bool fire(void *m, uint32_t timer)\n{"):
-                out.line(f"return choose(m, timer) && {t}_step_timer(m);")
-            out.line()
-            return
-        took = f"return {t}_step_timer(m);"
-        if self._endless:
-            took = f"""(void){t}_step_timer(m);
-            return fsm_recording.took || !({self._is_endless("chosen.what")});"""
-        out.text(f"""
-        static bool fire(void *state, uint32_t timer)
-        {{
-            {t} *m = state;
-            {self._moved_to_front("0u")}
-            {took}
-        }}
-        """)
-        out.line()
+    def _common(self) -> dict[str, object]:
+        closed, chart = self._closed, self._chart
+        rests = resting(chart, self._machine)
+        silent = (closed.silent and transition.watchdog for transition in chart.transitions)
+        waiting = [name for members in WAITING.values() for name in members]
+        restless = [int(s.index > 0 and s.is_leaf and s.index not in rests) for s in chart.states]
+        return {
+            "untimed": _bool(closed.untimed),
+            "zones": _bool(closed.zones),
+            "is_channel": _bool(self._machine.is_channel),
+            "resets_inputs": _bool(closed.is_open and not closed.keeps_inputs),
+            "restless": self._table("unsigned char", "restless", restless),
+            "silent": self._flags("silent", silent),
+            "deferring": self._deferring(),
+            **self._spans("cleared", self._of(CLEARED)),
+            **self._spans("stopped", self._of(waiting)),
+            **self._host(),
+        }
 
-    @property
-    def _has_timers(self) -> bool:
-        return "timer_count" in self.built.members
+    def _deferring(self) -> str:
+        """Print by event the states that defer it."""
+        rows = []
+        for event in self._chart.events:
+            states = [s.index for s in self._chart.states if event.index in s.defer]
+            listed = self._table("uint16_t", f"deferring_{event.index}", states)
+            rows.append(f"{{{listed}, {len(states)}u}}")
+        is_deferring = "deferred_count" in self._built.members
+        return self._table("fsm_number_list", "deferring", rows if is_deferring else [])
 
-    def _silence(self) -> None:
-        """Write which timers never fire."""
-        out = self.out
-        if not self._has_timers:
-            return
-        silent = [t.index for t in self.chart.transitions if self.closed.silent and t.watchdog]
-        with out.block("static bool is_silent(uint32_t what)\n{"), out.block("switch (what) {"):
-            for transition in silent:
-                out.line(f"case {transition}u:")
-            if silent:
-                out.line("    return true;")
-            out.lines(["default:", "    return false;"])
-        out.line()
+    def _host(self) -> dict[str, object]:
+        """Print what operations return, and where wires begin: none at an invoked machine."""
+        chart = self._chart
+        first = len((self._machine.chart if self._is_outer else chart).events)
+        ports = range(max(len(chart.events), first + len(chart.operations)))
+        answers = []
+        for place, operation in enumerate(chart.operations):
+            values: tuple[Value, ...] = ()
+            if operation.result is not None:
+                values = self._closed.results[self._built.number][operation.name]
+            result = operation.result or FloatType(64)
+            answers.append(self._choices(f"answers_{place}", 0, result, values))
+        return {
+            "first_port": f"{first}u",
+            "linked": self._table("unsigned char", "linked", [int(self._links(n)) for n in ports]),
+            "answers": self._table("fsm_choices", "answers", answers),
+        }
 
-    def _moved_to_front(self, deadline: str) -> str:
-        """Spell what puts an armed timer first, with a deadline; a silent one is none."""
-        delayed = "delayed" in self.built.members
-        move = f"""
-                    {self.type}_delayed first = m->delayed[rank];
-                    for (uint32_t i = rank; i > 0u; i--)
-                        m->delayed[i] = m->delayed[i - 1u];
-                    m->delayed[0] = first;"""
-        if self.closed.untimed and self.machine.is_channel:
-            return f"""/* A connection keeps its order: only the oldest message may be the next. */
-            if (timer > 0u)
-                return false;
-            m->timers[0].deadline = {deadline};"""
-        return f"""/* Any armed timer may be the next: it is put first. */
-            fsm_timer chosen = m->timers[timer];
-            if (is_silent(chosen.what))
-                return false;
-            uint32_t rank = 0u;
-            for (uint32_t i = 0u; i < timer; i++)
-                rank += m->timers[i].what == FSM_TIMER_SEND;
-            if (chosen.what == FSM_TIMER_SEND) {{{move if delayed else " (void)rank;"}
-            }}
-            for (uint32_t i = timer; i > 0u; i--)
-                m->timers[i] = m->timers[i - 1u];
-            chosen.deadline = {deadline};
-            m->timers[0] = chosen;"""
+    def _links(self, port: int) -> bool:
+        begin = self._built.number, port
+        links = self._closed.system.event_links
+        return self._is_outer and any((link.source, link.port) == begin for link in links)
 
-    def _choose_timer(self, deadline: str) -> None:
-        """Write what lets a timer, of this machine or of one in a slot, be the next to fire."""
-        out, t = self.out, self.type
-        with out.block("static bool choose(void *state, uint32_t timer)\n{"):
-            out.line(f"{t} *m = state;")
-            if self._has_timers:
-                with out.block("if (timer < m->timer_count) {"):
-                    out.text(self._moved_to_front(deadline))
-                    out.line("return true;")
-                out.line("timer -= m->timer_count;")
-            for slot, table in self.sessions:
-                with out.block(f"if (m->{slot}.running) {{"):
-                    out.line(f"uint32_t armed = {table}.view(&m->{slot}).armed;")
-                    out.line("if (timer < armed)")
-                    out.line(f"    return {table}.choose(&m->{slot}, timer);")
-                    out.line("timer -= armed;")
-            out.line("return false;")
-        out.line()
+    # --- of the outermost -----------------------------------------------------------------------
 
-    def _timer_name(self) -> None:
-        """Write what tells the timers of a machine apart where deadlines do not count."""
-        if not self.closed.untimed:
-            return
-        out, t = self.out, self.type
-        with out.block("static uint32_t timer_name(const void *state, uint32_t timer)\n{"):
-            out.line(f"const {t} *m = state;")
-            self._name_within()
-            if not self._has_timers:
-                out.line("return 0u;")
-                return
-            out.line("if (is_silent(m->timers[timer].what))")
-            out.line("    return FSM_NONE;")
-            if "delayed" in self.built.members:
-                out.text(f"""
-                uint32_t rank = 0u;
-                for (uint32_t i = 0u; i < timer; i++)
-                    rank += m->timers[i].what == FSM_TIMER_SEND;
-                if (m->timers[timer].what == FSM_TIMER_SEND)
-                    return {len(self.chart.transitions)}u + (uint32_t)m->delayed[rank].e.event - 1u;
-                """)
-            out.line("return m->timers[timer].what;")
-        out.line()
-
-    def _name_within(self) -> None:
-        """Write the naming of the timers of machines in slots."""
-        out = self.out
-        if not self.sessions:
-            out.line("(void)m;")
-            return
-        count = "m->timer_count" if self._has_timers else "0u"
-        first = len(self.chart.transitions) + len(self.chart.events)
-        with out.block(f"if (timer >= {count}) {{"):
-            out.line(f"timer -= {count};")
-            for inner, (slot, table) in zip(self.chart.invocations, self.sessions, strict=True):
-                with out.block(f"if (m->{slot}.running) {{"):
-                    out.line(f"uint32_t armed = {table}.view(&m->{slot}).armed;")
-                    with out.block("if (timer < armed) {"):
-                        out.line(f"uint32_t name = {table}.timer_name(&m->{slot}, timer);")
-                        out.line(f"return name == FSM_NONE ? name : {first}u + name;")
-                    out.line("timer -= armed;")
-                first += names_of_timers(inner.chart)
-            out.line("return 0u;")
-        out.line()
-
-    @property
-    def _intervals(self) -> list[Transition]:
-        return [t for t in self.chart.transitions if t.least is not None]
-
-    def _slack(self) -> None:
-        """Write how long before its deadline each timer may fire, and whether one may now."""
-        out, t = self.out, self.type
-        with out.block("static uint32_t slack(uint32_t what)\n{"), out.block("switch (what) {"):
-            for found in self._intervals:
-                out.line(f"case {found.index}u:")
-                out.line(f"    return {found.delay - (found.least or 0)}u;")
-            out.lines(["default:", "    return 0u;"])
-        out.line()
-        if self._intervals:
-            out.text(f"""
-            static bool early(const void *state, uint32_t timer)
-            {{
-                const {t} *m = state;
-                uint32_t most = slack(m->timers[timer].what);
-                return most > 0u && m->timers[timer].deadline <= most;
-            }}
-            """)
-            out.line()
-
-    def _table(self) -> None:
-        chart, t = self.chart, self.type
-        machine = self.machine
+    def _outermost(self) -> dict[str, object]:
+        out, closed, chart, machine = self._out, self._closed, self._chart, self._machine
+        p, number = self._built.prefix, self._built.number
         own = 0 if machine.is_monitor else len(machine.chart.events)
-        noted = ", ".join(
-            str(int(n < own and bool(event.directions))) for n, event in enumerate(chart.events)
-        )
-        out = self.out
-        out.line(f"static const unsigned char noted[] = {{{noted or '0'}}};")
-        events = asked_events(self.closed.system.properties)
-        asked = [int((self.built.number, n) in events) for n in range(len(chart.events))]
-        if any(asked):
-            numbers = ", ".join(map(str, asked))
-            out.line(f"static const unsigned char asked[] = {{{numbers}}};")
-        out.line()
-        spans = self._spans()
-        with out.block(f"const fsm_machine fsm_machine_{self.built.number} = {{", "};"):
-            out.line(f".name = {quoted(machine.name)},")
-            out.line(f".size = sizeof({t}),")
-            out.line(f".spans = spans, .span_count = {spans}u,")
-            out.line(f".part_count = {len(parts_of(self.chart))}u,")
-            out.line(f".environment = {str(machine.environment).lower()},")
-            out.line(f".monitor = {str(machine.is_monitor).lower()},")
-            out.line(f".state_count = {len(chart.states)}u,")
-            out.line(f".transition_count = {len(chart.transitions)}u,")
-            out.line(f".event_count = {len(chart.events)}u,")
-            covered = len(chart.transitions) if self.closed.covers else 0
-            out.line(f".covered = {covered}u,")
-            out.line(".noted = noted,")
-            out.line(f".asked = {'asked' if any(asked) else 'NULL'},")
-            out.line(f".hear = {'hear' if self._hears else 'NULL'},")
-            out.line(f".microsteps = {self.upper}_MICROSTEPS,")
-            out.line(f".configuration_size = {configuration_size(chart)}u,")
-            for name in [
-                "init",
-                "start",
-                "take",
-                "fire",
-                "occur",
-                "post",
-                "elapse",
-                "set_input",
-                "output",
-                "settle",
-                "view",
-                "configuration",
-                "dump",
-            ]:
-                out.line(f".{name} = {name},")
-            self._clock_members()
-            out.line(f".timer_names = {names_of_timers(chart)}u,")
-            named = self.closed.untimed and (self._has_timers or bool(self.sessions))
-            out.line(f".timer_name = {'timer_name' if named else 'NULL'},")
-            out.line(f".early = {'early' if self._intervals else 'NULL'},")
-            out.line(f".eventless = {'eventless' if self._tries_inputs else 'NULL'},")
-            out.line(f".choose_inputs = {'choose_inputs' if self.closed.is_open else 'NULL'},")
+        noted = [int(n < own and bool(event.directions)) for n, event in enumerate(chart.events)]
+        asked = asked_events(closed.system.properties)
+        look = look_event(chart)
+        tries = tries_eventless(machine, chart)
+        is_interval = any(t.least is not None for t in chart.transitions)
+        slack = [0 if t.least is None else t.delay - t.least for t in chart.transitions]
+        out.lines([f"FSM_DEFINE_STEPS({p})", *([f"FSM_DEFINE_EVENTLESS({p})"] if tries else [])])
+        return {
+            "name": quoted(machine.name),
+            "environment": _bool(machine.environment),
+            "monitor": _bool(machine.is_monitor),
+            "covered": len(chart.transitions) if closed.covers else 0,
+            "microsteps": f"{self._names.upper}_MICROSTEPS",
+            "look": "UINT32_MAX" if look is None else look,
+            "noted": self._table("unsigned char", "noted", noted),
+            "asked": self._flags("asked", ((number, n) in asked for n in range(len(noted)))),
+            "heard": self._flags("heard", (self._links(OBSERVED + n) for n in range(len(noted)))),
+            "slack": self._table("uint32_t", "slack", slack if is_interval else []),
+            **self._variables(),
+            **self._parts(),
+            "driver": f"&{p}_driver",
+            "take": "take",
+            "fire_first": "fire_first",
+            "eventless": "eventless" if tries else "NULL",
+            "rebase": "rebase",
+        }
+
+    def _variables(self) -> dict[str, object]:
+        """Print what is wired, chosen and reset."""
+        closed, chart = self._closed, self._chart
+        places = {v.name: n for n, v in enumerate((*chart.data, *chart.outputs, *chart.inputs))}
+        whole = {name: f"{{{place}u, UINT32_MAX}}" for name, place in places.items()}
+        shared = [
+            whole[s.name] if s.element is None else f"{{{places[s.name]}u, {s.element}u}}"
+            for s in self._machine.shared
+        ]
+        inputs = [whole[v.name] for v in chart.inputs]
+        outputs = [whole[v.name] for v in chart.outputs]
+        first = len(chart.data) + len(chart.outputs)
+        free = [
+            self._choices(f"free_{n}", first + n, chart.inputs[n].type, one.values)
+            for one in closed.free_inputs
+            for n in (one.input,)
+        ]
+        resettable = closed.mortal[self._built.number] if closed.mortal else ()
+        reset = [
+            f"{{{one.data}u, {self._set_of(f'live_{one.data}', one.live)}}}" for one in resettable
+        ]
+        data = [whole[v.name] for v in chart.data]
+        return {
+            "inputs": self._table("fsm_slot_of", "inputs", [*inputs, *shared]),
+            "outputs": self._table("fsm_slot_of", "outputs", [*outputs, *shared, *data]),
+            "shared_count": len(shared),
+            "free_inputs": self._table("fsm_choices", "free_inputs", free),
+            "free_count": len(free),
+            "resettable": self._table("fsm_resettable", "resettable", reset),
+            "resettable_count": len(reset),
+        }
+
+    def _set_of(self, name: str, states: Collection[int]) -> str:
+        """Print a set of states, a bit for each."""
+        bits = bytearray(len(self._chart.states) // 8 + 1)
+        for state in states:
+            bits[state // 8] |= 1 << state % 8
+        return self._table("unsigned char", name, list(bits))
+
+    def _parts(self) -> dict[str, object]:
+        """Print which bytes belong to which part."""
+        names, chart = self._names, self._chart
+        variables = {
+            Kind.INPUT: chart.inputs, Kind.DATA: chart.data, Kind.OUTPUT: chart.outputs,
+        }  # fmt: skip
+        parts = parts_of(chart)
+        rows: list[tuple[int, str]] = []
+        for number, part in enumerate(parts):
+            if part.kind in variables:
+                found = [names.variables[variables[part.kind][part.index].name]]
+            elif part.kind is Kind.INVOKED:
+                found = [names.slots[part.index]]
+            else:
+                found = [name for name in WAITING[part.kind] if name in self._built.members]
+            rows += [(number, member) for member in found]
+        return {**self._spans("spans", rows), "part_count": len(parts)}
+
+
+def _bool(value: bool) -> str:
+    return str(value).lower()

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Sequence
 
 from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
-from fsmkit.language import (
-    ArrayType,
-    Field,
-    FloatType,
-    InState,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-)
+from fsmkit.language import InState
 from fsmkit.language import Variable as Named
 from fsmkit.system.properties.property import Atom, Property, asked_events, judged
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment
-from fsmkit.verify.engines.c.binding_values import MOST_VALUES, Built
+from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 
@@ -35,7 +25,7 @@ def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
     out.lines(f'#include "{machine.prefix}.h"' for machine in built)
     out.lines(['#include "system/system.h"', "", "#include <string.h>", ""])
     for machine in built:
-        out.line(f"extern const fsm_machine fsm_machine_{machine.number};")
+        out.line(f"extern const fsm_machine fsm_machine_{machine.prefix};")
     out.line()
     _links(out, closed)
     _possible(out, closed, built)
@@ -68,7 +58,7 @@ def _possible(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> Non
         for what in closed.possible:
             machine = built[what.machine]
             fields = machine.chart.events[what.event].fields
-            values = _flat(machine, fields, what.payload)
+            values = payload_of(machine.names, fields, what.payload)
             _within_bounds(len(values))
             owed, spontaneous = str(what.owed).lower(), str(what.spontaneous).lower()
             texts = ", ".join(values) or "0"
@@ -84,36 +74,6 @@ def _within_bounds(values: int) -> None:
             f"a message of {values} values is too large for the engine in C",
             help="use `--engine python`",
         )
-
-
-def _flat(machine: Built, fields: tuple[Field, ...], payload: tuple[Value, ...]) -> list[str]:
-    """Spell the scalars of a payload as `fsm_value`."""
-    found: list[str] = []
-    for field, value in zip(fields, payload, strict=True):
-        found += _scalars(machine, field.type, value)
-    return found
-
-
-def _scalars(machine: Built, type_: Type, value: Value) -> list[str]:
-    match type_, value:
-        case ArrayType(element), tuple():
-            return [text for part in value for text in _scalars(machine, element, part)]
-        case RecordType(_, fields), tuple():
-            return _flat(machine, fields, value)
-        case FloatType(), int() | float():
-            bits: int = struct.unpack("<q", struct.pack("<d", float(value)))[0]
-            return [_integer(bits)]
-        case SymbolType(), str():
-            return [str(machine.names.symbol(value))]
-        case _:
-            assert isinstance(value, int)  # noqa: S101  (all other scalars are integers)
-            return [_integer(int(value))]
-
-
-def _integer(value: int) -> str:
-    if value >= 2**63:
-        value -= 2**64
-    return f"INT64_C({value})" if value > -(2**63) else "INT64_MIN"
 
 
 # --- properties -----------------------------------------------------------------------------------
@@ -256,7 +216,7 @@ def _active(machine: Built, state: int) -> str:
 
 def _machines(out: Emitter, built: Sequence[Built]) -> None:
     with out.block("static const fsm_machine *const machines[] = {", "};"):
-        out.lines(f"&fsm_machine_{machine.number}," for machine in built)
+        out.lines(f"&fsm_machine_{machine.prefix}," for machine in built)
     out.line()
 
 

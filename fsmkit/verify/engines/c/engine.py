@@ -18,14 +18,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
-from fsmkit.verify.engines.c.binding import MachineBinding
-from fsmkit.verify.engines.c.binding_sessions import session_files
+from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
-from fsmkit.verify.engines.c.binding_values import Built, describe, options_for, prefix_of
 from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
 from fsmkit.verify.engines.c.output import difference, marked, performed_steps, unfinished
@@ -79,10 +77,9 @@ def model_files(closed: ClosedSystem, findings: Findings) -> dict[str, str]:
             findings.extend(own)
             findings.stop_on_errors()
         generated = generate_machine(long_waiting, prefix, options_for(chart))
-        machine = describe(closed, number, generated)
-        files.update(session_files(closed, machine, generated))
+        machine, own_files = bind(closed, number, generated)
         built.append(machine)
-        files[f"explore_{number}.c"] = MachineBinding(closed, machine).text()
+        files |= own_files
     files["explore_system.c"] = system_file(closed, built)
     return files
 
@@ -107,8 +104,9 @@ class CEngine:
                 help="install `cc`, name one in CC, or use `--engine python`",
             )
         files = self._deadline.cut_off(Stage.GENERATING, lambda: model_files(closed, findings))
-        sources = sorted(CORE.rglob("*.[ch]"))
-        core = {path.relative_to(CORE).as_posix(): path.read_text() for path in sources}
+        sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
+        sources |= {Path(name): LIBRARY / name for name in ("fsm.h", "fsm_info.h")}
+        core = {name.as_posix(): path.read_text() for name, path in sources.items()}
         self._builder = Builder((command, *FLAGS), self._deadline, findings)
         try:
             is_large = any(options_for(chart).is_small for chart in closed.charts)
