@@ -5,11 +5,12 @@ One by one, the steps of a chart that stands open are more than tools read.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from fsmkit.export.components import Code
-from fsmkit.export.network import Move
+from fsmkit.export.network import Automaton, Move
 
 Change = Mapping[int, int]
 """For components, their values afterwards."""
@@ -28,13 +29,22 @@ class Joint:
         return frozenset(move.source for move in self.moves)
 
 
-def joined(
-    moves: Iterable[Move], same: Callable[[Move], Hashable], codes: Sequence[Code]
+def joint_moves(
+    automaton: Automaton, codes: Sequence[Code], *, named: bool = False
 ) -> tuple[Joint, ...]:
-    """Return moves by what ``same`` tells of them, and by what they change."""
+    """Return the moves of a machine by what they do, and by what they change.
+
+    ``named``: only moves of one label go together, and of one local state no two, so from a local
+    state there are as many steps as moves.
+    """
     groups: dict[Hashable, list[Move]] = {}
-    for move in moves:
-        groups.setdefault(same(move), []).append(move)
+    counts: Counter[Hashable] = Counter()
+    for move in automaton.moves:
+        key: Hashable = automaton.signature(move)
+        if named:
+            counts[move.source, move.label, key] += 1
+            key = move.label, key, counts[move.source, move.label, key]
+        groups.setdefault(key, []).append(move)
     found: list[Joint] = []
     for group in groups.values():
         steps = [(move.source, move.target) for move in group]

@@ -8,7 +8,8 @@ from dataclasses import replace
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.export.explored import Explored, local_steps_of
 from fsmkit.export.exporter import Exported, ExportOptions
-from fsmkit.export.local_states import in_order, names_and_texts, word
+from fsmkit.export.identifiers import Names
+from fsmkit.export.local_states import in_order, names_and_texts
 from fsmkit.export.network import Arrival, Automaton, Local, Move, Network, Place, Sent
 from fsmkit.export.transition_system import cause
 from fsmkit.language.values import show
@@ -209,19 +210,13 @@ class _Part:
             )
 
     def _named_arrivals(self) -> Iterator[Arrival]:
-        used: set[str] = set()
+        names = Names()
         for message in self._arrivals:
             if message.event is not None:
                 text = occurrence_text(self._chart, message.event)
             else:
                 text = self._value_text(message)
-            name = base = word(text)
-            number = 1
-            while name in used:
-                number += 1
-                name = f"{base}_{number}"
-            used.add(name)
-            yield Arrival(name, text, message.event is not None)
+            yield Arrival(names.take(text), text, message.event is not None)
 
     def _value_text(self, message: Message) -> str:
         inputs = self._chart.inputs

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
 from fsmkit.document.document import Kind
-from fsmkit.export.local_states import timer_text, word
+from fsmkit.export.identifiers import word
+from fsmkit.export.local_states import timer_text
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout
 from fsmkit.verify.report.counterexample import occurrence_text

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import reduce
 from itertools import product
 from typing import assert_never
 
 from fsmkit.chart.walk import nodes
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.export.exporter import leave_out
 from fsmkit.export.network import Network
 from fsmkit.language import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Variable
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.system.properties.kinds import never
-from fsmkit.system.properties.property import Atom, Property
+from fsmkit.system.properties.property import Atom, AtStates, Builtin, OverGraph, Property
 from fsmkit.texts import plain
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 
@@ -68,6 +70,81 @@ class Any:
 Formula = Constant | In | QueueEmpty | Not | All | Any
 
 
+class Form(Enum):
+    """What a property says of the states of all runs."""
+
+    NEVER = "its condition never holds"
+    REACHED = "it can be reached"
+    RECOVERABLE = "it can be reached from everywhere"
+    LEADS_TO = "where it holds, the goal holds some time later"
+    LIVELOCK = "machines are not busy for ever while no time passes"
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A property as a formula over states; ``missing``: why a notation does not say it."""
+
+    property: Property
+    form: Form | None = None
+    condition: Formula = Constant(value=False)
+    goal: Formula = Constant(value=False)
+    missing: str = ""
+
+
+def claims(
+    network: Network, forms: Collection[Form], findings: Findings | None, kind_of: str
+) -> Iterator[Claim]:
+    """Yield what the properties say; ``findings`` report those that are not of these ``forms``.
+
+    ``kind_of`` says what the notation has, such as "formula over states".
+    """
+    for property_ in network.closed.system.properties:
+        form = _form(property_)
+        if form is None or form not in forms:
+            found = Claim(property_, missing=f"`{plain(property_.kind.key)}` is no {kind_of}")
+        else:
+            try:
+                found = _claim(network, property_, form)
+            except FsmkitError as error:
+                found = Claim(property_, missing=error.diagnostics[0].message)
+        if found.missing:
+            leave_out(property_, found.missing, findings)
+        yield found
+
+
+def _form(property_: Property) -> Form | None:
+    match property_.kind.decided:
+        case Builtin.DEADLOCK:
+            return Form.NEVER
+        case Builtin.LIVELOCK:
+            return Form.LIVELOCK
+        case AtStates():
+            return Form.REACHED if property_.is_wanted else Form.NEVER
+        case OverGraph(procedure="recoverable"):
+            return Form.RECOVERABLE
+        case OverGraph(procedure="leads-to"):
+            return Form.LEADS_TO
+        case _:
+            return None
+
+
+def _claim(network: Network, property_: Property, form: Form) -> Claim:
+    if property_.kind.decided is Builtin.DEADLOCK:
+        return Claim(property_, form, deadlock(network))
+    if form is Form.LIVELOCK:
+        return Claim(property_, form)
+    condition = condition_of(network, property_)
+    if form is not Form.LEADS_TO or property_.goal is None:
+        return Claim(property_, form, Not(condition) if property_.is_negated else condition)
+    goal, atoms = property_.goal.expression, property_.goal.atoms
+    return Claim(
+        property_,
+        form,
+        condition,
+        condition_of(network, replace(property_, condition=goal, atoms=atoms)),
+    )
+
+
 def condition_of(network: Network, property_: Property) -> Formula:
     """Return when the condition of a property holds.
 
@@ -82,13 +159,6 @@ def condition_of(network: Network, property_: Property) -> Formula:
             help="watch the event by a monitor, and export that",
         )
     return simplified(_Reader(network, property_).formula(property_.condition))
-
-
-def goal_of(network: Network, property_: Property) -> Formula:
-    """Return when the goal of a `leads_to` holds."""
-    goal = property_.goal
-    assert goal is not None  # noqa: S101  (of this kind)
-    return condition_of(network, replace(property_, condition=goal.expression, atoms=goal.atoms))
 
 
 class _Reader:

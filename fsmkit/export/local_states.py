@@ -6,11 +6,10 @@ what tells those apart.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterator, Sequence
-from zlib import crc32
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
+from fsmkit.export.identifiers import word
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout, Timer
 from fsmkit.texts import telling
@@ -61,24 +60,6 @@ def shown_leaves(chart: Chart, snapshot: Snapshot) -> str:
     leaves = [chart.states[s].id for s in sorted(snapshot.configuration) if chart.states[s].is_leaf]
     active = "+".join(leaves) or "stopped"
     return active if snapshot.running else f"{active} finished"
-
-
-LONGEST = 80
-"""Characters of an identifier: SPIN 6 breaks off where it joins two of some 200."""
-
-
-def word(text: str) -> str:
-    """Return a text as an identifier: letters, digits and single underscores.
-
-    What is longer than `LONGEST` ends with a checksum of all of it, so that others that begin in
-    the same way still have names of their own.
-    """
-    found = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
-    if not found or found[0].isdigit():
-        found = f"s_{found}"
-    if len(found) <= LONGEST:
-        return found
-    return f"{found[: LONGEST - 9].strip('_')}_{crc32(text.encode('utf-8', 'replace')):08x}"
 
 
 def _facts(chart: Chart, snapshot: Snapshot, *, with_times: bool = True) -> Iterator[str]:

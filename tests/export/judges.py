@@ -14,11 +14,9 @@ from pathlib import Path
 from fsmkit.diagnostics import Findings
 from fsmkit.export.collect import network_of
 from fsmkit.export.exporter import ExportOptions
-from fsmkit.export.jani.model import model_of
-from fsmkit.export.jani.properties import FORESEEN
-from fsmkit.export.names import identifiers
+from fsmkit.export.jani.model import FORESEEN, model_of
 from fsmkit.export.network import Network
-from fsmkit.export.promela.model import written
+from fsmkit.export.promela.model import claim_names, written
 from fsmkit.system.properties.kinds import deadlock_free, leads_to, reachable
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
@@ -174,7 +172,7 @@ def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> J
     """Return what SPIN says: all states, if wanted, and each property that is a never claim."""
     text = written(network)
     properties = network.closed.system.properties
-    names = dict(zip(identifiers(p.name for p in properties), properties, strict=True))
+    names = dict(zip(claim_names(properties), properties, strict=True))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         compile_model(f"{text}{EVERYTHING}\n", folder, "-O0" if network.states < FEW else "-O1")

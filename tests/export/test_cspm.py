@@ -21,6 +21,7 @@ from fsmkit.export.cspm.assertions import asserted
 from fsmkit.export.cspm.identifiers import comment, listed
 from fsmkit.export.cspm.model import written
 from fsmkit.export.exporter import ExportOptions
+from fsmkit.export.formula import Form
 from fsmkit.export.transition_system import START, TICK, _label
 from fsmkit.system.properties.kinds import deadlock_free
 from fsmkit.system.reading import load_any
@@ -166,11 +167,11 @@ def judged(closed: ClosedSystem, meaning: Meaning, alphabet: Alphabet) -> dict[s
     assert meaning.holds(unseen, 10**5)
     assert meaning.holds(divergence, 10**5) is (found.livelock is None)
     verdicts = {"livelock": found.livelock is None}
-    carried = [one for one in asserted(alphabet.network, alphabet.names) if one.is_carried]
+    carried = [one for one in asserted(alphabet.network, alphabet.names, None) if one.is_carried]
     for one, assertion in zip(carried, properties, strict=True):
-        wanted = is_seen(closed, found, one.of.name) is one.wanted
-        assert meaning.holds(assertion, 10**5) is wanted, one.of.name
-        verdicts[one.of.name] = wanted
+        wanted = is_seen(closed, found, one.claim.property.name) is (one.claim.form is Form.REACHED)
+        assert meaning.holds(assertion, 10**5) is wanted, one.claim.property.name
+        verdicts[one.claim.property.name] = wanted
     return verdicts
 
 

@@ -8,17 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsmkit.export.changes import Joint, by_themselves, changes
+from fsmkit.export.changes import Joint, by_themselves, changes, joint_moves
 from fsmkit.export.collect import network_of
 from fsmkit.export.components import Code
 from fsmkit.export.cubes import Cubes
 from fsmkit.export.exporter import ExportOptions
-from fsmkit.export.jani.edges import edges_of
 from fsmkit.export.jani.model import model_of
 from fsmkit.export.network import Automaton, Network
 from fsmkit.export.parts import Parts
-from fsmkit.export.promela.identifiers import Spelling
-from fsmkit.export.promela.options import options
 from tests.export.judges import has_storm
 from tests.needs import need
 from tests.verify.conftest import Load
@@ -101,13 +98,13 @@ def check(automaton: Automaton, found: tuple[Joint, ...]) -> None:
 
 def test_options_of_promela(supervisor: Network) -> None:
     (automaton,) = supervisor.automata
-    check(automaton, options(Spelling(supervisor), 0))
+    check(automaton, joint_moves(automaton, Parts(supervisor).codes[0]))
 
 
 def test_edges_of_jani(supervisor: Network) -> None:
     """From each local state there are as many steps as moves, with their names."""
     (automaton,) = supervisor.automata
-    found = edges_of(automaton, Parts(supervisor).codes[0])
+    found = joint_moves(automaton, Parts(supervisor).codes[0], named=True)
     check(automaton, found)
     for edge in found:
         assert len(edge.sources) == len(edge.moves)

@@ -10,7 +10,6 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.uppaal.network import Declared, Edge, Network, Sort
 from fsmkit.export.uppaal.translate import translated
-from fsmkit.export.uppaal.wellformed import problems
 from fsmkit.export.uppaal.writing import write
 from fsmkit.system.reader import load_system
 from fsmkit.system.reading import load_any
@@ -25,6 +24,7 @@ from tests.export.uppaal_compared import compared
 from tests.export.uppaal_format import broken_rules
 from tests.export.uppaal_meaning import Meaning
 from tests.export.uppaal_reading import read
+from tests.export.uppaal_rules import problems
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 
@@ -49,7 +49,9 @@ def loaded(folder: Path, files: dict[str, str]) -> System:
 
 def of_chart(folder: Path, text: str) -> Network:
     (folder / "chart.yaml").write_text(text)
-    return translated(close(load_any(folder / "chart.yaml", Findings())))
+    network = translated(close(load_any(folder / "chart.yaml", Findings())))
+    assert list(problems(network)) == []
+    return network
 
 
 @FORMS
@@ -164,6 +166,7 @@ def test_files_keep_the_rules_of_the_format(tmp_path: Path, name: str, form: str
         file.write_text(PLAIN)
     assert execute(["export", str(file), "--to", form, "--out", str(out)]) == 0
     assert list(broken_rules(out.read_text())) == []
+    assert list(problems(read(out.read_text()))) == []
 
 
 BROKEN = {
@@ -274,5 +277,5 @@ def test_the_rules_of_uppaal_are_checked() -> None:
 
 
 def test_a_file_that_is_none_is_told() -> None:
-    with pytest.raises(FsmkitError, match="no XML"):
+    with pytest.raises(ValueError, match="no XML"):
         read("<nta>")

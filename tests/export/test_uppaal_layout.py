@@ -7,10 +7,9 @@ import pytest
 from lxml import etree
 
 from fsmkit.diagnostics import Findings
-from fsmkit.export.uppaal.joining import joined
 from fsmkit.export.uppaal.labels import block, labels
 from fsmkit.export.uppaal.layout import COMMITTED, TO_HUB, hubs_of
-from fsmkit.export.uppaal.network import Declared, Edge, Location, Network, Sort, Template
+from fsmkit.export.uppaal.network import Edge, Template
 from fsmkit.export.uppaal.translate import translated
 from fsmkit.system.reading import load_any
 from fsmkit.verify.statespace.closed_system import close
@@ -80,41 +79,6 @@ def test_without_graphviz_a_grid_is_as_free(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 # --- parts ---
-
-
-def of_edges(*edges: Edge) -> list[Edge]:
-    clock = Declared("t", Sort.CLOCK)
-    locations = (Location("a"), Location("b"))
-    template = Template("T", "t_", (clock,), locations, "a", edges)
-    return list(joined(Network((), (), (template,), ())).templates[0].edges)
-
-
-def test_parallel_edges_are_joined_where_one_says_the_same() -> None:
-    yes = Edge("a", "b", guard=("n == 1", "p"), comment="e")
-    no = Edge("a", "b", guard=("n == 1", "!p"), comment="e")
-    assert of_edges(yes, no) == [Edge("a", "b", guard=("n == 1",), comment="e")]
-    heads = [Edge("a", "b", guard=(f"q[0] == {name}", "p")) for name in ("x", "y")]
-    assert [edge.guard for edge in of_edges(*heads)] == [("(q[0] == x || q[0] == y)", "p")]
-    same = [Edge("a", "b", guard=("p",), comment=name) for name in ("x", "y")]
-    assert [edge.comment for edge in of_edges(*same)] == ["x, y"]
-
-
-def test_edges_that_mean_more_than_one_could_are_left() -> None:
-    pairs = [("p", "q"), ("p && q", "!p && q"), ("!p && q", "!!p && q"), ("t < 3", "!t < 3")]
-    for one, other in [*pairs, ("f()", "!f()"), ("a[1] == 2", "!(a[1] == 2)")]:
-        edges = [Edge("a", "b", guard=(one,)), Edge("a", "b", guard=(other,))]
-        assert of_edges(*edges) == edges
-    apart_by_event = [Edge("a", "b", guard=("p",), comment="x"),
-                      Edge("a", "b", guard=("!p",), comment="y")]  # fmt: skip
-    assert of_edges(*apart_by_event) == apart_by_event
-    other_update = [Edge("a", "b", guard=("p",), update=("n = 1",)), Edge("a", "b", guard=("!p",))]
-    assert of_edges(*other_update) == other_update
-
-
-def test_what_is_selected_for_nothing_goes() -> None:
-    yes = Edge("a", "b", select=(("v", 0, 1),), guard=("(v == 1)",))
-    no = Edge("a", "b", select=(("v", 0, 1),), guard=("!(v == 1)",))
-    assert of_edges(yes, no) == [Edge("a", "b")]
 
 
 def test_a_long_label_has_several_lines() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from fsmkit.export.uppaal.names import spelled
+from fsmkit.export.identifiers import word
 from fsmkit.export.uppaal.space import leaves
 from fsmkit.export.uppaal.translate import translated
 from fsmkit.language import ArrayType, Type, Value
@@ -12,6 +12,7 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.engines.python.oracle import Oracle
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from tests.export.uppaal_meaning import Meaning
+from tests.export.uppaal_rules import problems
 
 Shown = tuple[object, ...]
 
@@ -22,6 +23,7 @@ def compared(closed: ClosedSystem, most: int = 10**6, *, paced: bool = True) -> 
     ``paced``: time passes by a template of its own, as in the flat form; else by an urgent channel.
     """
     network = translated(closed, flat=True, paced=paced, draw=False)
+    assert list(problems(network)) == []
     meaning = Meaning(network, 0 if closed.untimed else closed.unit)
     states = meaning.reached(most)
     oracle = Oracle(closed)
@@ -59,7 +61,7 @@ def _difference(ours: set[Shown], theirs: set[Shown]) -> str:
 def _leaves(closed: ClosedSystem, machine: int, snapshot: Snapshot) -> str:
     states = closed.charts[machine].states
     active = (states[s] for s in sorted(snapshot.configuration))
-    return "_".join(spelled(s.id) for s in active if s.is_leaf)
+    return "_".join(word(s.id) for s in active if s.is_leaf)
 
 
 def _queue(snapshot: Snapshot) -> tuple[object, ...]:
@@ -129,15 +131,15 @@ def _of_state(
             if _partial(closed, machine, path):
                 continue
             at, one = next(
-                meaning.places[scope, word]
-                for word in (spelled(path), f"{spelled(path)}_")
+                meaning.places[scope, known]
+                for known in (word(path), f"{word(path)}_")
                 for scope in (machine, -1)
-                if (scope, word) in meaning.places
+                if (scope, known) in meaning.places
             )
             values.append(tuple(s[at : at + max(1, one.length)]))
             del type_
         states = closed.charts[machine].states
-        top = {spelled(c.id) for c in states if c.parent == 0 and c.kind.value == "final"}
+        top = {word(c.id) for c in states if c.parent == 0 and c.kind.value == "final"}
         running = not fault and name not in top
         shown.append((name, running, tuple(values), _network_queue(closed, meaning, machine, s)))
     return tuple(shown)
@@ -153,7 +155,7 @@ def _network_queue(
     at = meaning.places[-1, f"{instance}_events"][0]
     numbers = {}
     for event in closed.charts[machine].events:
-        found = meaning.places.get((-1, spelled(f"{instance}_{event.name}")))
+        found = meaning.places.get((-1, word(f"{instance}_{event.name}")))
         if found is not None and found[1].constant:
             numbers[found[1].init[0]] = event
     shown = []

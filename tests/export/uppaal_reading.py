@@ -6,7 +6,6 @@ import re
 
 from lxml import etree
 
-from fsmkit.diagnostics import fail
 from fsmkit.export.uppaal.network import (
     Declarations,
     Declared,
@@ -32,12 +31,12 @@ CONSTANTS = {"true": 1, "false": 0}
 
 
 def read(text: str) -> Network:
-    """Return the network of a file; `FsmkitError` (``bad-uppaal``) where it is none of ours."""
+    """Return the network of a file; `ValueError` where it is none of ours."""
     try:
         parser = etree.XMLParser(load_dtd=False, no_network=True, resolve_entities=False)
         root = etree.fromstring(text.encode(), parser)
     except etree.XMLSyntaxError as error:
-        raise fail("bad-uppaal", f"this is no XML: {error}") from error
+        raise ValueError(f"this is no XML: {error}") from error
     lines = (root.findtext("declaration") or "").split("\n")
     remark = []
     while lines and lines[0].startswith("//"):
@@ -66,7 +65,7 @@ def _declarations(lines: list[str]) -> Declarations:
             continue
         function = FUNCTION.match(waiting[0])
         if function is None or "}" not in waiting:
-            raise fail("bad-uppaal", f"`{waiting[0]}` is no declaration that is written here")
+            raise ValueError(f"`{waiting[0]}` is no declaration that is written here")
         end = waiting.index("}") + 1
         found.append(Function(function[1], "\n".join(waiting[:end])))
         waiting = waiting[end:]
@@ -91,7 +90,7 @@ def _template(one: etree._Element, instances: dict[str, str]) -> Template:
     name = one.findtext("name") or ""
     initial = one.find("init")
     if name not in instances or initial is None:
-        raise fail("bad-uppaal", f"the template `{name}` has no instance or no initial location")
+        raise ValueError(f"the template `{name}` has no instance or no initial location")
     return Template(
         name,
         instances[name],
@@ -120,7 +119,7 @@ def _location(one: etree._Element) -> Location:
 def _edge(one: etree._Element) -> Edge:
     source, target = one.find("source"), one.find("target")
     if source is None or target is None:
-        raise fail("bad-uppaal", "a transition has no source or no target")
+        raise ValueError("a transition has no source or no target")
     found = {kind: _label(one, kind.value) for kind in Label}
     select, guard, sync, update, comment = (
         found[kind][0]

@@ -17,7 +17,7 @@ from lxml import etree
 from fsmkit.cli import execute as command_line
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.pyext.generate import generate
-from fsmkit.export.local_states import word
+from fsmkit.export.identifiers import word
 from fsmkit.loading import load
 from fsmkit.texts import Identifier, RawText, Written, c, mermaid, printing, telling, written
 from fsmkit.verify.engines.c.binding import prefix_of

@@ -15,8 +15,8 @@ from fsmkit.export.cspm.events import (
     on_machine,
     on_queue,
 )
-from fsmkit.export.cspm.identifiers import Names
-from fsmkit.export.local_states import word
+from fsmkit.export.cspm.identifiers import TAKEN
+from fsmkit.export.identifiers import Names, word
 from fsmkit.export.network import Move, Network
 from fsmkit.texts import telling
 
@@ -46,7 +46,7 @@ class Alphabet:
     """
 
     network: Network
-    names: Names = field(default_factory=Names)
+    names: Names = field(default_factory=lambda: Names(TAKEN))
     spelt: tuple[Spelt, ...] = ()
     events: dict[Event, str] = field(default_factory=dict)
     labels: dict[str, str] = field(default_factory=dict)
@@ -57,18 +57,18 @@ class Alphabet:
     def __post_init__(self) -> None:
         """Name everything: what people see first."""
         network, names = self.network, self.names
-        channels = [names.new(automaton.name) for automaton in network.automata]
+        channels = [names.take(automaton.name) for automaton in network.automata]
         for automaton in network.automata:
             for move in automaton.moves:
                 if move.label not in self.labels:
-                    self.labels[move.label] = names.new(word(move.label))
+                    self.labels[move.label] = names.take(word(move.label))
         for machine, automaton in enumerate(network.automata):
             found = []
             for move in automaton.moves:
                 for event in events_of(network, move, machine):
                     if event not in self.events:
                         text = f"{channels[machine]}_{word(event.label)}"
-                        self.events[event] = names.new(text)
+                        self.events[event] = names.take(text)
                     found.append((move, self.events[event]))
             self.moves.append(found)
         self.spelt = tuple(self._spelt(n, channel) for n, channel in enumerate(channels))
@@ -76,7 +76,7 @@ class Alphabet:
             self._concerns(machine)
 
     def _spelt(self, machine: int, channel: str) -> Spelt:
-        automaton, new = self.network.automata[machine], self.names.new
+        automaton, new = self.network.automata[machine], self.names.take
         upper = channel.upper()
         return Spelt(
             channel,

@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import assert_never
 
-from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.export.cspm.identifiers import Names
+from fsmkit.diagnostics import Findings
 from fsmkit.export.exporter import leave_out
 from fsmkit.export.formula import (
     All,
     Any,
+    Claim,
     Constant,
+    Form,
     Formula,
     In,
     Not,
     QueueEmpty,
-    condition_of,
-    deadlock,
+    claims,
     positive,
     simplified,
 )
+from fsmkit.export.identifiers import Names
 from fsmkit.export.network import Network
-from fsmkit.system.properties.property import AtStates, Builtin, OverGraph, Property
 
+FORMS = (Form.NEVER, Form.REACHED, Form.LIVELOCK)
 MOST_CASES = 2048
 """Combinations in which one property can be violated; with more, it is not carried over."""
 
@@ -40,64 +41,35 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Asserted:
-    """A property. ``name`` is that of its event; ``cases`` tells where that can happen.
-
-    ``wanted``: it shall happen. ``missing``: why it is not carried over.
-    """
+    """A property. ``name`` is that of its event; ``cases``: where that can happen."""
 
     name: str
-    of: Property
+    claim: Claim
     cases: tuple[Case, ...] = ()
-    wanted: bool = False
-    missing: str = ""
-
-    @property
-    def is_livelock(self) -> bool:
-        """Whether this is asserted by itself, without events."""
-        return self.of.kind.decided is Builtin.LIVELOCK
 
     @property
     def is_carried(self) -> bool:
-        """Whether events of it are in the model."""
-        return not self.missing and not self.is_livelock
+        """Whether events of it are in the model; a livelock is asserted without events."""
+        return not self.claim.missing and self.claim.form is not Form.LIVELOCK
 
 
-def asserted(
-    network: Network, names: Names, findings: Findings | None = None
-) -> tuple[Asserted, ...]:
-    """Return what the properties of a system assert."""
-    properties = network.closed.system.properties
-    found = tuple(_asserted(network, names.new(one.name), one) for one in properties)
-    for one in found:
-        if one.missing:
-            leave_out(one.of, one.missing, findings)
-    return found
-
-
-def _asserted(network: Network, name: str, property_: Property) -> Asserted:
-    decided = property_.kind.decided
-    if decided is Builtin.LIVELOCK:
-        return Asserted(name, property_)
-    if isinstance(decided, OverGraph) and decided.is_fair:
-        why = "it asks of fair runs what comes some time, which no refusal tells"
-        return Asserted(name, property_, missing=why)
-    if decided is not Builtin.DEADLOCK and not isinstance(decided, AtStates):
-        why = f"`{property_.kind.key}` is not a set of traces"
-        return Asserted(name, property_, missing=why)
-    try:
-        condition = (
-            deadlock(network) if decided is Builtin.DEADLOCK else condition_of(network, property_)
-        )
-    except FsmkitError as error:
-        return Asserted(name, property_, missing=error.diagnostics[0].message)
-    bad = simplified(positive(network, condition, negated=property_.is_negated))
-    distinct = _cases(bad)
-    if distinct is None:
-        return Asserted(name, property_, missing=f"it has more than {MOST_CASES:,} cases")
-    if Case((), frozenset()) in distinct:
-        always = frozenset(range(len(network.automata[0].locals)))
-        distinct = (Case(((0, always),), frozenset()),)
-    return Asserted(name, property_, distinct, wanted=property_.is_wanted)
+def asserted(network: Network, names: Names, findings: Findings | None) -> Iterator[Asserted]:
+    """Yield what the properties of a system assert."""
+    for claim in claims(network, FORMS, findings, "set of traces"):
+        found = Asserted(names.take(claim.property.name), claim)
+        if not found.is_carried:
+            yield found
+            continue
+        cases = _cases(simplified(positive(network, claim.condition)))
+        if cases is None:
+            why = f"it has more than {MOST_CASES:,} cases"
+            leave_out(claim.property, why, findings)
+            yield replace(found, claim=replace(claim, missing=why))
+            continue
+        if Case((), frozenset()) in cases:
+            always = frozenset(range(len(network.automata[0].locals)))
+            cases = (Case(((0, always),), frozenset()),)
+        yield replace(found, cases=cases)
 
 
 def _cases(formula: Formula) -> tuple[Case, ...] | None:

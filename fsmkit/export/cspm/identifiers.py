@@ -7,7 +7,7 @@ silence, so they count as taken like reserved words.
 from __future__ import annotations
 
 from fsmkit.emit import Emitter
-from fsmkit.export.local_states import word
+from fsmkit.export.identifiers import Names
 from fsmkit.texts.lines import one_line
 
 RESERVED = """
@@ -23,24 +23,21 @@ BUILT_IN = """
     relational_image relational_inverse_image sbisim seq set show synchronise tail tau_loop_factor
     timed_priority tock trace_watchdog transpose tick True union wbisim
 """
+TAKEN = frozenset((RESERVED + BUILT_IN).split())
 
 
-class Names:
-    """Gives each name out once."""
+class Frame:
+    """Names of what every model has, chosen last: what people named comes first."""
 
-    def __init__(self) -> None:
-        """Begin with what the language and the frame of the file take."""
-        self._used = {*RESERVED.split(), *BUILT_IN.split()}
-
-    def new(self, text: str) -> str:
-        """Return an identifier for a text: of ``p[1]`` ``p_1``, of another like it ``p_1_2``."""
-        base = word(text)
-        name, number = base, 1
-        while name in self._used:
-            number += 1
-            name = f"{base}_{number}"
-        self._used.add(name)
-        return name
+    def __init__(self, names: Names) -> None:
+        """Take the names."""
+        take = names.take
+        self.start, self.unseen, self.violated = take("start"), take("unseen"), take("violated")
+        self.label, self.property = take("LABEL"), take("PROPERTY")
+        self.alphabet, self.part, self.post = take("ALPHABET"), take("PART"), take("POST")
+        self.network, self.system, self.visible = take("NETWORK"), take("SYSTEM"), take("VISIBLE")
+        self.internal, self.only = take("INTERNAL"), take("ONLY")
+        self.e, self.s, self.n, self.m = take("e"), take("s"), take("n"), take("m")
 
 
 def comment(text: str) -> str:
@@ -71,16 +68,27 @@ def offer(variable: str, events: list[str], to: str) -> str:
     return f"([] {variable} : {listed(events, '      ')} @ ({variable} -> {to}))"
 
 
-def equation(out: Emitter, name: str, terms: list[str]) -> None:
-    """Write an equation of a process that offers all terms."""
-    out.line(f"{name} =")
-    if not terms:
-        out.line("  STOP")
-    for number, term in enumerate(terms):
-        out.line(f"  {'[] ' if number else '   '}{term}")
+class Script(Emitter):
+    """The lines of a script."""
 
+    def __init__(self) -> None:
+        """Begin with none."""
+        super().__init__("  ")
 
-def remark(out: Emitter, text: str) -> None:
-    """Write a comment, line by line."""
-    for line in text.splitlines():
-        out.line(f"-- {one_line(line)}".rstrip())
+    def equation(self, name: str, terms: list[str]) -> None:
+        """Write an equation of a process that offers all terms."""
+        self.line(f"{name} =")
+        if not terms:
+            self.line("  STOP")
+        for number, term in enumerate(terms):
+            self.line(f"  {'[] ' if number else '   '}{term}")
+
+    def remark(self, text: str) -> None:
+        """Write a comment, line by line."""
+        for line in text.splitlines():
+            self.line(f"-- {one_line(line)}".rstrip())
+
+    def title(self, text: str) -> None:
+        """Write a comment that begins a part."""
+        self.remark(f"--- {comment(text)} {'-' * (80 - len(text))}")
+        self.line()

@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fsmkit.diagnostics import Findings
-from fsmkit.emit import Emitter
 from fsmkit.export.cspm.alphabet import Alphabet
 from fsmkit.export.cspm.assertions import Asserted, asserted
 from fsmkit.export.cspm.events import Demand, OnMachine, OnQueue, after_told, told_values
-from fsmkit.export.cspm.frame import Frame
-from fsmkit.export.cspm.identifiers import comment, equation, listed, offer, remark
-from fsmkit.export.cspm.whole import Whole
+from fsmkit.export.cspm.identifiers import Frame, Script, comment, listed, offer
+from fsmkit.export.formula import Form
 from fsmkit.export.network import Automaton, Local, Network
 from fsmkit.texts import notating, telling
 
@@ -55,10 +53,10 @@ class _Writer:
         self._network = network
         self._all = Alphabet(network)
         self._frame = Frame(self._all.names)
-        self._asserted = asserted(network, self._all.names, findings)
+        self._asserted = tuple(asserted(network, self._all.names, findings))
         self._parts: list[tuple[str, list[str]]] = []
         self._timed = network.closed.unit > 0
-        self._out = Emitter("  ")
+        self._out = Script()
 
     def text(self) -> str:
         self._header()
@@ -67,49 +65,48 @@ class _Writer:
             self._machine(machine, automaton)
             if automaton.queue:
                 self._queue(machine, automaton)
-        Whole(self._out, self._all, self._frame, self._asserted, self._parts).write()
+        self._composition()
+        self._visible_names()
+        self._assertions()
         return self._out.finish()
 
     # --- declarations ----------------------------------------------------------------------------
 
     def _header(self) -> None:
-        network = self._network
+        frame, network = self._frame, self._network
         untimed = " (untimed: an armed timer fires at any time)" if network.closed.untimed else ""
-        remark(
-            self._out,
+        self._out.remark(
             HEADER.format(
                 name=comment(network.name),
-                system=self._frame.system,
-                visible=self._frame.visible,
-                unseen=self._frame.unseen,
+                system=frame.system,
+                visible=frame.visible,
+                unseen=frame.unseen,
                 states=f"{network.states:,}",
                 transitions=f"{network.transitions:,}",
                 time=untimed,
             ),
         )
         if self._timed:
-            remark(self._out, TIMED.format(unit=network.closed.unit))
+            self._out.remark(TIMED.format(unit=network.closed.unit))
         for sample in network.closed.samples:
-            remark(self._out, f"Only some values are tried of {comment(sample)}.")
+            self._out.remark(f"Only some values are tried of {comment(sample)}.")
         self._out.line()
 
     def _declarations(self) -> None:
-        out, found = self._out, self._all
-        out.line(f"channel {self._frame.start} : {{0..{len(self._network.initial) - 1}}}")
-        out.line(f"channel {self._frame.unseen} : {{0..{len(self._network.automata) - 1}}}")
+        out, frame, found = self._out, self._frame, self._all
+        out.line(f"channel {frame.start} : {{0..{len(self._network.initial) - 1}}}")
+        out.line(f"channel {frame.unseen} : {{0..{len(self._network.automata) - 1}}}")
         if self._timed:
             out.line("channel tock")
         carried = [one for one in self._asserted if one.is_carried]
         if carried:
-            out.line(f"datatype {self._frame.property} = {' | '.join(one.name for one in carried)}")
+            out.line(f"datatype {frame.property} = {' | '.join(one.name for one in carried)}")
             most = max(len(one.cases) for one in carried)
-            out.line(
-                f"channel {self._frame.violated} : {self._frame.property}.{{0..{max(most, 1) - 1}}}"
-            )
+            out.line(f"channel {frame.violated} : {frame.property}.{{0..{max(most, 1) - 1}}}")
         out.line()
-        remark(self._out, "What happens, as people name it.")
+        out.remark("What happens, as people name it.")
         if found.labels:
-            out.line(f"datatype {self._frame.label} =")
+            out.line(f"datatype {frame.label} =")
             out.line(f"  {listed(list(found.labels.values()), '  ', '', '').replace(',', ' |')}")
         for machine, spelt in enumerate(found.spelt):
             labels = dict.fromkeys(
@@ -119,24 +116,23 @@ class _Writer:
                 out.line(f"channel {spelt.channel} : {listed(list(labels), '  ')}")
         out.line()
         if any(automaton.queue for automaton in self._network.automata):
-            remark(self._out, "A sequence with one more message, if there is room for so many.")
-            n, s, m = self._frame.n, self._frame.s, self._frame.m
-            out.line(f"{self._frame.post}({n}, {s}, {m}) =")
+            out.remark("A sequence with one more message, if there is room for so many.")
+            n, s, m = frame.n, frame.s, frame.m
+            out.line(f"{frame.post}({n}, {s}, {m}) =")
             out.line(f"  if (length({s}) < {n}) then ({s}^<{m}>) else {s}")
             out.line()
 
     # --- machines --------------------------------------------------------------------------------
 
     def _machine(self, machine: int, automaton: Automaton) -> None:
-        out, found = self._out, self._all
+        out, frame, found = self._out, self._frame, self._all
         spelt = found.spelt[machine]
-        remark(self._out, f"--- {comment(automaton.name)} {'-' * (80 - len(automaton.name))}")
-        out.line()
+        out.title(automaton.name)
         for event, name in found.events.items():
             if event.machine == machine:
                 out.line(f"channel {name}  -- {comment(found.about(event))}")
         own = found.own(machine)
-        alphabet = [f"{{| {self._frame.start} |}}", f"{{{self._frame.unseen}.{machine}}}"]
+        alphabet = [f"{{| {frame.start} |}}", f"{{{frame.unseen}.{machine}}}"]
         if own:
             out.line(f"{spelt.steps} = {listed(own, '  ')}")
             alphabet.append(spelt.steps)
@@ -150,9 +146,8 @@ class _Writer:
         first: dict[str, list[str]] = {}
         for number, places in enumerate(self._network.initial):
             name = spelt.locals[places[machine].local]
-            first.setdefault(name, []).append(f"{self._frame.start}.{number}")
-        equation(
-            self._out,
+            first.setdefault(name, []).append(f"{frame.start}.{number}")
+        out.equation(
             spelt.process,
             [self._offer(names, to) for to, names in first.items()],
         )
@@ -166,14 +161,14 @@ class _Writer:
                 names.append(name)
         for number, local in enumerate(automaton.locals):
             if local.text != local.name:
-                remark(self._out, comment(local.text))
+                out.remark(comment(local.text))
             terms = [self._offer(names, to) for to, names in moves.get(number, {}).items()]
             terms += self._hears(machine, number, told)
             if self._timed and not local.has_work:
                 terms.append(self._offer(["tock"], self._later(machine, number, local)))
             terms += self._self_loops(machine, number)
-            equation(self._out, spelt.locals[number], terms)
-        equation(self._out, spelt.unseen, [f"({self._frame.unseen}.{machine} -> {spelt.unseen})"])
+            out.equation(spelt.locals[number], terms)
+        out.equation(spelt.unseen, [f"({frame.unseen}.{machine} -> {spelt.unseen})"])
         out.line()
 
     def _offer(self, events: list[str], to: str) -> str:
@@ -191,8 +186,8 @@ class _Writer:
             texts = [automaton.arrivals[message].text for message in what.told]
             if what.demand is not Demand.ANY:
                 texts.append(f"waiting for it: {what.demand.value}")
-            remark(self._out, comment(", then ".join(texts)))
-            sets[what] = self._all.names.new(f"{upper}_TOLD")
+            self._out.remark(comment(", then ".join(texts)))
+            sets[what] = self._all.names.take(f"{upper}_TOLD")
             self._out.line(f"{sets[what]} = {listed(events, '  ')}")
         return sets
 
@@ -247,20 +242,21 @@ class _Writer:
     # --- queues ----------------------------------------------------------------------------------
 
     def _queue(self, machine: int, automaton: Automaton) -> None:
-        out, found, s = self._out, self._all, self._frame.s
+        frame = self._frame
+        out, found, s = self._out, self._all, frame.s
         spelt = found.spelt[machine]
-        remark(self._out, f"the queue of {comment(automaton.name)}: at most {automaton.queue} wait")
+        out.remark(f"the queue of {comment(automaton.name)}: at most {automaton.queue} wait")
         messages = [
             spelt.messages[n] for n, arrival in enumerate(automaton.arrivals) if arrival.is_event
         ]
-        type_ = found.names.new(f"{spelt.process}_MESSAGE")
+        type_ = found.names.take(f"{spelt.process}_MESSAGE")
         out.line(f"datatype {type_} = {listed(messages, '  ', '', '').replace(',', ' |')}")
         sets = {}
         for what, events in found.queued[machine].items():
-            sets[what] = found.names.new(spelt.queue)
-            remark(self._out, self._about(automaton, what))
+            sets[what] = found.names.take(spelt.queue)
+            out.remark(self._about(automaton, what))
             out.line(f"{sets[what]} = {listed(events, '  ')}")
-        alphabet = [f"{{| {self._frame.start} |}}", *sets.values()]
+        alphabet = [f"{{| {frame.start} |}}", *sets.values()]
         if self._timed:
             alphabet.append("{tock}")
         violations = self._violations(machine, queue=True)
@@ -271,21 +267,21 @@ class _Writer:
             waiting = ", ".join(spelt.messages[message] for message in place.queue)
             runs = automaton.locals[place.local].running
             to = f"{spelt.queue}(<{waiting}>)" if runs else spelt.closed
-            first.setdefault(to, []).append(f"{self._frame.start}.{number}")
-        begin = found.names.new(f"{spelt.queue}_START")
+            first.setdefault(to, []).append(f"{frame.start}.{number}")
+        begin = found.names.take(f"{spelt.queue}_START")
         self._parts.append((begin, alphabet))
-        equation(self._out, begin, [self._offer(names, to) for to, names in first.items()])
+        out.equation(begin, [self._offer(names, to) for to, names in first.items()])
         terms = [self._reaction(machine, automaton, what, name) for what, name in sets.items()]
         if self._timed:
             terms.append(f"(null({s}) & (tock -> {spelt.queue}({s})))")
         if violations:
             again = f"{spelt.queue}({s})"
-            loop = f"([] {self._frame.e} : {violations[0]} @ ({self._frame.e} -> {again}))"
+            loop = f"([] {frame.e} : {violations[0]} @ ({frame.e} -> {again}))"
             terms.append(f"(null({s}) & {loop})")
-        equation(self._out, f"{spelt.queue}({s})", terms)
+        out.equation(f"{spelt.queue}({s})", terms)
         closes = spelt.closed in first or any(what.closes for what in sets)
         if closes:
-            remark(self._out, "stopped: it swallows what comes")
+            out.remark("stopped: it swallows what comes")
             allowed = [
                 name
                 for what, name in sets.items()
@@ -294,16 +290,17 @@ class _Writer:
             allowed += ["{tock}"] if self._timed else []
             allowed += violations
             terms = [self._of_sets(allowed, spelt.closed)] if allowed else []
-            equation(self._out, spelt.closed, terms)
+            out.equation(spelt.closed, terms)
         out.line()
 
     def _reaction(self, machine: int, automaton: Automaton, what: OnQueue, events: str) -> str:
-        spelt, s = self._all.spelt[machine], self._frame.s
+        frame = self._frame
+        spelt, s = self._all.spelt[machine], frame.s
         rest = s if what.taken is None else f"tail({s})"
         for message in what.posted:
-            rest = f"{self._frame.post}({automaton.queue}, {rest}, {spelt.messages[message]})"
+            rest = f"{frame.post}({automaton.queue}, {rest}, {spelt.messages[message]})"
         to = spelt.closed if what.closes else f"{spelt.queue}({rest})"
-        term = f"([] {self._frame.e} : {events} @ ({self._frame.e} -> {to}))"
+        term = f"([] {frame.e} : {events} @ ({frame.e} -> {to}))"
         if what.taken is not None:
             term = f"((head({s}) == {spelt.messages[what.taken]}) & {term})"
             return f"((not null({s})) & {term})"
@@ -325,3 +322,85 @@ class _Writer:
         if what.closes:
             texts.append("is closed")
         return comment("; ".join(texts))
+
+    # --- the whole -------------------------------------------------------------------------------
+
+    def _composition(self) -> None:
+        out, frame, n = self._out, self._frame, self._frame.n
+        out.title("the system")
+        for number, (_, alphabet) in enumerate(self._parts):
+            out.line(f"{frame.alphabet}({number}) = Union({listed(alphabet, '  ')})")
+        out.line()
+        for number, (process, _) in enumerate(self._parts):
+            out.line(f"{frame.part}({number}) = {process}")
+        out.line()
+        part = f"[{frame.alphabet}({n})] {frame.part}({n})"
+        out.line(f"{frame.network} = (|| {n} : {{0..{len(self._parts) - 1}}} @ {part})")
+        if any(one.is_carried for one in self._asserted):
+            blocked = f"[| {{| {frame.violated} |}} |] STOP"
+            out.line(f"{frame.system} = ({frame.network} {blocked})")
+        else:
+            out.line(f"{frame.system} = {frame.network}")
+        out.line()
+
+    def _visible_names(self) -> None:
+        frame = self._frame
+        found, out = self._all, self._out
+        machines = self._network.closed.system.machines
+        hidden = [f"{{| {frame.start} |}}"]
+        pairs = []
+        for event, name in found.events.items():
+            spelt, instance = found.spelt[event.machine], machines[event.machine]
+            if instance.is_channel or instance.is_monitor:
+                continue
+            pairs.append(f"{name} <- {spelt.channel}.{found.labels[event.label]}")
+        for machine, instance in enumerate(machines):
+            if (instance.is_channel or instance.is_monitor) and found.own(machine):
+                hidden.append(found.spelt[machine].steps)
+        renamed = f"({frame.system}{listed(pairs, '  ', '[[', ']]')})" if pairs else frame.system
+        out.line(f"{frame.visible} = ({renamed} \\ Union({listed(hidden, '  ')}))")
+        out.line()
+
+    def _assertions(self) -> None:
+        out, frame = self._out, self._frame
+        out.title("what is asserted")
+        internal = [name for event, name in self._all.events.items() if event.is_internal]
+        out.remark("What machines do by themselves while no time passes and nothing comes.")
+        out.line(f"{frame.internal} = {listed(internal, '  ')}")
+        if any(one.is_carried for one in self._asserted):
+            out.remark("The network with some violations let through.")
+            e, all_ = frame.e, f"{{| {frame.violated} |}}"
+            out.line(f"{frame.only}({e}) = ({frame.network} [| diff({all_}, {e}) |] STOP)")
+        out.line()
+        out.remark("No local state is needed that the explorer never saw.")
+        self._never(frame.system, f"{{| {frame.unseen} |}}")
+        for one in self._asserted:
+            out.line()
+            out.remark(f"{comment(one.claim.property.name)}: {comment(one.claim.property.text)}")
+            if one.claim.missing:
+                out.remark(f"not carried over: {comment(one.claim.missing)}")
+            elif one.claim.form is Form.LIVELOCK:
+                out.remark("see the assertion of divergence below")
+            else:
+                event = f"{{| {frame.violated}.{one.name} |}}"
+                self._never(
+                    f"{frame.only}({event})", event, is_reached=one.claim.form is Form.REACHED
+                )
+        out.line()
+        out.remark(
+            "Our `livelock_free`: the machines are not busy for ever while no time passes and\n"
+            "nothing comes from outside.",
+        )
+        out.line(f"assert ({frame.system} \\ {frame.internal}) :[divergence free [FD]]")
+        out.line()
+        out.remark(
+            "More than our `deadlock_free`: here it also fails where all machines rest or have\n"
+            "ended, and nothing can come any more; and what may come from outside counts.",
+        )
+        if self._network.closed.unit:
+            out.remark("As `tock` goes on where all is quiet, it says that time is never stopped.")
+        out.line(f"assert {frame.system} :[deadlock free [F]]")
+
+    def _never(self, process: str, events: str, *, is_reached: bool = False) -> None:
+        negation = "not " if is_reached else ""
+        self._out.line(f"assert {negation}STOP [T= ({process} \\ diff(Events, {events}))")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.chart.chart import Chart
-from fsmkit.emit import Emitter
 from fsmkit.export.cspm.comparison import Comparison, Sight, Steps
-from fsmkit.export.cspm.identifiers import Names, comment, equation, offer, remark
-from fsmkit.export.local_states import in_order, names_and_texts, word
+from fsmkit.export.cspm.identifiers import TAKEN, Script, comment, offer
+from fsmkit.export.identifiers import Names, word
+from fsmkit.export.local_states import in_order, names_and_texts
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
 from fsmkit.texts import notating
@@ -32,11 +32,10 @@ LONGEST = 60
 @notating
 def written(found: Comparison) -> str:
     """Return both processes, and the assertion."""
-    names, out = Names(), Emitter("  ")
-    spec, process, variable = names.new(found.base.name.upper()), "", names.new("e")
-    process = names.new(found.derived.name.upper())
-    remark(
-        out,
+    names, out = Names(TAKEN), Script()
+    spec, process, variable = names.take(found.base.name.upper()), "", names.take("e")
+    process = names.take(found.derived.name.upper())
+    out.remark(
         HEADER.format(
             derived=comment(found.derived.name),
             base=comment(found.base.name),
@@ -45,19 +44,18 @@ def written(found: Comparison) -> str:
         ),
     )
     for sample in found.samples:
-        remark(out, f"Only some values are tried of {comment(sample)}.")
+        out.remark(f"Only some values are tried of {comment(sample)}.")
     out.line()
     sights = dict.fromkeys(sight for to in found.derived_steps.values() for sight, _ in to)
     spelt = {}
     for sight in sights:
         text = ", ".join(_seen(found.base, sight)) or "nothing"
-        spelt[sight] = names.new(word(text)[:LONGEST])
+        spelt[sight] = names.take(word(text)[:LONGEST])
         out.line(f"channel {spelt[sight]}  -- {comment(text)}")
     graphs = (spec, found.base, found.base_steps), (process, found.derived, found.derived_steps)
     for name, chart, steps in graphs:
         out.line()
-        remark(out, f"--- {comment(chart.name)} {'-' * (80 - len(chart.name))}")
-        out.line()
+        out.title(chart.name)
         _process(out, names, name, variable, chart, steps, spelt)
     out.line()
     out.line(f"assert {spec} [T= {process}")
@@ -65,7 +63,7 @@ def written(found: Comparison) -> str:
 
 
 def _process(
-    out: Emitter,
+    out: Script,
     names: Names,
     name: str,
     variable: str,
@@ -78,16 +76,16 @@ def _process(
     texts = names_and_texts(chart, snapshots)
     local: dict[Snapshot | None, str] = {None: name}
     for snapshot, (short, _) in zip(snapshots, texts, strict=True):
-        local[snapshot] = names.new(f"{name}_{short}")
+        local[snapshot] = names.take(f"{name}_{short}")
     explained = ["not started", *(text for _, text in texts)]
     states: list[Snapshot | None] = [None, *snapshots]
     for state, text in zip(states, explained, strict=True):
-        remark(out, comment(text))
+        out.remark(comment(text))
         by_target: dict[str, list[str]] = {}
         for sight, to in steps[state]:
             by_target.setdefault(local[to], []).append(spelt[sight])
         terms = [offer(variable, events, to) for to, events in by_target.items()]
-        equation(out, local[state], terms)
+        out.equation(local[state], terms)
 
 
 def _seen(base: Chart, sight: Sight) -> Iterator[str]:

@@ -15,10 +15,9 @@ class Jani:
     def export(self, system: System, wanted: ExportOptions) -> Exported:
         """Explore, then write the local steps."""
         from fsmkit.export.collect import exported
-        from fsmkit.export.jani.layout import laid_out
-        from fsmkit.export.jani.model import model_of
+        from fsmkit.export.jani.model import written
 
-        return exported(system, wanted, lambda network, found: laid_out(model_of(network, found)))
+        return exported(system, wanted, written)
 
 
 PLUGIN = Jani()

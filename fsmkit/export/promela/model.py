@@ -1,27 +1,45 @@
 """A network of automata in Promela.
 
 Each step of the explorer is one ``d_step`` of the process of the machine that moves (shared by
-steps that do the same, see `options`), so SPIN has the same states, and one more before the start.
-A local state is a structure of its components.
+steps that do the same, see `joint_moves`), so SPIN has the same states, and one more before the
+start. A local state is a structure of its components. What is made from machines ends in ``_at``,
+``_queue`` and the like, so that no name is a reserved word.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
-from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.codegen.c.reserved import KEYWORDS
+from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
-from fsmkit.export.changes import Change, Joint, by_themselves, changes
-from fsmkit.export.exporter import leave_out
-from fsmkit.export.formula import condition_of, deadlock, goal_of
-from fsmkit.export.network import Automaton, Move, Network, Place, Sent
-from fsmkit.export.promela.identifiers import Spelling, claims
-from fsmkit.export.promela.options import options
-from fsmkit.system.properties.property import AtStates, Builtin, OverGraph, Property
+from fsmkit.export.changes import Change, Joint, by_themselves, changes, joint_moves
+from fsmkit.export.formula import Claim, Form, claims
+from fsmkit.export.identifiers import Names, word
+from fsmkit.export.network import Automaton, Network, Place, Sent
+from fsmkit.export.terms import Json, conjunction, equal, infix, negated
+from fsmkit.export.vocabulary import Vocabulary
+from fsmkit.system.properties.property import Property
 from fsmkit.texts import notating
 from fsmkit.texts.c import comment
-from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
+
+WORDS = KEYWORDS | {
+    *("active", "always", "assert", "atomic", "bit", "bool", "byte", "chan", "d_proctype"),
+    *("d_step", "empty", "enabled", "eval", "eventually", "false", "fi", "full", "get_priority"),
+    *("hidden", "implies", "init", "inline", "len", "local", "ltl", "mtype", "nempty", "never"),
+    *("nfull", "notrace", "np_", "od", "of", "pc_value", "pid", "printf", "printm", "priority"),
+    *("proctype", "provided", "run", "select", "set_priority", "show", "skip", "stronguntil"),
+    *("timeout", "trace", "true", "typedef", "unless", "until", "weakuntil", "xr", "xs"),
+}
+"""What no field is called: words of Promela, and of C, in which SPIN writes its verifier."""
+MACROS = (
+    *("CALM", "FAULT", "FEW_WAIT", "MONITORS_WAIT", "NO_ROOM", "PLANT_WAITS", "QUEUES"),
+    *("bad_", "begins_", "goal_"),
+)
+"""How names of macros begin, which would stand for something else in a field."""
+OWN = ("_at", "_local", "_machine", "_queue")
+"""How names end that are made from machines."""
+FORMS = (Form.NEVER, Form.REACHED, Form.LEADS_TO)
 
 HEADER = """\
 /* {name}, for SPIN; written by fsmkit. It belongs to whoever had it written.
@@ -49,17 +67,55 @@ def written(network: Network, findings: Findings | None = None) -> str:
     return _Writer(network).text(findings)
 
 
-class _Writer:
+def claim_names(properties: Iterable[Property]) -> tuple[str, ...]:
+    """Return for each property the name of its claim, by which SPIN selects it."""
+
+    def claim(name: str) -> str:
+        base = word(name)
+        is_taken = base in WORDS or base == "started"
+        is_taken = is_taken or base.startswith(MACROS) or base.endswith(OWN)
+        return f"{base}_holds" if is_taken else base
+
+    take = Names().take
+    return tuple(take(claim(property_.name)) for property_ in properties)
+
+
+class _Writer(Vocabulary):
     """Writes the parts in their order."""
 
     def __init__(self, network: Network) -> None:
-        self._network = network
-        self._spelling = Spelling(network)
+        super().__init__(network)
         self._automata = network.automata
         self._out = Emitter()
 
+    def field(self, name: str) -> str:
+        base = word(name)
+        return f"{base}_value" if base in WORDS or base.startswith(MACROS) else base
+
+    def component(self, machine: int, component: int) -> str:
+        return f"{self.machines[machine]}_at.{self.fields[machine][component]}"
+
+    def queue(self, machine: int) -> str:
+        """Return the channel."""
+        return f"{self.machines[machine]}_queue"
+
+    def is_empty(self, machine: int) -> Json:
+        return equal(f"len({self.queue(machine)})", 0)
+
+    def is_first(self, machine: int, message: int) -> Json:
+        return f"{self.queue(machine)}?[{self.message(machine, message)}]"
+
+    def counts(self, machine: int) -> Iterator[Json]:
+        yield f"len({self.queue(machine)})"
+
+    def _assigned(self, machine: int, change: Change) -> list[str]:
+        return [f"{name} = {value}" for name, value in self.becomes(machine, change).items()]
+
+    def _is_in(self, machine: int, locals_: Collection[int]) -> str:
+        return infix(self.is_in(machine, locals_))
+
     def text(self, findings: Findings | None) -> str:
-        out, network = self._out, self._network
+        out, network = self._out, self.network
         timed = ""
         if network.closed.unit:
             timed = f" (time passes by {network.closed.unit} ticks)"
@@ -79,7 +135,11 @@ class _Writer:
             self._declarations(machine, automaton)
         out.line("bool started;")
         out.line()
-        self._rules()
+        for name, rule in self.rules().items():
+            out.line(f"#define {name.upper()} ({infix(rule)})")
+        out.lines(["", "#ifdef QUEUES", "#define NO_ROOM assert(false)", "#else"])
+        out.lines(["#define NO_ROOM skip", "#endif", "#ifdef FAULTS"])
+        out.lines(["#define FAULT assert(false)", "#else", "#define FAULT skip", "#endif", ""])
         for machine, automaton in enumerate(self._automata):
             self._receiving(machine, automaton)
         self._start()
@@ -93,96 +153,62 @@ class _Writer:
     # --- declarations ----------------------------------------------------------------------------
 
     def _declarations(self, machine: int, automaton: Automaton) -> None:
-        out, spelling = self._out, self._spelling
+        out, name = self._out, self.machines[machine]
         out.line(f"/* {comment(automaton.name)} */")
-        components = spelling.parts.components[machine]
-        for part, component in enumerate(components):
-            for number in () if component.plain else component.texts:
-                note = comment(component.note(number))
-                name = spelling.value(machine, part, number)
-                out.line(f"#define {name} {number}" + (f"  /* {note} */" if note else ""))
-        if components:
-            with out.block(f"typedef {spelling.machines[machine]}_local {{", "};"):
-                for part, component in enumerate(components):
-                    bits = max(component.texts).bit_length()
-                    out.line(f"unsigned {spelling.field(machine, part)} : {bits}")
-            out.line(f"{spelling.machines[machine]}_local {spelling.at(machine)};")
+        for constant, number, note in self.constants(machine):
+            out.line(f"#define {constant} {number}" + (f"  /* {comment(note)} */" if note else ""))
+        if self.fields[machine]:
+            with out.block(f"typedef {name}_local {{", "};"):
+                for field, component in zip(
+                    self.fields[machine], self.parts.components[machine], strict=True
+                ):
+                    out.line(f"unsigned {field} : {max(component.texts).bit_length()}")
+            out.line(f"{name}_local {name}_at;")
         events = [n for n, arrival in enumerate(automaton.arrivals) if arrival.is_event]
         if automaton.queue and events:
             for number in events:
                 note = comment(automaton.arrivals[number].text)
-                out.line(f"#define {spelling.message(machine, number)} {number}  /* {note} */")
+                out.line(f"#define {self.message(machine, number)} {number}  /* {note} */")
             type_ = _type(len(automaton.arrivals))
-            out.line(f"chan {spelling.queue(machine)} = [{automaton.queue}] of {{ {type_} }};")
+            out.line(f"chan {self.queue(machine)} = [{automaton.queue}] of {{ {type_} }};")
         out.line()
-
-    def _waits(self, machine: int) -> str:
-        if self._automata[machine].queue:
-            return f"len({self._spelling.queue(machine)}) > 0"
-        inner = self._automata[machine].where(lambda local: local.waiting > 0)
-        return self._spelling.is_in(machine, inner)
-
-    def _rules(self) -> None:
-        """Define who may move: monitors see everything first, then the environment answers."""
-        out = self._out
-        network = self._network
-        for name, machines in (("MONITORS_WAIT", network.monitors), ("PLANT_WAITS", network.plant)):
-            found = [text for text in map(self._waits, machines) if text != "false"]
-            out.line(f"#define {name} ({' || '.join(found) or 'false'})")
-        out.line("#define CALM (started && !MONITORS_WAIT && !PLANT_WAITS)")
-        counts = [
-            f"len({self._spelling.queue(m)})"
-            for m in range(len(self._automata))
-            if self._automata[m].queue
-        ]
-        for machine, automaton in enumerate(self._automata):
-            for waiting, of in automaton.waiting():
-                counts.append(f"{waiting} * {self._spelling.is_in(machine, of)}")
-        out.line(f"#define FEW_WAIT ({' + '.join(counts) or '0'} <= {MAX_PENDING_BEFORE_INPUT})")
-        out.lines(["", "#ifdef QUEUES", "#define NO_ROOM assert(false)", "#else"])
-        out.lines(["#define NO_ROOM skip", "#endif", "#ifdef FAULTS"])
-        out.lines(["#define FAULT assert(false)", "#else", "#define FAULT skip", "#endif", ""])
 
     # --- messages --------------------------------------------------------------------------------
 
     def _receiving(self, machine: int, automaton: Automaton) -> None:
-        out, spelling = self._out, self._spelling
-        queue = spelling.queue(machine)
+        out, queue = self._out, self.queue(machine)
         if automaton.queue:
-            stopped = automaton.where(lambda local: not local.running)
-            with out.block(f"inline post_{spelling.machines[machine]}(message) {{", "}"):
-                out.line("if")
-                if stopped:
-                    out.line(f":: {spelling.is_in(machine, stopped)}")
-                runs = f"!{spelling.is_in(machine, stopped)} && " if stopped else ""
-                out.line(f":: {runs}len({queue}) < {automaton.queue} -> {queue}!message")
+            stopped = self.is_in(machine, automaton.where(lambda local: not local.running))
+            room = conjunction((negated(stopped), f"len({queue}) < {automaton.queue}"))
+            with out.block(f"inline post_{self.machines[machine]}(message) {{", "}"):
+                out.lines(["if", f":: {infix(stopped)}", f":: {infix(room)} -> {queue}!message"])
                 out.lines([":: else -> NO_ROOM", "fi"])
         for number in range(len(automaton.arrivals)):
             maps = automaton.received(number)
             if not maps or _is_idle(maps):
                 continue
-            with out.block(f"inline {spelling.message(machine, number)}_() {{", "}"):
+            with out.block(f"inline {self.message(machine, number)}_() {{", "}"):
                 out.line("if")
                 full = {local for local, (_, is_full) in maps.items() if is_full}
                 if full:
-                    out.line(f":: {spelling.is_in(machine, full)} -> NO_ROOM")
-                moved = [(n, after) for n, (after, is_full) in maps.items() if not is_full]
-                for change, places in changes(spelling.parts.codes[machine], moved):
-                    befores = {moved[place][0] for place in places}
-                    out.line(f":: {self._changes(machine, befores, change)}")
+                    out.line(f":: {self._is_in(machine, full)} -> NO_ROOM")
+                moved = {n: after for n, (after, is_full) in maps.items() if not is_full}
+                self._changes(machine, moved)
                 out.lines([":: else -> assert(false)", "fi"])
         out.line()
 
-    def _changes(self, machine: int, befores: Collection[int], change: Change) -> str:
-        """Return a test of local states, and what changes there."""
-        made = "; ".join(self._spelling.becomes(machine, change))
-        return self._spelling.is_in(machine, befores) + (f" -> {made}" if made else "")
+    def _changes(self, machine: int, maps: Mapping[int, int], but: Collection[int] = ()) -> None:
+        """Write what happens to each local state, as options; some components may be left out."""
+        steps = list(maps.items())
+        for change, places in changes(self.parts.codes[machine], steps, but=but):
+            before = self._is_in(machine, {steps[place][0] for place in places})
+            after = "; ".join(self._assigned(machine, change))
+            self._out.line(f":: {before} -> {after}" if after else f":: {before}")
 
-    def _tell(self, sent: Sent) -> str:
-        automaton, spelling = self._automata[sent.target], self._spelling
-        message = spelling.message(sent.target, sent.message)
+    def _sent(self, sent: Sent) -> str:
+        automaton, message = self._automata[sent.target], self.message(sent.target, sent.message)
         if automaton.queues(sent.message):
-            return f"post_{spelling.machines[sent.target]}({message})"
+            return f"post_{self.machines[sent.target]}({message})"
         return "" if _is_idle(automaton.received(sent.message)) else f"{message}_()"
 
     # --- processes -------------------------------------------------------------------------------
@@ -191,171 +217,105 @@ class _Writer:
         out = self._out
         with out.block("init {", "}"):
             out.lines(["end:", "do"])
-            for places in self._network.initial:
-                texts = ["!started ->"]
-                for machine, place in enumerate(places):
-                    texts += self._placed(machine, place)
-                out.line(f":: d_step {{ {texts[0]} {'; '.join([*texts[1:], 'started = true'])} }}")
+            for places in self.network.initial:
+                texts = [t for n, place in enumerate(places) for t in self._placed(n, place)]
+                out.line(f":: d_step {{ !started -> {'; '.join([*texts, 'started = true'])} }}")
             out.line("od")
         out.line()
 
     def _placed(self, machine: int, place: Place) -> Iterator[str]:
-        spelling = self._spelling
-        yield from spelling.becomes(
-            machine, dict(enumerate(spelling.parts.codes[machine][place.local]))
-        )
+        yield from self._assigned(machine, dict(enumerate(self.parts.codes[machine][place.local])))
         for message in place.queue:
-            yield f"{spelling.queue(machine)}!{spelling.message(machine, message)}"
+            yield f"{self.queue(machine)}!{self.message(machine, message)}"
 
     def _process(self, machine: int, automaton: Automaton) -> None:
         if not automaton.moves:
             return
-        out, spelling = self._out, self._spelling
-        with out.block(f"active proctype {spelling.machines[machine]}_machine() {{", "}"):
+        out = self._out
+        with out.block(f"active proctype {self.machines[machine]}_machine() {{", "}"):
             out.lines(["end:", "do"])
-            for option in options(spelling, machine):
-                out.line(f"/* {comment(_told(option))} */")
+            for option in joint_moves(automaton, self.parts.codes[machine]):
+                out.line(f"/* {comment(_causes(option))} */")
                 out.line(self._option(machine, automaton, option))
             out.line("od")
         out.line()
 
     def _option(self, machine: int, automaton: Automaton, option: Joint) -> str:
-        spelling, move = self._spelling, option.moves[0]
-        queue = spelling.queue(machine)
-        guard = [
-            spelling.is_in(machine, option.sources),
-            self._turn(machine, automaton, move),
-        ]
-        body = []
-        if move.taken is not None:
-            message = spelling.message(machine, move.taken)
-            guard.append(f"{queue}?[{message}]")
-            body.append(f"{queue}?{message}")
-        elif move.needs_empty and automaton.queue:
-            guard.append(f"len({queue}) == 0")
-        if move.from_outside:
-            guard.append("FEW_WAIT")
-        body += spelling.becomes(machine, option.change)
-        if move.faults:
-            body.append("FAULT")
-        body += [text for text in map(self._tell, move.sent) if text]
+        move, queue = option.moves[0], self.queue(machine)
+        guard = infix(conjunction(("started", self.guard(machine, option))))
+        body = [] if move.taken is None else [f"{queue}?{self.message(machine, move.taken)}"]
+        body += self._assigned(machine, option.change)
+        body += ["FAULT"] if move.faults else []
+        body += filter(None, map(self._sent, move.sent))
         if automaton.stops(move) and automaton.queue:
             body.append(f"do :: len({queue}) > 0 -> {queue}?_ :: else -> break od; skip")
-        return f":: d_step {{ {' && '.join(guard)} -> {'; '.join(body) or 'skip'} }}"
-
-    def _turn(self, machine: int, automaton: Automaton, move: Move) -> str:
-        """Return whether the machine may move (see `_rules`)."""
-        takes = move.action is Action.TAKE
-        waits = self._waits(machine)
-        if automaton.is_monitor and waits != "false":
-            return "started" if takes else f"(CALM || (started && {waits}))"
-        if automaton.is_environment and waits != "false":
-            answers = "started && !MONITORS_WAIT"
-            if takes:
-                return answers
-            if move.action is Action.EVENTLESS:
-                return f"(CALM || ({answers} && {waits}))"
-        return "CALM"
+        return f":: d_step {{ {guard} -> {'; '.join(body) or 'skip'} }}"
 
     def _clock(self) -> None:
-        """Time passes where nothing is left to do and a timer is armed."""
-        out, spelling = self._out, self._spelling
-        awaited, still = [], []
-        for machine, automaton in enumerate(self._automata):
-            armed = automaton.where(lambda local: local.awaited)
-            idle = automaton.where(lambda local: not local.has_work)
-            if armed:
-                awaited.append(spelling.is_in(machine, armed))
-            if automaton.queue:
-                still.append(f"len({spelling.queue(machine)}) == 0")
-            still.append(spelling.is_in(machine, idle))
-        guard = [
-            f"({' || '.join(awaited) or 'false'})",
-            *(text for text in still if text != "true"),
-        ]
+        out = self._out
         with out.block("active proctype clock_() {", "}"):
             out.lines(["end:", "do"])
-            out.line(f":: d_step {{ started && {' && '.join(guard)} ->")
+            guard = infix(conjunction(("started", self.time_passes())))
+            out.line(f":: d_step {{ {guard} ->")
             for machine, automaton in enumerate(self._automata):
                 if any(before != after for before, after in automaton.elapsed.items()):
-                    out.lines(f"   {line}" for line in self._elapses(machine, automaton.elapsed))
+                    with out.indented():
+                        self._elapses(machine, automaton.elapsed)
             out.lines(["   skip }", "od"])
         out.line()
 
-    def _elapses(self, machine: int, elapsed: Mapping[int, int]) -> Iterator[str]:
-        """Yield what a unit of time changes.
+    def _elapses(self, machine: int, elapsed: Mapping[int, int]) -> None:
+        """Write what a unit of time changes.
 
         The time that a timer has left is a function of itself; so are most components that change.
         The others come first, while these still are what they were.
         """
-        spelling = self._spelling
-        codes, steps = spelling.parts.codes[machine], list(elapsed.items())
-        alone = by_themselves(codes, steps)
-        yield "if"
-        for change, places in changes(codes, steps, but=alone):
-            befores = {steps[place][0] for place in places}
-            yield f":: {self._changes(machine, befores, change)}"
-        yield from (":: else -> assert(false)", "fi;")
+        out = self._out
+        alone = by_themselves(self.parts.codes[machine], list(elapsed.items()))
+        out.line("if")
+        self._changes(machine, elapsed, but=alone)
+        out.lines([":: else -> assert(false)", "fi;"])
         for component, shifts in alone.items():
-            name = spelling.component(machine, component)
-            yield "if"
+            name = self.component(machine, component)
+            out.line("if")
             for shift, numbers in shifts.items():
-                yield f":: {spelling.has(machine, component, numbers)} -> {name} = {name} {shift:+}"
-            yield from (":: else", "fi;")
+                there = infix(self.has(machine, component, numbers))
+                out.line(f":: {there} -> {name} = {name} {shift:+}")
+            out.lines([":: else", "fi;"])
 
     # --- properties ------------------------------------------------------------------------------
 
     def _properties(self, findings: Findings | None) -> None:
-        network, out = self._network, self._out
-        properties = network.closed.system.properties
-        for name, property_ in zip(claims(properties), properties, strict=True):
-            out.line(f"/* {comment(property_.name)}: {comment(property_.text)} */")
-            try:
-                claim = list(self._property(name, property_))
-                why = "" if claim else f"`{property_.kind.key}` is no formula of linear time"
-            except FsmkitError as error:
-                claim, why = [], error.diagnostics[0].message
-            if why:
-                leave_out(property_, why, findings)
-                claim = [f"/* not carried over: {comment(why)} */"]
-            out.lines(claim)
+        network, out = self.network, self._out
+        names = claim_names(network.closed.system.properties)
+        found = claims(network, FORMS, findings, "formula of linear time")
+        for name, claim in zip(names, found, strict=True):
+            out.line(f"/* {comment(claim.property.name)}: {comment(claim.property.text)} */")
+            if claim.missing:
+                out.line(f"/* not carried over: {comment(claim.missing)} */")
+            else:
+                out.lines(self._claim(name, claim))
             out.line()
 
-    def _property(self, name: str, property_: Property) -> Iterator[str]:
-        """Yield the claim of a property; nothing where it is no formula of linear time."""
-        network, spelling = self._network, self._spelling
-        match property_.kind.decided:
-            case Builtin.DEADLOCK:
-                yield from _never(name, spelling.formula(deadlock(network)))
-            case AtStates(negated=is_negated, wanted=is_wanted):
-                marked = spelling.formula(condition_of(network, property_))
-                if is_wanted:
-                    yield "/* its violation is the way there */"
-                yield from _never(name, f"!{marked}" if is_negated else marked)
-            case OverGraph(procedure="leads-to"):
-                begins = spelling.formula(condition_of(network, property_))
-                goal = spelling.formula(goal_of(network, property_))
-                yield "/* no fairness: in a violation something that is owed may never come */"
-                yield from _never_comes(name, begins, goal)
+    def _claim(self, name: str, claim: Claim) -> Iterator[str]:
+        """Yield the Buechi automaton of the negation: ``[] !bad`` or ``[] (begins -> <> goal)``."""
+        condition = infix(conjunction(("started", self.formula(claim.condition))))
+        if claim.form is not Form.LEADS_TO:
+            if claim.form is Form.REACHED:
+                yield "/* its violation is the way there */"
+            yield f"#define bad_{name} ({condition})"
+            yield f"never {name} {{ do :: bad_{name} -> break :: else od }}"
+            return
+        yield "/* no fairness: in a violation something that is owed may never come */"
+        yield f"#define begins_{name} ({condition})"
+        yield f"#define goal_{name} ({infix(self.formula(claim.goal))})"
+        yield f"never {name} {{"
+        yield f"  do :: true :: begins_{name} && !goal_{name} -> break od;"
+        yield f"accept: do :: !goal_{name} od"
+        yield "}"
 
 
-def _never(name: str, bad: str) -> Iterator[str]:
-    """Yield the claim for ``[] !bad``: it ends where that is violated."""
-    yield f"#define bad_{name} (started && {bad})"
-    yield f"never {name} {{ do :: bad_{name} -> break :: else od }}"
-
-
-def _never_comes(name: str, begins: str, goal: str) -> Iterator[str]:
-    """Yield the claim for ``[] (begins -> <> goal)``, a Buechi automaton of its negation."""
-    yield f"#define begins_{name} (started && {begins})"
-    yield f"#define goal_{name} {goal}"
-    yield f"never {name} {{"
-    yield f"  do :: true :: begins_{name} && !goal_{name} -> break od;"
-    yield f"accept: do :: !goal_{name} od"
-    yield "}"
-
-
-def _told(option: Joint) -> str:
+def _causes(option: Joint) -> str:
     """Return by what an option is taken; of many causes, the first and how many more."""
     labels = list(dict.fromkeys(move.label for move in option.moves))
     shown = ", ".join(labels[:NAMED])

@@ -13,12 +13,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.export.changes import Joint, joint_moves
 from fsmkit.export.collect import network_of
 from fsmkit.export.exporter import ExportOptions
-from fsmkit.export.network import Network
-from fsmkit.export.promela.identifiers import Spelling, claims
-from fsmkit.export.promela.model import written
-from fsmkit.export.promela.options import Walk, performers
+from fsmkit.export.network import Move, Network
+from fsmkit.export.parts import Parts
+from fsmkit.export.promela.model import claim_names, written
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
@@ -49,6 +49,36 @@ def counterexample_of(
     except ReplayError as error:
         raise _foreign(path, str(error)) from error
     return network, _property(network, printed), _confirmed(network, found)
+
+
+class _Walk:
+    """Where the machines are on a path: their local states, as moves of the network change them."""
+
+    def __init__(self, network: Network, start: int) -> None:
+        self._network = network
+        self._at = [place.local for place in network.initial[start]]
+
+    def take(self, machine: int, option: Joint) -> Move | None:
+        """Perform the move of an option that comes from here; None: there is none."""
+        found = next((move for move in option.moves if move.source == self._at[machine]), None)
+        if found is not None:
+            self._at[machine] = found.target
+            for sent in found.sent:
+                self._receive(sent.target, sent.message)
+        return found
+
+    def elapse(self) -> None:
+        """Let a unit of time pass."""
+        automata = self._network.automata
+        self._at = [a.elapsed.get(at, at) for a, at in zip(automata, self._at, strict=True)]
+
+    def _receive(self, target: int, message: int) -> None:
+        automaton = self._network.automata[target]
+        if automaton.queues(message):
+            return
+        after, is_full = automaton.receives.get((self._at[target], message), (None, True))
+        if after is not None and not is_full:
+            self._at[target] = after
 
 
 def _printed(model: Path, text: str) -> str:
@@ -82,16 +112,22 @@ def _trail(network: Network, text: str, printed: str, path: Path) -> Trail:
     lines = [n for n, line in enumerate(text.splitlines(), 1) if line.lstrip().startswith(OPTION)]
     starts = {line: number for number, line in enumerate(lines[: len(network.starts)])}
     clock = lines.pop() if network.closed.unit else None
-    options = dict(zip(lines[len(starts) :], performers(Spelling(network)), strict=True))
+    codes = Parts(network).codes
+    joints = (
+        (machine, option)
+        for machine, automaton in enumerate(network.automata)
+        for option in joint_moves(automaton, codes[machine])
+    )
+    options = dict(zip(lines[len(starts) :], joints, strict=True))
     found: dict[str, tuple[Step, ...]] = {}
-    walk: Walk | None = None
+    walk: _Walk | None = None
     performed = printed.partition("spin: trail ends")[0]
     for match in filter(None, map(STATEMENT.match, performed.splitlines())):
         number, line = match[1], int(match[3])
         if number in found:
             continue
         if line in starts:
-            walk = Walk(network, starts[line])
+            walk = _Walk(network, starts[line])
             found[number] = network.starts[starts[line]]
         elif walk is not None and line == clock:
             walk.elapse()
@@ -109,7 +145,7 @@ def _trail(network: Network, text: str, printed: str, path: Path) -> Trail:
 def _property(network: Network, printed: str) -> Property | None:
     match = CLAIM.search(printed)
     properties = network.closed.system.properties
-    names = dict(zip(claims(properties), properties, strict=True))
+    names = dict(zip(claim_names(properties), properties, strict=True))
     return None if match is None else names.get(match[1])
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from fsmkit.export.identifiers import Names
 from fsmkit.export.uppaal.automaton import Automaton
 from fsmkit.export.uppaal.entries import AT_HAND, FIRST_SLOT, Armed
-from fsmkit.export.uppaal.names import Names
+from fsmkit.export.uppaal.names import RESERVED
 from fsmkit.export.uppaal.network import Declared, Sort
 from fsmkit.export.uppaal.printing import Printer
 from fsmkit.export.uppaal.space import Space, leaves
@@ -22,7 +23,7 @@ class Data:
     automaton: Automaton
     flags: dict[int, str] = field(default_factory=dict)
     """States that a query asks for in many locations: a variable says whether each is active."""
-    names: Names = field(default_factory=Names)
+    names: Names = field(init=False)
     declared: list[Declared] = field(default_factory=list)
     variables: dict[str, str] = field(default_factory=dict)
     """By path: data and outputs that are not shared, and the inputs of an open chart."""
@@ -39,7 +40,7 @@ class Data:
         """Declare what does not depend on the edges."""
         closed = self.space.closed
         chart = closed.charts[self.machine]
-        self.names = Names(self.space.names)
+        self.names = Names(RESERVED, self.space.names)
         for declared in (*chart.data, *chart.outputs):
             for path, type_, value in leaves(declared.name, declared.type, declared.init.value):
                 if path not in self.space.shared:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fsmkit.language import Expr, Value, Variable
+from fsmkit.language import Expr, Value
 from fsmkit.runtime.interpreter.snapshot import Delayed, Timeout
 
 AT_HAND = 0
@@ -118,8 +118,3 @@ Payload = Mapping[str, Expr]
 def scratch(instance: int, field: str) -> str:
     """Return the name of a part of an event at hand; no chart can have such a variable."""
     return f"@{instance}.{field}"
-
-
-def is_scratch(variable: Variable) -> bool:
-    """Whether this is a part of an event, not a variable of the chart."""
-    return variable.name.startswith("@")

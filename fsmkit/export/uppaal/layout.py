@@ -14,7 +14,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from fsmkit.export.uppaal.labels import LETTER, LINE, Block, block, labelled
-from fsmkit.export.uppaal.network import Edge, Location, Network, Point, Template
+from fsmkit.export.uppaal.network import Edge, Location, Point, Template
 
 MOST_EDGES = 400
 """Lines that Graphviz is asked to lay out; templates with more are not for the eye."""
@@ -52,11 +52,6 @@ class Drawing:
     height: int
 
 
-def laid_out(network: Network) -> Network:
-    """Return a network with positions for all that is drawn."""
-    return replace(network, templates=tuple(map(_template, network.templates)))
-
-
 def hubs_of(template: Template) -> frozenset[str]:
     """Return the locations that very many others lead to."""
     named = {loc.id for loc in template.locations if not loc.committed}
@@ -68,7 +63,8 @@ def hubs_of(template: Template) -> frozenset[str]:
     return frozenset(target for target, of in sources.items() if len(of) >= least)
 
 
-def _template(template: Template) -> Template:
+def laid_out(template: Template) -> Template:
+    """Return a template with positions for all that is drawn."""
     hubs = hubs_of(template)
     cards = [_card(template, location) for location in template.locations]
     others = [card for card in cards if card.location.id not in hubs]

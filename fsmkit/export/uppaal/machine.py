@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.walk import nodes
+from fsmkit.export.identifiers import word
 from fsmkit.export.uppaal.automaton import Automaton, Cause, Trigger, Ways
 from fsmkit.export.uppaal.data import Data
 from fsmkit.export.uppaal.entries import (
@@ -28,7 +29,6 @@ from fsmkit.export.uppaal.entries import (
     Told,
     scratch,
 )
-from fsmkit.export.uppaal.names import spelled
 from fsmkit.export.uppaal.network import Edge, Location, Template
 from fsmkit.export.uppaal.space import Space, leaves
 from fsmkit.export.uppaal.terms import refuse
@@ -110,15 +110,15 @@ class Builder:
     def _name_locations(self) -> None:
         chart = self.automaton.paths.chart
         names = self.data.names
-        for number, key in enumerate(self.automaton.keys):
+        for key in self.automaton.keys:
             active = [chart.states[s] for s in sorted(key.configuration)]
-            wanted = "_".join(spelled(s.id) for s in active if s.is_leaf) or "stopped"
+            wanted = "_".join(word(s.id) for s in active if s.is_leaf) or "stopped"
             if key.fault:
-                wanted += f"_{spelled(key.fault)}_fault"
+                wanted += f"_{word(key.fault)}_fault"
             invariant = () if self.space.closed.untimed else self._invariant(key)
             color = "" if key.running else STOPPED
             name = names.take(wanted)
-            self.locations[key] = Location(f"id{number}", name, invariant, color=color)
+            self.locations[key] = Location(self.space.id(), name, invariant, color=color)
 
     def _invariant(self, key: Key) -> tuple[str, ...]:
         found = {}
@@ -142,9 +142,8 @@ class Builder:
         if self.boot is None:
             (path,) = self.automaton.start
             return self.locations[path.target].id
-        number = len(self.automaton.keys) + len(self.passed)
         name = self.data.names.take("starting")
-        first = Location(f"id{number}", name, committed=True)
+        first = Location(self.space.id(), name, committed=True)
         self.passed.append(first)
         place, count = self.boot
         guard = (f"{self.space.boot} == {place}",) if count > 1 else ()
@@ -383,8 +382,7 @@ class Builder:
             yield [text], order[same]
 
     def _pass(self) -> Location:
-        number = len(self.automaton.keys) + len(self.passed)
-        found = Location(f"id{number}", committed=True)
+        found = Location(self.space.id(), committed=True)
         self.passed.append(found)
         return found
 

@@ -1,8 +1,6 @@
-"""Names that UPPAAL accepts, as near to those of the charts as may be."""
+"""Words and names that are taken (docs.uppaal.org, Reserved Keywords and Built-in Functions)."""
 
 from __future__ import annotations
-
-import re
 
 WORDS = """
     A E U W R M and assign before_update after_update bool branchpoint break broadcast case chan
@@ -21,39 +19,3 @@ WORDS = """
     random_beta random_gamma random_normal random_poisson random_weibull random_tri
 """
 RESERVED = frozenset(WORDS.split())
-"""Words and names that are taken (docs.uppaal.org, Reserved Keywords and Built-in Functions)."""
-LEGAL = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-
-
-def is_legal(name: str) -> bool:
-    """Whether UPPAAL accepts a name."""
-    return LEGAL.fullmatch(name) is not None and name not in RESERVED
-
-
-def spelled(name: str) -> str:
-    """Return a name with only such characters as UPPAAL knows."""
-    found = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
-    return found if found and not found[0].isdigit() else f"n_{found}"
-
-
-class Names:
-    """Gives out names, each once; no name of ``outer`` is given."""
-
-    def __init__(self, outer: Names | None = None) -> None:
-        """Begin with none given."""
-        self._taken: set[str] = set()
-        self._outer = outer
-
-    def take(self, wanted: str) -> str:
-        """Return the name, or one like it if it is taken."""
-        base = spelled(wanted)
-        found, count = base, 1
-        while found in RESERVED or self._is_taken(found):
-            count += 1
-            found = f"{base}_{count}" if count > 2 or base not in RESERVED else f"{base}_"
-        self._taken.add(found)
-        return found
-
-    def _is_taken(self, name: str) -> bool:
-        outer = self._outer
-        return name in self._taken or (outer is not None and outer._is_taken(name))  # noqa: SLF001

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import count
 
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Span
-from fsmkit.export.uppaal.names import Names
+from fsmkit.export.identifiers import Names
+from fsmkit.export.uppaal.names import RESERVED
 from fsmkit.export.uppaal.network import Declarations, Declared, Function, Sort
 from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queues import Queue
@@ -49,7 +51,7 @@ class Space:
     flat: bool
     paced: bool = False
     """Whether a template of its own lets time pass (`pace`), in place of an urgent channel."""
-    names: Names = field(default_factory=Names)
+    names: Names = field(default_factory=lambda: Names(RESERVED))
     instances: list[str] = field(default_factory=list)
     templates: list[str] = field(default_factory=list)
     shared: dict[str, str] = field(default_factory=dict)
@@ -60,6 +62,7 @@ class Space:
     declared: list[Declared | Function] = field(default_factory=list)
     _constants: dict[tuple[EnumType, int], str] = field(default_factory=dict)
     _symbols: dict[str, int] = field(default_factory=dict)
+    _ids: Iterator[int] = field(default_factory=count)
     hurry: str = ""
     stable: str = ""
     boot: str = ""
@@ -100,6 +103,10 @@ class Space:
         for place, member in enumerate(type_.members):
             if (type_, place) not in self._constants:
                 self._constants[type_, place] = self.names.take(f"{type_.name}_{member}")
+
+    def id(self) -> str:
+        """Return an id for a location, unique in the file."""
+        return f"id{next(self._ids)}"
 
     @property
     def urgently(self) -> str:
@@ -303,16 +310,16 @@ class Space:
             text = f"{' + '.join(lengths)} <= {MAX_PENDING_BEFORE_INPUT}"
             yield Function(self.patience, f"bool {self.patience}() {{\n  return {text};\n}}")
 
-    def declarations(self, starting: int, *, boots: int) -> Declarations:
-        """Return all that is declared; ``starting``: whether steps are needed at first."""
+    def declarations(self, starting: int) -> Declarations:
+        """Return all that is declared; ``starting``: the machines that start by steps."""
         found: list[Declared | Function] = []
         if self.pace is None:
             found.append(Declared(self.hurry, Sort.URGENT_BROADCAST))
         else:
             found += self.pace.declared
         found.append(Declared(self.stable, Sort.BOOL, init=(0 if starting else 1,)))
-        if boots > 1:
-            found.append(Declared(self.boot, Sort.INT, 0, boots, init=(0,)))
+        if starting > 1:
+            found.append(Declared(self.boot, Sort.INT, 0, starting, init=(0,)))
         found += self.constants()
         found += self.declared
         for queue in self.queues.values():

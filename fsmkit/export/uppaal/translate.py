@@ -6,14 +6,10 @@ time, if the system is closed so: then an armed timer fires whenever it may.
 
 from __future__ import annotations
 
-import itertools
-from dataclasses import replace
-
 from fsmkit.chart.walk import nodes
 from fsmkit.export.uppaal.automaton import Automaton, followed
 from fsmkit.export.uppaal.data import Data
 from fsmkit.export.uppaal.entries import Path, Posted, Told
-from fsmkit.export.uppaal.joining import joined
 from fsmkit.export.uppaal.layout import laid_out
 from fsmkit.export.uppaal.machine import Builder
 from fsmkit.export.uppaal.network import Network
@@ -21,7 +17,6 @@ from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queries import MANY, Queries
 from fsmkit.export.uppaal.space import Space
 from fsmkit.export.uppaal.terms import refuse
-from fsmkit.export.uppaal.wellformed import require_wellformed
 from fsmkit.language import InState
 from fsmkit.system.system import OBSERVED
 from fsmkit.verify.statespace.closed_system import ClosedSystem
@@ -61,36 +56,12 @@ def translated(
         )
     has_steps = bool(starting) or any(builder.takes_steps for builder in builders)
     queries = Queries(space, builders, has_steps)
-    found = Network(
+    return Network(
         tuple(_remark(closed, space.pace)),
-        (),
-        tuple(templates),
-        tuple(queries.made()),
+        templates=tuple(laid_out(one) for one in templates) if draw else tuple(templates),
+        queries=tuple(queries.made()),
+        declarations=space.declarations(len(starting)),
     )
-    declarations = space.declarations(len(starting), boots=len(starting))
-    found = numbered(joined(replace(found, declarations=declarations)))
-    require_wellformed(found)
-    return laid_out(found) if draw else found
-
-
-def numbered(network: Network) -> Network:
-    """Return a network whose locations have ids that are unique in the file, in their order."""
-    count = itertools.count()
-    templates = []
-    for template in network.templates:
-        ids = {location.id: f"id{next(count)}" for location in template.locations}
-        templates.append(
-            replace(
-                template,
-                locations=tuple(replace(one, id=ids[one.id]) for one in template.locations),
-                initial=ids[template.initial],
-                edges=tuple(
-                    replace(one, source=ids[one.source], target=ids[one.target])
-                    for one in template.edges
-                ),
-            )
-        )
-    return replace(network, templates=tuple(templates))
 
 
 def _remark(closed: ClosedSystem, pace: Pace | None) -> list[str]:

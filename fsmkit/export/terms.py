@@ -1,4 +1,7 @@
-"""Expressions of JANI, whose operators are written in mathematical signs."""
+"""Conditions and numbers of models as trees: JANI's own objects, which `infix` prints with signs.
+
+https://jani-spec.org: ``op`` is a mathematical sign; a text is a name.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,16 @@ from functools import reduce
 
 Json = dict[str, "Json"] | list["Json"] | str | int | bool | None
 """What a JSON document is made of."""
+SIGNS = {
+    "∨": ("||", 1),  # noqa: RUF001  (JANI's sign)
+    "∧": ("&&", 1),
+    "=": ("==", 2),
+    "≠": ("!=", 2),
+    "≤": ("<=", 2),
+    "+": ("+", 3),
+    "¬": ("!", 4),
+}
+"""How a language like C writes an operator, and how tightly it binds."""
 
 
 def binary(op: str, left: Json, right: Json) -> Json:
@@ -26,7 +39,13 @@ def differ(left: Json, right: Json) -> Json:
 
 def negated(part: Json) -> Json:
     """Return whether something does not hold."""
-    return not part if isinstance(part, bool) else {"op": "¬", "exp": part}
+    match part:
+        case bool():
+            return not part
+        case {"op": "=", "left": left, "right": right}:
+            return differ(left, right)
+        case _:
+            return {"op": "¬", "exp": part}
 
 
 def conjunction(parts: Iterable[Json]) -> Json:
@@ -36,7 +55,7 @@ def conjunction(parts: Iterable[Json]) -> Json:
 
 def disjunction(parts: Iterable[Json]) -> Json:
     """Return whether some part holds."""
-    return _joined("\N{LOGICAL OR}", parts, neutral=False)
+    return _joined("∨", parts, neutral=False)  # noqa: RUF001  (JANI's sign)
 
 
 def _joined(op: str, parts: Iterable[Json], *, neutral: bool) -> Json:
@@ -65,11 +84,29 @@ def choice(condition: Json, then: Json, otherwise: Json) -> Json:
     return {"op": "ite", "if": condition, "then": then, "else": otherwise}
 
 
-def call(function: str, *arguments: Json) -> Json:
+def call(function: str) -> Json:
     """Return the value of a function of the model."""
-    return {"op": "call", "function": function, "args": list(arguments)}
+    return {"op": "call", "function": function, "args": []}
 
 
-def bounded(greatest: int) -> Json:
-    """Return the type of the numbers from 0 on."""
-    return {"kind": "bounded", "base": "int", "lower-bound": 0, "upper-bound": greatest}
+def infix(term: Json, outer: str = "") -> str:
+    """Return an expression in Promela; functions are macros, in capital letters.
+
+    ``outer``: the operator of which it is an operand.
+    """
+    match term:
+        case {"op": "ite", "if": test, "then": then, "else": otherwise}:
+            return f"({infix(test)} -> {infix(then)} : {infix(otherwise)})"
+        case {"op": "call", "function": str(name)}:
+            return name.upper()
+        case {"op": "¬", "exp": part}:
+            return f"!{infix(part, '¬')}"
+        case {"op": str(op), "left": left, "right": right}:
+            sign, binds = SIGNS[op]
+            text = f"{infix(left, op)} {sign} {infix(right, op)}"
+            is_loose = outer not in ("", op) and binds <= SIGNS[outer][1]
+            return f"({text})" if is_loose else text
+        case bool():
+            return "true" if term else "false"
+        case _:
+            return str(term)

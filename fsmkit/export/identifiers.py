@@ -1,0 +1,49 @@
+"""Identifiers of other notations: legal, all different, as near to the names as may be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from zlib import crc32
+
+LONGEST = 80
+"""Characters of an identifier: SPIN 6 breaks off where it joins two of some 200."""
+
+
+def word(text: str) -> str:
+    """Return a text as an identifier: letters, digits and single underscores.
+
+    What is longer than `LONGEST` ends with a checksum of all of it, so that others that begin in
+    the same way still have names of their own.
+    """
+    found = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
+    if not found or found[0].isdigit():
+        found = f"s_{found}"
+    if len(found) <= LONGEST:
+        return found
+    return f"{found[: LONGEST - 9].strip('_')}_{crc32(text.encode('utf-8', 'replace')):08x}"
+
+
+class Names:
+    """Gives out identifiers, each once, and none that is reserved or that ``outer`` gave out."""
+
+    def __init__(self, reserved: Iterable[str] = (), outer: Names | None = None) -> None:
+        """Begin with what the notation takes: a name that is built in would change its meaning."""
+        self._reserved = frozenset(reserved)
+        self._taken: set[str] = set()
+        self._outer = outer
+
+    def take(self, text: str) -> str:
+        """Return an identifier: of ``p[1]`` ``p_1``, of another like it ``p_1_2``, else ``if_``."""
+        base = word(text)
+        base += "_" if base in self._reserved else ""
+        found, number = base, 1
+        while self._is_taken(found):
+            number += 1
+            found = f"{base}_{number}"
+        self._taken.add(found)
+        return found
+
+    def _is_taken(self, name: str) -> bool:
+        is_outside = self._outer is not None and self._outer._is_taken(name)  # noqa: SLF001
+        return is_outside or name in self._taken or name in self._reserved

@@ -1,0 +1,201 @@
+"""The names of a network in a notation with variables, and its conditions in terms of them.
+
+The local state of a machine is a variable for each component. Constants of machines hold a double
+underscore, so that no two names are alike.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterable, Iterator
+from typing import assert_never
+
+from fsmkit.export.changes import Change, Joint
+from fsmkit.export.formula import All, Any, Constant, Formula, In, Not, QueueEmpty
+from fsmkit.export.identifiers import Names, word
+from fsmkit.export.network import Move, Network
+from fsmkit.export.parts import Parts
+from fsmkit.export.terms import (
+    Json,
+    binary,
+    call,
+    choice,
+    conjunction,
+    differ,
+    disjunction,
+    equal,
+    negated,
+    total,
+)
+from fsmkit.verify.statespace.actions import Action
+from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
+
+MONITORS_WAIT, PLANT_WAITS, CALM, FEW_WAIT = "monitors_wait", "plant_waits", "calm", "few_wait"
+"""Functions that say who may move: monitors see everything first, then the environment answers."""
+
+
+class Vocabulary(ABC):
+    """A notation defines how a component is named, and how the queue beside a machine is read."""
+
+    def __init__(self, network: Network) -> None:
+        """Take local states apart, and choose names."""
+        self.network = network
+        self.parts = Parts(network)
+        self.names = Names()
+        self.machines = tuple(self.names.take(automaton.name) for automaton in network.automata)
+        self.fields = tuple(
+            tuple(map(Names().take, (self.field(component.name) for component in components)))
+            for components in self.parts.components
+        )
+
+    def field(self, name: str) -> str:
+        """Return how a component is named among those of its machine."""
+        return word(name)
+
+    @abstractmethod
+    def component(self, machine: int, component: int) -> str:
+        """Return the variable that holds a component of the local state."""
+
+    @abstractmethod
+    def is_empty(self, machine: int) -> Json:
+        """Return whether nothing waits in the queue beside a machine."""
+
+    @abstractmethod
+    def is_first(self, machine: int, message: int) -> Json:
+        """Return whether a message is the head of the queue beside a machine."""
+
+    @abstractmethod
+    def counts(self, machine: int) -> Iterable[Json]:
+        """Return numbers whose sum is how many events wait in the queue beside a machine."""
+
+    # --- constants -------------------------------------------------------------------------------
+
+    def value(self, machine: int, component: int, number: int) -> Json:
+        """Return the constant of a value, or the value."""
+        found = self.parts.components[machine][component]
+        if found.plain:
+            return number
+        return f"{self.machines[machine]}__{self.fields[machine][component]}__{found.words[number]}"
+
+    def constants(self, machine: int) -> Iterator[tuple[str, int, str]]:
+        """Yield the constants of the values of components: name, number, and a note or nothing."""
+        for part, component in enumerate(self.parts.components[machine]):
+            for number in () if component.plain else component.texts:
+                yield str(self.value(machine, part, number)), number, component.note(number)
+
+    def message(self, machine: int, number: int) -> str:
+        """Return the constant of a message."""
+        arrival = self.network.automata[machine].arrivals[number]
+        return f"to_{self.machines[machine]}__{arrival.name}"
+
+    def becomes(self, machine: int, change: Change) -> dict[str, Json]:
+        """Return the assignments that give components their values."""
+        return {
+            self.component(machine, component): self.value(machine, component, number)
+            for component, number in change.items()
+        }
+
+    # --- tests -----------------------------------------------------------------------------------
+
+    def is_in(self, machine: int, locals_: Collection[int]) -> Json:
+        """Return whether the machine is in one of some local states."""
+        cubes = self.parts.cover(machine, locals_)
+        if cubes is None:
+            return True
+        return disjunction(
+            conjunction(self.has(machine, component, values) for component, values in cube.items())
+            for cube in cubes
+        )
+
+    def has(self, machine: int, component: int, values: Collection[int]) -> Json:
+        """Return whether a component has one of some values; of those that there are."""
+        name = self.component(machine, component)
+        excluded = self.parts.excluded(machine, component, values)
+        if excluded is not None:
+            return differ(name, self.value(machine, component, excluded))
+        tests: list[Json] = []
+        for run in self.parts.runs(machine, component, values):
+            first, last = (self.value(machine, component, number) for number in run)
+            between = conjunction((binary("≤", first, name), binary("≤", name, last)))
+            tests.append(equal(name, first) if run[0] == run[1] else between)
+        return disjunction(tests)
+
+    def waits(self, machine: int) -> Json:
+        """Return whether an event waits for the machine."""
+        automaton = self.network.automata[machine]
+        if automaton.queue:
+            return negated(self.is_empty(machine))
+        return self.is_in(machine, automaton.where(lambda local: local.waiting > 0))
+
+    def formula(self, formula: Formula) -> Json:
+        """Return a condition."""
+        match formula:
+            case Constant(value):
+                return value
+            case In(machine, locals_):
+                return self.is_in(machine, locals_)
+            case QueueEmpty(machine):
+                return self.is_empty(machine)
+            case Not(part):
+                return negated(self.formula(part))
+            case All(parts):
+                return conjunction(map(self.formula, parts))
+            case Any(parts):
+                return disjunction(map(self.formula, parts))
+            case _:
+                assert_never(formula)
+
+    # --- who may move ----------------------------------------------------------------------------
+
+    def rules(self) -> dict[str, Json]:
+        """Return the functions that say who may move, and whether few events wait."""
+        network = self.network
+        return {
+            MONITORS_WAIT: disjunction(map(self.waits, network.monitors)),
+            PLANT_WAITS: disjunction(map(self.waits, network.plant)),
+            CALM: conjunction((negated(call(MONITORS_WAIT)), negated(call(PLANT_WAITS)))),
+            FEW_WAIT: binary("≤", total(self._waiting()), MAX_PENDING_BEFORE_INPUT),
+        }
+
+    def _waiting(self) -> Iterator[Json]:
+        for machine, automaton in enumerate(self.network.automata):
+            if automaton.queue:
+                yield from self.counts(machine)
+            for waiting, of in automaton.waiting():
+                yield choice(self.is_in(machine, of), waiting, 0)
+
+    def guard(self, machine: int, joint: Joint) -> Json:
+        """Return when some moves are possible that differ only in their local states."""
+        move = joint.moves[0]
+        parts = [self.is_in(machine, joint.sources), self._turn(machine, move)]
+        if move.taken is not None:
+            parts.append(self.is_first(machine, move.taken))
+        elif move.needs_empty and self.network.automata[machine].queue:
+            parts.append(self.is_empty(machine))
+        if move.from_outside:
+            parts.append(call(FEW_WAIT))
+        return conjunction(parts)
+
+    def _turn(self, machine: int, move: Move) -> Json:
+        """Return whether the machine may move (see `rules`)."""
+        automaton, takes = self.network.automata[machine], move.action is Action.TAKE
+        waits = self.waits(machine)
+        if automaton.is_monitor and waits is not False:
+            return True if takes else disjunction((call(CALM), waits))
+        if automaton.is_environment and waits is not False:
+            answers = negated(call(MONITORS_WAIT))
+            if takes:
+                return answers
+            if move.action is Action.EVENTLESS:
+                return disjunction((call(CALM), conjunction((answers, waits))))
+        return call(CALM)
+
+    def time_passes(self) -> Json:
+        """Return whether time passes: a timer is armed, and nothing is left to do."""
+        armed: list[Json] = []
+        still: list[Json] = []
+        for machine, automaton in enumerate(self.network.automata):
+            armed.append(self.is_in(machine, automaton.where(lambda local: local.awaited)))
+            still += [self.is_empty(machine)] if automaton.queue else []
+            still.append(self.is_in(machine, automaton.where(lambda local: not local.has_work)))
+        return conjunction((disjunction(armed), *still))
