@@ -97,6 +97,20 @@ class Drawing(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Notation:
+    """A drawing that the module ``draw`` beside a plug-in makes, imported when it is needed."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    package: str
+
+    def draw(self, chart: Chart, active: frozenset[int]) -> str:
+        """Return a diagram in which the given states stand out."""
+        text: str = import_module(f"{self.package}.draw").draw(chart, active)
+        return text
+
+
 Kind = TypeVar("Kind")
 
 

@@ -69,17 +69,17 @@ def changes(
     left = dict.fromkeys(sorted(exact, key=len))
     while left:
         change, _ = left.popitem()
-        wanted = dict(change)
+        values = dict(change)
         places = exact[change]
         for smaller in list(left):
-            if not all(wanted.get(n) == new for n, new in smaller):
+            if not all(values.get(n) == new for n, new in smaller):
                 continue
             fits = {p for p in exact[smaller] if _has(codes[steps[p][1]], change)}
             places += fits
             exact[smaller] = [p for p in exact[smaller] if p not in fits]
             if not exact[smaller]:
                 del left[smaller]
-        yield wanted, sorted(places)
+        yield values, sorted(places)
 
 
 def _has(code: Code, change: Iterable[tuple[int, int]]) -> bool:

@@ -24,21 +24,21 @@ from fsmkit.verify.statespace.global_steps import LocalState
 
 
 def exported(
-    system: System, wanted: ExportOptions, write: Callable[[Network, Findings], str]
+    system: System, options: ExportOptions, write: Callable[[Network, Findings], str]
 ) -> Exported:
     """Explore a system, and write its network."""
-    network = network_of(system, wanted)
+    network = network_of(system, options)
     figures = {"states": network.states, "transitions": network.transitions}
-    return Exported(write(network, wanted.findings), figures)
+    return Exported(write(network, options.findings), figures)
 
 
-def network_of(system: System, wanted: ExportOptions) -> Network:
+def network_of(system: System, options: ExportOptions) -> Network:
     """Explore a system, and keep the local steps.
 
     Raises `FsmkitError`: ``export-too-large`` beyond the limits, ``not-exported`` where a schedule
     orders what moves.
     """
-    closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
+    closed = close(system, untimed=options.untimed, silent=options.silent)
     if closed.system.schedule is not None:
         raise fail(
             "not-exported",
@@ -46,7 +46,7 @@ def network_of(system: System, wanted: ExportOptions) -> Network:
             closed.system.schedule.span,
             help="export the system without `schedule`: that does all that the schedule allows",
         )
-    explored = local_steps_of(closed, wanted)
+    explored = local_steps_of(closed, options)
     parts = [_Part(closed, m, explored) for m in range(len(closed.charts))]
     for part in parts:
         part.collect(parts)

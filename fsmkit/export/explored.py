@@ -45,18 +45,18 @@ class Explored(GlobalSteps):
         self.starts, self.how_started = list(ways), tuple(ways.values())
         return edges
 
-    def run(self, wanted: ExportOptions) -> None:
+    def run(self, options: ExportOptions) -> None:
         """Reach all global states by the interpreter."""
         self.begin()
         seen = set(self.starts)
         ahead = list(self.starts)
         expanded = 0
         while ahead:
-            wanted.deadline.look()
-            if len(seen) > wanted.most:
-                raise too_large(self.closed, len(seen), wanted.most)
-            if expanded % 256 == 0 and wanted.progress is not None:
-                wanted.progress(len(seen), self.transitions)
+            options.deadline.look()
+            if len(seen) > options.most:
+                raise too_large(self.closed, len(seen), options.most)
+            if expanded % 256 == 0 and options.progress is not None:
+                options.progress(len(seen), self.transitions)
             expanded += 1
             for edge in self.successors(ahead.pop()):
                 self.transitions += 1
@@ -69,11 +69,11 @@ class Explored(GlobalSteps):
                 locals_.add(number)
 
     def follow(self, graph: dict[str, Any]) -> None:
-        """Perform the local steps that the core tells of."""
+        """Perform the local steps of the core."""
         _Follower(self, graph).run()
 
 
-def local_steps_of(closed: ClosedSystem, wanted: ExportOptions) -> Explored:
+def local_steps_of(closed: ClosedSystem, options: ExportOptions) -> Explored:
     """Return the local steps of all that can be reached.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits.
@@ -81,30 +81,30 @@ def local_steps_of(closed: ClosedSystem, wanted: ExportOptions) -> Explored:
     explored = Explored(closed)
     try:
         if compiler() is None:
-            explored.run(wanted)
+            explored.run(options)
         else:
-            _explore_by_core(closed, wanted, explored)
+            _explore_by_core(closed, options, explored)
     except TooManyChoices as error:
         raise too_many_choices(closed) from error
     return explored
 
 
-def _explore_by_core(closed: ClosedSystem, wanted: ExportOptions, explored: Explored) -> None:
+def _explore_by_core(closed: ClosedSystem, options: ExportOptions, explored: Explored) -> None:
     def progress(states: int, transitions: int, depth: int) -> None:
         del depth
-        if wanted.progress is not None:
-            wanted.progress(states, transitions)
+        if options.progress is not None:
+            options.progress(states, transitions)
 
-    with closing(CEngine(closed, Findings(), wanted.deadline)) as engine:
+    with closing(CEngine(closed, Findings(), options.deadline)) as engine:
         command = [str(engine.program), "--graph", "--memory", str(MEMORY), *engine.limits(0)]
-        told = engine.result(command, progress)
-    if told["outcome"] == End.TIME.value:
+        found = engine.result(command, progress)
+    if found["outcome"] == End.TIME.value:
         raise TimeUp
-    if told["outcome"] != End.COMPLETE.value:
-        raise too_large(closed, told["states"], told["states"])
-    explored.states = told["states"]
-    explored.transitions = told["transitions"]
-    explored.follow(told["graph"])
+    if found["outcome"] != End.COMPLETE.value:
+        raise too_large(closed, found["states"], found["states"])
+    explored.states = found["states"]
+    explored.transitions = found["transitions"]
+    explored.follow(found["graph"])
 
 
 class _Follower:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Protocol, runtime_checkable
 
 from fsmkit.chart.chart import Chart
@@ -72,15 +73,29 @@ class Exporter(Protocol):
     summary: str
     """For whom it is: a few words for ``--help``."""
 
-    def export(self, system: System, wanted: ExportOptions) -> Exported:
+    def export(self, system: System, options: ExportOptions) -> Exported:
         """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Notation:
+    """An exporter whose work the module ``model`` beside a plug-in does, imported when it runs."""
+
+    name: str
+    summary: str
+    package: str
+
+    def export(self, system: System, options: ExportOptions) -> Exported:
+        """Return what ``export`` of that module does."""
+        exported: Exported = import_module(f"{self.package}.model").export(system, options)
+        return exported
 
 
 @runtime_checkable
 class RefinementExporter(Exporter, Protocol):
     """Writes, too, whether a chart refines another (`verify.properties.refinement`)."""
 
-    def export_refinement(self, derived: Chart, base: Chart, wanted: ExportOptions) -> Exported:
+    def export_refinement(self, derived: Chart, base: Chart, options: ExportOptions) -> Exported:
         """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
         ...

@@ -7,11 +7,12 @@ passes.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.export.exporter import ExportOptions
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.runtime.interpreter.run import is_deferred
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot, Timeout
 from fsmkit.system.system import System
@@ -49,17 +50,26 @@ class TransitionSystem:
         return len(self.configurations)
 
 
-def system_of(system: System, wanted: ExportOptions) -> TransitionSystem:
+def exported(
+    system: System, options: ExportOptions, write: Callable[[TransitionSystem], Iterable[str]]
+) -> Exported:
+    """Explore a system, and write its transition system."""
+    found = system_of(system, options)
+    figures = {"states": found.states, "transitions": len(found.arrows)}
+    return Exported("".join(write(found)), figures)
+
+
+def system_of(system: System, options: ExportOptions) -> TransitionSystem:
     """Explore a system by the interpreter, breadth first.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits: a part of a transition system
     would pass for the whole of it. Time also ends within a step, which may last long.
     """
-    return wanted.deadline.cut_off(Stage.EXPLORING, partial(_explored, system, wanted))
+    return options.deadline.cut_off(Stage.EXPLORING, partial(_explored, system, options))
 
 
-def _explored(system: System, wanted: ExportOptions) -> TransitionSystem:
-    closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
+def _explored(system: System, options: ExportOptions) -> TransitionSystem:
+    closed = close(system, untimed=options.untimed, silent=options.silent)
     steps = GlobalSteps(closed)
     numbers: dict[State, int] = {}
     order: list[State] = []
@@ -76,10 +86,10 @@ def _explored(system: System, wanted: ExportOptions) -> TransitionSystem:
         arrows += [Arrow(0, START, number_of(edge.to)) for edge in steps.initial()]
         at = 0
         while at < len(order):
-            if len(order) > wanted.most:
-                raise too_large(closed, len(order), wanted.most)
-            if at % 256 == 0 and wanted.progress is not None:
-                wanted.progress(len(order), len(arrows))
+            if len(order) > options.most:
+                raise too_large(closed, len(order), options.most)
+            if at % 256 == 0 and options.progress is not None:
+                options.progress(len(order), len(arrows))
             before = order[at]
             snapshots = steps.snapshots(before)
             at += 1

@@ -16,7 +16,7 @@ UNHEARD = Kind("unheard", OverGraph("unheard-of"))
 REFUSED = {
     "jani": "is not carried over: `unheard` is no formula over states",
     "promela": "not carried over: `unheard` is no formula of linear time",
-    "cspm": "`unheard` is not a set of traces",
+    "cspm": "`unheard` is no set of traces",
     "uppaal": "UPPAAL has no query for `unheard`: use `fsmkit check`",
     "uppaal-flat": "UPPAAL has no query for `unheard`: use `fsmkit check`",
 }

@@ -103,14 +103,14 @@ class _Recording(Search):
             yield kept(self.base_steps, self.base, after)
 
 
-def comparison(derived: Chart, base: Chart, wanted: ExportOptions) -> Comparison:
+def comparison(derived: Chart, base: Chart, options: ExportOptions) -> Comparison:
     """Take all steps of a derived chart, and of its base all that can be seen of those.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits.
     """
     search = _Recording(derived, base)
     try:
-        taken = _derived_steps(search, wanted)
+        taken = _derived_steps(search, options)
         first = [sight for sight, _ in taken[None]]
         others = (s for state, to in taken.items() if state is not None for s, _ in to)
         later = list(dict.fromkeys(others))
@@ -125,13 +125,13 @@ def comparison(derived: Chart, base: Chart, wanted: ExportOptions) -> Comparison
                 for reached in search.follow(state, sight):
                     followed[state][sight, reached] = None
                     ahead.append(reached)
-            _demand(search, wanted, len(taken) + len(followed))
+            _demand(search, options, len(taken) + len(followed))
     except TooManyChoices as error:
         raise too_many_choices(search.closed) from error
     return Comparison(derived, base, taken, followed, search.samples)
 
 
-def _derived_steps(search: _Recording, wanted: ExportOptions) -> Steps:
+def _derived_steps(search: _Recording, options: ExportOptions) -> Steps:
     """Return the steps of the derived chart, with all inputs that the base asks for on the way.
 
     What lies behind a step that the base cannot follow is left out.
@@ -148,13 +148,13 @@ def _derived_steps(search: _Recording, wanted: ExportOptions) -> Steps:
             if reached.bases and reached not in known:
                 known.add(reached)
                 ahead.append(reached)
-        wanted.deadline.look()
-        _demand(search, wanted, len(known))
-        if wanted.progress is not None and len(known) % 64 == 0:
-            wanted.progress(len(known), search.taken)
+        options.deadline.look()
+        _demand(search, options, len(known))
+        if options.progress is not None and len(known) % 64 == 0:
+            options.progress(len(known), search.taken)
     return taken
 
 
-def _demand(search: Search, wanted: ExportOptions, states: int) -> None:
-    if states > wanted.most:
-        raise too_large(search.closed, states, wanted.most)
+def _demand(search: Search, options: ExportOptions, states: int) -> None:
+    if states > options.most:
+        raise too_large(search.closed, states, options.most)

@@ -9,12 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fsmkit.diagnostics import Findings
+from fsmkit.export.collect import exported
 from fsmkit.export.cspm.alphabet import Alphabet
 from fsmkit.export.cspm.assertions import Asserted, asserted
 from fsmkit.export.cspm.events import Demand, OnMachine, OnQueue, after_told, told_values
 from fsmkit.export.cspm.identifiers import Frame, Script, comment, listed, offer
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.formula import Form
 from fsmkit.export.network import Automaton, Local, Network
+from fsmkit.system.system import System
 from fsmkit.texts import notating, telling
 
 HEADER = """\
@@ -38,6 +41,11 @@ Time passes by {unit} ticks in `tock`, in which all take part when none has anyt
 Where no timer is armed the explorer stops time; here `tock` changes nothing there. There is no
 section `Timed`: it would give each event a duration, and here steps take no time.\
 """
+
+
+def export(system: System, options: ExportOptions) -> Exported:
+    """Explore a system, then write its local steps."""
+    return exported(system, options, written)
 
 
 @notating

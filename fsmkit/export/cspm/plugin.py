@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 from fsmkit.chart.chart import Chart
-from fsmkit.export.exporter import Exported, ExportOptions
-from fsmkit.system.system import System
+from fsmkit.export.exporter import Exported, ExportOptions, Notation
 
 
-class Cspm:
-    """Writes a network of automata for FDR and other tools of CSP."""
+class Cspm(Notation):
+    """Writes a network of automata, and refinements, for FDR and other tools of CSP."""
 
-    name = "cspm"
-    summary = "FDR: a process for each machine and each queue"
+    __slots__ = ()
 
-    def export(self, system: System, wanted: ExportOptions) -> Exported:
-        """Explore by the interpreter, then write the local steps."""
-        from fsmkit.export.collect import exported
-        from fsmkit.export.cspm.model import written
-
-        return exported(system, wanted, written)
-
-    def export_refinement(self, derived: Chart, base: Chart, wanted: ExportOptions) -> Exported:
+    def export_refinement(self, derived: Chart, base: Chart, options: ExportOptions) -> Exported:
         """Take the steps of both charts by the interpreter, then write them."""
         from fsmkit.export.cspm.comparison import comparison
         from fsmkit.export.cspm.refinement_model import written
 
-        found = comparison(derived, base, wanted)
+        found = comparison(derived, base, options)
         figures = {"states": len(found.derived_steps), "states of the base": len(found.base_steps)}
         return Exported(written(found), figures)
 
 
-PLUGIN = Cspm()
+PLUGIN = Cspm("cspm", "FDR: a process for each machine and each queue", __package__)

@@ -1,25 +1,5 @@
 """The exporter ``dot``."""
 
-from __future__ import annotations
+from fsmkit.export.exporter import Notation
 
-from fsmkit.export.exporter import Exported, ExportOptions
-from fsmkit.system.system import System
-
-
-class Graphviz:
-    """Writes the transition system of a closed system."""
-
-    name = "dot"
-    summary = "Graphviz: the same, to be looked at"
-
-    def export(self, system: System, wanted: ExportOptions) -> Exported:
-        """Explore by the interpreter, then write."""
-        from fsmkit.export.dot.text import written
-        from fsmkit.export.transition_system import system_of
-
-        found = system_of(system, wanted)
-        figures = {"states": found.states, "transitions": len(found.arrows)}
-        return Exported("".join(written(found)), figures)
-
-
-PLUGIN = Graphviz()
+PLUGIN = Notation("dot", "Graphviz: the same, to be looked at", __package__)

@@ -16,6 +16,8 @@ from collections.abc import Iterator, Mapping
 
 from fsmkit.diagnostics import Findings
 from fsmkit.export.changes import Joint, by_themselves, changes, joint_moves
+from fsmkit.export.collect import exported
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.formula import Claim, Form, claims
 from fsmkit.export.network import Automaton, Move, Network, Sent, is_idle
 from fsmkit.export.terms import (
@@ -29,6 +31,7 @@ from fsmkit.export.terms import (
     negated,
 )
 from fsmkit.export.vocabulary import Vocabulary
+from fsmkit.system.system import System
 from fsmkit.texts import notating, plain, telling
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 
@@ -43,6 +46,11 @@ WIDTH = 100
 FORMS = (Form.NEVER, Form.REACHED, Form.RECOVERABLE, Form.LEADS_TO)
 DEEPEST = 8
 """So deep are lists and objects broken into lines: down to assignments, not into expressions."""
+
+
+def export(system: System, options: ExportOptions) -> Exported:
+    """Explore a system, then write its local steps."""
+    return exported(system, options, written)
 
 
 def written(network: Network, findings: Findings | None = None) -> str:

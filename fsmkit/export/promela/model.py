@@ -14,12 +14,15 @@ from fsmkit.codegen.c.reserved import KEYWORDS
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.export.changes import Change, Joint, by_themselves, changes, joint_moves
+from fsmkit.export.collect import exported
+from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.formula import Claim, Form, claims
 from fsmkit.export.identifiers import Names, word
 from fsmkit.export.network import Automaton, Network, Place, Sent
 from fsmkit.export.terms import Json, conjunction, equal, infix, negated
 from fsmkit.export.vocabulary import Vocabulary
 from fsmkit.system.properties.property import Property
+from fsmkit.system.system import System
 from fsmkit.texts import notating
 from fsmkit.texts.c import comment
 
@@ -59,6 +62,11 @@ HEADER = """\
 
 NAMED = 3
 """So many causes are named in a comment."""
+
+
+def export(system: System, options: ExportOptions) -> Exported:
+    """Explore a system, then write its local steps."""
+    return exported(system, options, written)
 
 
 @notating

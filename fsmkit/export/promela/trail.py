@@ -33,14 +33,14 @@ OPTION = ":: d_step {"
 
 
 def counterexample_of(
-    system: System, wanted: ExportOptions, path: Path
+    system: System, options: ExportOptions, path: Path
 ) -> tuple[Network, Property | None, Counterexample]:
     """Return the path beside a model (``x.pml``), or one that SPIN printed (any other file).
 
     Also the property whose claim it violates, if that is told. Raises `FsmkitError`: ``no-spin``;
     ``foreign-trail`` where it is no path of the system.
     """
-    network = network_of(system, wanted)
+    network = network_of(system, options)
     text = written(network)
     printed = _printed(path, text) if path.suffix == ".pml" else _read(path)
     trail = _trail(network, text, printed, path)
@@ -164,8 +164,8 @@ def _ordinals(steps: GlobalSteps, trail: Trail) -> tuple[int, ...]:
     """Return the numbers of steps among those that are possible, as the engines count them."""
     found = []
     edges = steps.initial()
-    for wanted in trail:
-        ordinal, edge = next((n, e) for n, e in enumerate(edges) if e.steps == wanted)
+    for steps_taken in trail:
+        ordinal, edge = next((n, e) for n, e in enumerate(edges) if e.steps == steps_taken)
         found.append(ordinal)
         edges = steps.successors(edge.to)
     return tuple(found)

@@ -56,9 +56,9 @@ class Data:
                 f"{n}: {' '.join(chart.states[s].id for s in sorted(value))}"
                 for n, value in enumerate(recorded, 1)
             ]
-            told = "0: nothing, " + ", ".join(values)
+            note = "0: nothing, " + ", ".join(values)
             self.declared.append(
-                Declared(name, Sort.INT, 0, len(recorded), init=(0,), comment=told)
+                Declared(name, Sort.INT, 0, len(recorded), init=(0,), comment=note)
             )
         for state in sorted(self.flags):
             name = self.names.take(f"in_{chart.states[state].id}")

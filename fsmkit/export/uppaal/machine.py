@@ -112,12 +112,12 @@ class Builder:
         names = self.data.names
         for key in self.automaton.keys:
             active = [chart.states[s] for s in sorted(key.configuration)]
-            wanted = "_".join(word(s.id) for s in active if s.is_leaf) or "stopped"
+            base = "_".join(word(s.id) for s in active if s.is_leaf) or "stopped"
             if key.fault:
-                wanted += f"_{word(key.fault)}_fault"
+                base += f"_{word(key.fault)}_fault"
             invariant = () if self.space.closed.untimed else self._invariant(key)
             color = "" if key.running else STOPPED
-            name = names.take(wanted)
+            name = names.take(base)
             self.locations[key] = Location(self.space.id(), name, invariant, color=color)
 
     def _invariant(self, key: Key) -> tuple[str, ...]:
@@ -250,13 +250,13 @@ class Builder:
         for beginning in beginnings:
             begun = replace(beginning, given=(*beginning.given, *inputs))
             for remembered, paths in self._by_history(ways):
-                wanted = self._wanted(trigger, key, paths)
+                effective = self._effective(trigger, key, paths)
                 if trigger.owed:
                     self._note_owed(key, trigger, paths, remembered)
                 begun_here = replace(begun, guard=(*begun.guard, *remembered))
-                self.grow(wanted, 0, self.locations[key].id, begun_here, key, key)
+                self.grow(effective, 0, self.locations[key].id, begun_here, key, key)
 
-    def _wanted(self, trigger: Trigger, key: Key, paths: Iterable[Path]) -> list[Path]:
+    def _effective(self, trigger: Trigger, key: Key, paths: Iterable[Path]) -> list[Path]:
         if trigger.cause is Cause.EVENTLESS:
             return [path for path in paths if path.happened]
         if trigger.cause is Cause.OUTSIDE:
@@ -406,17 +406,17 @@ class Builder:
             return
         groups: dict[tuple[tuple[Entry, ...], tuple[Entry, ...]], list[Path]] = {}
         for path in paths:
-            tests, deeds = piece(path.entries, at)
-            groups.setdefault((tests, deeds), []).append(path)
-        for (tests, deeds), alike in groups.items():
-            end = at + len(tests) + len(deeds)
+            tests, actions = piece(path.entries, at)
+            groups.setdefault((tests, actions), []).append(path)
+        for (tests, actions), alike in groups.items():
+            end = at + len(tests) + len(actions)
             ended = list(dict.fromkeys(p for p in alike if len(p.entries) == end))
             going = [p for p in alike if len(p.entries) > end]
             if going:
                 through = self._pass()
                 self.takes_steps = True
                 later = [entry for path in going for entry in path.entries[end:]]
-                edge = self._edge(source, beginning, tests, deeds, later)
+                edge = self._edge(source, beginning, tests, actions, later)
                 before = (
                     [f"{self.space.stable} = false"] if beginning and not beginning.starts else []
                 )
@@ -424,7 +424,7 @@ class Builder:
                 self.edges.append(replace(edge, target=through.id, update=update))
                 self.grow(going, end, through.id, None, key, start)
             for path in ended:
-                edge = self._edge(source, beginning, tests, deeds, [])
+                edge = self._edge(source, beginning, tests, actions, [])
                 closing = self._closing(path, start)
                 if beginning is None:
                     closing.append(f"{self.space.stable} = true")
@@ -446,16 +446,16 @@ class Builder:
         source: str,
         beginning: Beginning | None,
         tests: tuple[Entry, ...],
-        deeds: tuple[Entry, ...],
+        actions: tuple[Entry, ...],
         later: list[Entry],
     ) -> Edge:
         """Return an edge without a target: what it tests and does."""
         begun = beginning or Beginning()
-        posts = any(self._is_own(deed) for deed in deeds) and begun.pops
+        posts = any(self._is_own(action) for action in actions) and begun.pops
         self.data.given = {path: text for path, text, _ in begun.given}
         guard = [*begun.guard, *(self.condition(t) for t in tests if isinstance(t, Test))]
         picked = [f"{t.operation}() = {t.value}" for t in tests if isinstance(t, Picked)]
-        needed = names_in((*later, *(deeds if posts else ())))
+        needed = names_in((*later, *(actions if posts else ())))
         keeps_inputs = self.space.closed.keeps_inputs
         update = []
         for path, text, _ in begun.given:
@@ -465,8 +465,8 @@ class Builder:
         if posts:
             update += self.space.queues[self.machine].pop(flat=self.space.flat)
             self.data.given = {p: t for p, t in self.data.given.items() if not p.startswith("@")}
-        for deed in deeds:
-            update += self._deed(deed)
+        for action in actions:
+            update += self._action(action)
         if begun.pops and not posts:
             update += self.space.queues[self.machine].pop(flat=self.space.flat)
         used = " ".join([*guard, *update])
@@ -520,9 +520,9 @@ class Builder:
             if link.source == self.machine and link.port == wire
         ]
 
-    def _deed(self, deed: Entry) -> list[str]:
+    def _action(self, action: Entry) -> list[str]:
         data, space = self.data, self.space
-        match deed:
+        match action:
             case Assigned(location, value):
                 return self._stored(location, value)
             case Posted(event, values):
@@ -615,10 +615,10 @@ class Builder:
         """Return the updates that forget the events at hand, and inputs that are not state."""
         data = self.data
         used = names_in(path.entries)
-        tests, deeds = piece(path.entries, 0)
-        kept = names_in(path.entries[len(tests) + len(deeds) :])
-        if any(self._is_own(deed) for deed in deeds):
-            kept |= names_in(deeds)
+        tests, actions = piece(path.entries, 0)
+        kept = names_in(path.entries[len(tests) + len(actions) :])
+        if any(self._is_own(action) for action in actions):
+            kept |= names_in(actions)
         gone = []
         for name in sorted(data.scratch):
             instance = int(name[1:].partition(".")[0])

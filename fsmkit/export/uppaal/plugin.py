@@ -16,22 +16,22 @@ class Uppaal:
     summary = "UPPAAL: a template for each machine, timers as clocks, queries"
     flat = False
 
-    def export(self, system: System, wanted: ExportOptions) -> Exported:
+    def export(self, system: System, options: ExportOptions) -> Exported:
         """Follow all macrosteps with open data, then write, in the time that is given."""
-        work = partial(self._write, system, wanted)
-        return wanted.deadline.cut_off(Stage.EXPLORING, work)
+        work = partial(self._write, system, options)
+        return options.deadline.cut_off(Stage.EXPLORING, work)
 
-    def _write(self, system: System, wanted: ExportOptions) -> Exported:
+    def _write(self, system: System, options: ExportOptions) -> Exported:
         from fsmkit.export.uppaal.translate import translated
         from fsmkit.export.uppaal.writing import write
         from fsmkit.verify.statespace.closed_system import close
 
-        closed = close(system, untimed=wanted.untimed, silent=wanted.silent)
+        closed = close(system, untimed=options.untimed, silent=options.silent)
         network = translated(closed, flat=self.flat, paced=self.flat)
         for property_, query in zip(system.properties, network.queries, strict=False):
             if not query.formula:
                 why = query.comment.partition("not asked: ")[2]
-                leave_out(property_, why, wanted.findings)
+                leave_out(property_, why, options.findings)
         figures = {
             "locations": sum(len(template.locations) for template in network.templates),
             "edges": sum(len(template.edges) for template in network.templates),

@@ -71,8 +71,8 @@ class Queries:
             if self.space.closed.is_open:
                 return Query("", f"{property_.name}: not asked: traps of one chart are no states")
             if any(builder.owes_by_payload for builder in self.builders):
-                told = "what is owed depends on what an event carries"
-                return Query("", f"{property_.name}: not asked: {told}")
+                why = "what is owed depends on what an event carries"
+                return Query("", f"{property_.name}: not asked: {why}")
             return Query(f"A[] !({self.deadlock()})", comment)
         if property_.condition is None:
             return None

@@ -88,7 +88,7 @@ INSIDE_TYPE = IntType(0, 1)
 IGNORED = "#"
 """A variable of a recording chart. To store `OUTSIDE` in it raises ``error.range``."""
 
-Deed = Callable[[tuple[Value, ...]], Value]
+Action = Callable[[tuple[Value, ...]], Value]
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class Recorder(Chooser):
         super().__init__(results)
         self.original = chart
         self.is_wired = is_wired
-        self.deeds: list[Deed] = []
+        self.actions: list[Action] = []
         self.ports = {o.name: len(chart.events) + n for n, o in enumerate(chart.operations)}
         everything = (chart.states, chart.transitions, chart.script)
         self._read = {n.name for n in nodes(everything) if isinstance(n, EventField)}
@@ -146,7 +146,7 @@ class Recorder(Chooser):
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Do what stands for an operation, or give one of its results."""
         if operation.startswith("#"):
-            return self.deeds[int(operation[1:])](arguments)
+            return self.actions[int(operation[1:])](arguments)
         values = self.results.get(operation)
         if values is None:
             return None
@@ -288,8 +288,8 @@ class Recorder(Chooser):
         """Keep the payload of an event until it is taken."""
         self.events[number] = event.index
         for field, value in zip(event.fields, values, strict=True):
-            wanted = field.name in self._read or number >= FIRST_SLOT
-            if number < FIRST_SLOT and (isinstance(value, Literal) or not wanted):
+            is_read = field.name in self._read or number >= FIRST_SLOT
+            if number < FIRST_SLOT and (isinstance(value, Literal) or not is_read):
                 self.payload[number, field.name] = value
                 continue
             name = scratch(number, field.name)
@@ -333,18 +333,18 @@ class Recorder(Chooser):
     def _guard(self, guard: Expr) -> Expr:
         term = term_of(guard)
 
-        def deed(arguments: tuple[Value, ...]) -> Value:
+        def action(arguments: tuple[Value, ...]) -> Value:
             return self.test(self.checked(self.bound(term, arguments)))
 
-        return self._call(deed, (term,), guard.span, BOOL)
+        return self._call(action, (term,), guard.span, BOOL)
 
-    def _call(self, deed: Deed, terms: tuple[Term, ...], span: Span, type_: object) -> Call:
+    def _call(self, action: Action, terms: tuple[Term, ...], span: Span, type_: object) -> Call:
         """Return the call that stands for something, with what it asks of the interpreter."""
-        self.deeds.append(deed)
+        self.actions.append(action)
         arguments: list[Expr] = []
         for term in terms:
             arguments += [*term.asked, EventName(span), number_at_hand(span)]
-        return Call(f"#{len(self.deeds) - 1}", tuple(arguments), type_, span)  # type: ignore[arg-type]
+        return Call(f"#{len(self.actions) - 1}", tuple(arguments), type_, span)  # type: ignore[arg-type]
 
     def _done_data(
         self, chart: Chart, parent: int | None, values: tuple[Expr, ...]
@@ -362,13 +362,13 @@ class Recorder(Chooser):
         terms = tuple(map(term_of, values))
         declared = self.original.events[event]
 
-        def deed(arguments: tuple[Value, ...]) -> Value:
+        def action(arguments: tuple[Value, ...]) -> Value:
             found = self._values(terms, arguments)
             number = 1 + max((n for n in self.events if n < FIRST_SLOT), default=0)
             self.keep(number, declared, found)
             return number
 
-        return self._call(deed, terms, span, NUMBER)
+        return self._call(action, terms, span, NUMBER)
 
     def _values(
         self, terms: tuple[Term, ...], arguments: tuple[Value, ...], *, may_leave: bool = False
@@ -422,18 +422,18 @@ class Recorder(Chooser):
         return Branch(condition, self._block(branch.body))
 
     def _doing(
-        self, values: tuple[Expr, ...], span: Span, deed: Callable[[tuple[Expr, ...]], None]
+        self, values: tuple[Expr, ...], span: Span, action: Callable[[tuple[Expr, ...]], None]
     ) -> Statement:
         terms = tuple(map(term_of, values))
 
         def done(arguments: tuple[Value, ...]) -> Value:
             self.left = False
-            deed(self._values(terms, arguments, may_leave=True))
+            action(self._values(terms, arguments, may_leave=True))
             return OUTSIDE if self.left else INSIDE
 
         return self._performing(done, terms, span)
 
-    def _performing(self, done: Deed, terms: tuple[Term, ...], span: Span) -> Statement:
+    def _performing(self, done: Action, terms: tuple[Term, ...], span: Span) -> Statement:
         """Return the statement that does something; if it gives `OUTSIDE`, with ``error.range``."""
         if not self.hears_errors:
             return CallOperation(self._call(done, terms, span, None), span)
@@ -493,14 +493,14 @@ class Recorder(Chooser):
         terms = tuple(map(term_of, statement.arguments))
         declared = self.original.events[statement.event]
 
-        def deed(arguments: tuple[Value, ...]) -> Value:
+        def action(arguments: tuple[Value, ...]) -> Value:
             values = self._values(terms, arguments)
             slot = next(n for n in range(FIRST_SLOT, 2 * FIRST_SLOT + 1000) if n not in self.slots)
             self.slots.add(slot)
             self.keep(slot, declared, values)
             return slot
 
-        number = self._call(deed, terms, statement.span, NUMBER)
+        number = self._call(action, terms, statement.span, NUMBER)
         return replace(statement, arguments=(number,))
 
     def _unrolled(self, loop: ForEach) -> list[Statement]:

@@ -82,8 +82,8 @@ class Space:
         machines = self.closed.system.machines
         self.instances = [self.names.take(machine.name) for machine in machines]
         for instance in self.instances:
-            wanted = instance[0].upper() + instance[1:]
-            self.templates.append(self.names.take(wanted if wanted != instance else f"T_{wanted}"))
+            base = instance[0].upper() + instance[1:]
+            self.templates.append(self.names.take(base if base != instance else f"T_{base}"))
         if self.paced:
             self.pace = Pace(
                 moves=self.names.take("moves"),

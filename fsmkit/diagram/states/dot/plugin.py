@@ -1,24 +1,5 @@
-"""Graphviz as a plug-in."""
+"""Charts in the language of Graphviz's ``dot``."""
 
-from __future__ import annotations
+from fsmkit.plugins import Notation
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from fsmkit.chart.chart import Chart
-
-
-class Dot:
-    """Draws charts in the language of Graphviz's ``dot``."""
-
-    name = "dot"
-    suffixes = (".dot", ".gv")
-
-    def draw(self, chart: Chart, active: frozenset[int]) -> str:
-        """Return a diagram in which the given states stand out."""
-        from fsmkit.diagram.states.dot.draw import draw
-
-        return draw(chart, active)
-
-
-PLUGIN = Dot()
+PLUGIN = Notation("dot", (".dot", ".gv"), __package__)

@@ -7,8 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.export.transition_system import TransitionSystem
+from fsmkit.export.exporter import Exported, ExportOptions
+from fsmkit.export.transition_system import TransitionSystem, exported
+from fsmkit.system.system import System
 from fsmkit.texts.dot import quoted, statement
+
+
+def export(system: System, options: ExportOptions) -> Exported:
+    """Explore a system by the interpreter, then write its states and transitions."""
+    return exported(system, options, written)
 
 
 def written(system: TransitionSystem) -> Iterator[str]:
