@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
+from typing import get_args
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Assign, Block, ForEach, If, Statement
-from fsmkit.chart.walk import nodes
+from fsmkit.chart.walk import children, nodes
 from fsmkit.language import Element, Expr, Location, Storage, Variable
 from fsmkit.language.walk import subexpressions
+
+EXPRESSIONS = frozenset(get_args(Expr))
 
 
 def blocks(chart: Chart) -> Iterator[Block]:
@@ -74,9 +76,9 @@ def values(statement: Statement) -> tuple[Expr, ...]:
         case ForEach(array=array):
             return (array,)
         case _:
-            held = (getattr(statement, slot.name) for slot in fields(statement))
+            held = children(statement)
             each = (part if isinstance(part, tuple) else (part,) for part in held)
-            return tuple(part for parts in each for part in parts if isinstance(part, Expr))
+            return tuple(p for parts in each for p in parts if p.__class__ in EXPRESSIONS)
 
 
 def written(statement: Statement) -> tuple[Location, ...]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span
+from fsmkit.language.placing import BARE, values_of
 
 
 def nodes(node: object) -> Iterator[object]:
@@ -21,18 +22,24 @@ def nodes(node: object) -> Iterator[object]:
         part = left.pop()
         if type(part) is tuple:
             left += part[::-1]
-        elif (names := _names_backwards(part.__class__)) is not None:
+        elif (held := _held(part.__class__)) is not None:
             yield part
-            left += [getattr(part, name) for name in names]
+            left += held(part)[::-1]
+
+
+def children(node: Any) -> tuple[object, ...]:
+    """Return the fields of a node that may hold nodes, in order."""
+    held = _held(node.__class__)
+    return () if held is None else held(node)
 
 
 @cache
-def _names_backwards(kind: type[Any]) -> tuple[str, ...] | None:
-    """Return what a node holds, the last first; None for what is none."""
+def _held(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
+    """Return how to take what a node may hold of nodes; None for what is none."""
     if not is_dataclass(kind) or issubclass(kind, Span | Source):
         return None
-    names = (field.name for field in reversed(fields(kind)))
-    return tuple(name for name in names if name not in ("span", "type"))
+    held = (field for field in fields(kind) if not BARE.fullmatch(str(field.type)))
+    return values_of(tuple(field.name for field in held if field.name not in ("span", "type")))
 
 
 def own_nodes(chart: Chart) -> Iterator[object]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import Document
+from fsmkit.language.placing import values_of
 
 EXPRESSIONS = frozenset(
     [
@@ -47,10 +48,10 @@ def parts(whole: object) -> Iterator[object]:
         yield part
         if type(part) is tuple:
             left += part[::-1]
-        elif names := _names_backwards(part.__class__):
-            if isinstance(part, Document) and part is not whole:
-                continue
-            left += [getattr(part, name) for name in names]
+        elif (held := _held_backwards(part.__class__)) is not None and (
+            part.__class__ is not Document or part is whole
+        ):
+            left += held(part)
 
 
 def mapped(part: Any, change: Callable[[object], object]) -> Any:
@@ -88,11 +89,11 @@ def _is_text(value: object) -> bool:
 
 
 @cache
-def _names_backwards(kind: type[Any]) -> tuple[str, ...]:
-    """Return what a piece of a document holds, the last first; nothing for what has no parts."""
+def _held_backwards(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
+    """Return how to take what a piece of a document holds, the last first."""
     if kind is Text or not is_dataclass(kind):
-        return ()
-    return _field_names(kind)[::-1]
+        return None
+    return values_of(_field_names(kind)[::-1])
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from fsmkit.diagnostics import Diagnostic
 from fsmkit.language.tree import Expr, Literal, Storage
 from fsmkit.language.types import Field, Type
 
@@ -41,3 +42,7 @@ class Scope:
     dialect: str = "fsmkit"
     super_guard: Expr | None = None
     """What ``super`` in a guard means: the guard of the base chart."""
+    bound: dict[tuple[str, Type | None, bool], tuple[Expr | None, tuple[Diagnostic, ...]]] = field(
+        default_factory=dict, init=False, compare=False, repr=False
+    )
+    """The expressions of texts, by text, type wanted and whether it is written (`typing`)."""

@@ -17,6 +17,7 @@ from fsmkit.language.folding import fold
 from fsmkit.language.format import spell
 from fsmkit.language.names import Context
 from fsmkit.language.operators import described, type_binary
+from fsmkit.language.placing import detached, placed
 from fsmkit.language.scope import Scope
 from fsmkit.language.syntax import CallNode, Node, SyntaxFault
 from fsmkit.language.tree import (
@@ -59,10 +60,7 @@ def type_expression(
     """
     context = Context(scope, findings)
     try:
-        node = _parsed(text, context)
-        if node is None:
-            return None
-        expr = Binder(context, text).bind(node, expected)
+        expr = _bound(text, context, expected)
         if expr is None or expected is None:
             return expr if expr is None or _has_value(context, expr) else None
         return fit(context, expr, expected)
@@ -82,8 +80,7 @@ def type_truth(text: Text, scope: Scope, findings: Findings) -> Expr | None:
 def type_location(text: Text, scope: Scope, findings: Findings) -> Location | None:
     """Read and type what an assignment writes: data or an output, or a part of one."""
     context = Context(scope, findings)
-    node = _parsed(text, context, is_location=True)
-    expr = None if node is None else Binder(context, text).bind(node, None)
+    expr = _bound(text, context, is_location=True)
     if expr is None:
         return None
     root: Expr = expr
@@ -130,12 +127,33 @@ def type_update(
 ) -> Expr | None:
     """Type the value of ``location operator= value``, converted to the location's type."""
     context = Context(scope, findings)
-    node = _parsed(value, context)
-    right = None if node is None else Binder(context, value).bind(node, location.type)
+    right = _bound(value, context, location.type)
     if right is None or not _has_value(context, right):
         return None
     result = type_binary(context, BinaryOp(operator), location, right, value.span)
     return None if result is None else fit(context, result, location.type)
+
+
+def _bound(
+    text: Text, context: Context, hint: Type | None = None, *, is_location: bool = False
+) -> Expr | None:
+    """Read an expression and look its names up; a scope keeps each, to be placed anew."""
+    scope = context.scope
+    if scope.super_guard is not None:  # which has places of its own
+        return _bound_here(text, context, hint, is_location)
+    key = text.value, hint, is_location
+    if key not in scope.bound:
+        attempt = Findings()
+        expr = _bound_here(detached(text.value), Context(scope, attempt), hint, is_location)
+        scope.bound[key] = expr, tuple(attempt)
+    expr, reported = scope.bound[key]
+    context.findings.extend(placed(reported, text))
+    return placed(expr, text)
+
+
+def _bound_here(text: Text, context: Context, hint: Type | None, is_location: bool) -> Expr | None:
+    node = _parsed(text, context, is_location=is_location)
+    return None if node is None else Binder(context, text).bind(node, hint)
 
 
 def _parsed(text: Text, context: Context, *, is_location: bool = False) -> Node | None:

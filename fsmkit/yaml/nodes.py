@@ -7,11 +7,12 @@ duplicate keys are errors, and ``on``, ``off``, ``null`` and ``1:30`` are what t
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection
 from collections.abc import Mapping as Table
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import takewhile
+from typing import Any
 
 import yaml
 
@@ -76,9 +77,8 @@ def read_by_libyaml(source: Source, findings: Findings) -> Node | None:
     if yaml.reader.Reader.NON_PRINTABLE.search(source.text):
         return None
     own = Findings()
-    events = yaml.parse(source.text, Loader=yaml.CSafeLoader)
     try:
-        root = _Composer(source, events, own).root()
+        root = _Composer(source, yaml.CSafeLoader(source.text).get_event, own).root()
     except (yaml.YAMLError, ValueError, OverflowError, _TooDeep):
         return None
     if own.has_errors:
@@ -90,7 +90,7 @@ def read_by_libyaml(source: Source, findings: Findings) -> Node | None:
 def read_by_pyyaml(source: Source, findings: Findings) -> Node | None:
     """Return the root node as the specification of `read_nodes` has it, with every finding."""
     try:
-        return _Composer(source, yaml.parse(source.text, Loader=yaml.SafeLoader), findings).root()
+        return _Composer(source, yaml.SafeLoader(source.text).get_event, findings).root()
     except yaml.reader.ReaderError as error:
         findings.add(
             "broken-yaml",
@@ -128,24 +128,25 @@ class _TooDeep(Exception):  # noqa: N818  (it never leaves this module)
 class _Composer:
     """Makes nodes of parser events, as ``yaml.compose`` does, but with nothing resolved."""
 
-    def __init__(self, source: Source, events: Iterator[yaml.Event], findings: Findings) -> None:
+    def __init__(self, source: Source, next_event: Callable[[], Any], findings: Findings) -> None:
         """Stand before the first event."""
         self._source = source
-        self._events = events
+        self._next = next_event
         self._findings = findings
+        self._has_comments = "#" in source.text
 
     def root(self) -> Node | None:
         """Return the root node of the only document."""
-        next(self._events)  # the start of the stream
-        if isinstance(next(self._events), yaml.StreamEndEvent):
+        self._next()  # the start of the stream
+        if isinstance(self._next(), yaml.StreamEndEvent):
             self._findings.add(
                 "empty-file", f"`{self._source.name}` is empty", Span(self._source, 0, 0),
                 help="begin with `chart: Name` or `system: Name`",
             )  # fmt: skip
             return None
-        root = self._node(next(self._events), 0)
-        next(self._events)  # the end of the document
-        after = next(self._events)
+        root = self._node(self._next(), 0)
+        self._next()  # the end of the document
+        after = self._next()
         if not isinstance(after, yaml.StreamEndEvent):
             self._refuse(after, "a second document", "keep one chart in a file")
         return root
@@ -154,6 +155,8 @@ class _Composer:
         span = self._span(event)
         if depth > DEEPEST:
             raise _TooDeep(span)
+        if event.__class__ is yaml.ScalarEvent and event.anchor is event.tag is None:
+            return self._scalar(event, span)
         if isinstance(event, yaml.AliasEvent):
             advice = "write the value out; a text that begins with `*` must be quoted"
             self._refuse(event, "an alias", advice)
@@ -168,7 +171,7 @@ class _Composer:
                 return self._scalar(event, span)
             case yaml.SequenceStartEvent():
                 items = []
-                while not isinstance(item := next(self._events), yaml.SequenceEndEvent):
+                while not isinstance(item := self._next(), yaml.SequenceEndEvent):
                     items.append(self._node(item, depth + 1))
                 if event.flow_style:
                     items = self._rejoined(items)
@@ -177,7 +180,7 @@ class _Composer:
                 return self._mapping(event, depth)
 
     def _scalar(self, event: yaml.ScalarEvent, span: Span) -> Scalar:
-        if SURROGATE.search(event.value):
+        if event.style == '"' and SURROGATE.search(event.value):
             self._findings.add(
                 "broken-yaml",
                 "an escape makes half a character",
@@ -190,7 +193,7 @@ class _Composer:
         style = event.style or None  # of a plain scalar libyaml says ""
         offsets = offsets_of(span, event.value, style)
         scalar = Scalar(Text(event.value, span, offsets), style is not None)
-        if style is None:
+        if style is None and self._has_comments:
             self._check_comment(scalar)
         return scalar
 
@@ -208,9 +211,9 @@ class _Composer:
 
     def _mapping(self, event: yaml.Event, depth: int) -> Mapping:
         entries: list[tuple[Node, Node]] = []
-        while not isinstance(item := next(self._events), yaml.MappingEndEvent):
+        while not isinstance(item := self._next(), yaml.MappingEndEvent):
             key = self._node(item, depth + 1)
-            entries.append((key, self._node(next(self._events), depth + 1)))
+            entries.append((key, self._node(self._next(), depth + 1)))
         if getattr(event, "flow_style", False):
             entries = self._rejoined_entries(entries)
         found: dict[str, tuple[Text, Node]] = {}
@@ -268,9 +271,8 @@ class _Composer:
         )
         return Scalar(Text(whole, span))
 
-    def _span(self, event: yaml.Event) -> Span:
-        start, end = event.start_mark, event.end_mark
-        return Span(self._source, start.index if start else 0, end.index if end else 0)
+    def _span(self, event: Any) -> Span:
+        return Span(self._source, event.start_mark.index, event.end_mark.index)
 
     def _refuse(self, event: yaml.Event, what: str, advice: str) -> None:
         message = f"{what} is not used in charts"

@@ -40,17 +40,14 @@ def is_unguarded(transition: Transition) -> bool:
 
 def _hiding(chart: Chart, transition: Transition, earlier: list[Transition]) -> Transition | None:
     """Return an earlier transition that is enabled whenever this one is."""
-    winning = [
-        t for t in earlier if t.trigger is transition.trigger and _is_weaker(chart, t, transition)
-    ]
-    if transition.trigger is Trigger.EVENTLESS:
-        return winning[-1] if winning else None
-    if transition.trigger is not Trigger.EVENT or not transition.events:
+    events = set(transition.events)
+    if transition.trigger is not (Trigger.EVENT if events else Trigger.EVENTLESS):
         return None
-    hidden = {e for t in winning for e in t.events}
-    if not set(transition.events) <= hidden:
-        return None
-    return next(t for t in reversed(winning) if set(t.events) & set(transition.events))
+    rivals = (t for t in earlier if t.trigger is transition.trigger)
+    same = (t for t in rivals if not events or not events.isdisjoint(t.events))
+    winning = [t for t in same if _is_weaker(chart, t, transition)]
+    is_hidden = winning and events.issubset(e for t in winning for e in t.events)
+    return winning[-1] if is_hidden else None
 
 
 def _is_weaker(chart: Chart, earlier: Transition, later: Transition) -> bool:

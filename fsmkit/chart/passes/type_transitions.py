@@ -21,13 +21,19 @@ TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 def type_transitions(arrows: Arrows, context: Context) -> tuple[Transition, ...]:
     """Return the transitions of a chart, in document order."""
-    return tuple(_transition(arrow, context) for arrow in arrows.all)
+    known: dict[tuple[Trigger, tuple[int, ...]], Context] = {}
+    return tuple(_transition(arrow, context, known) for arrow in arrows.all)
 
 
-def _transition(arrow: Arrow, context: Context) -> Transition:
+def _transition(
+    arrow: Arrow, context: Context, known: dict[tuple[Trigger, tuple[int, ...]], Context]
+) -> Transition:
+    """Return a transition; ``known``: the contexts of those before it, by what triggers them."""
     written = arrow.written
     events = match_events(written, context)
-    here = at_hand(written, events, context)
+    here = known.get((written.trigger, events))
+    if here is None:
+        here = known[written.trigger, events] = at_hand(written, events, context)
     least, delay = _delays(written, context)
     return Transition(
         index=arrow.index,
@@ -92,8 +98,8 @@ def at_hand(written: DocTransition, events: tuple[int, ...], context: Context) -
 
 
 def _guard(written: DocTransition, context: Context) -> Expr | None:
-    if written.guard is None:
-        return None
+    if written.guard is None or not written.super_guards:
+        return None if written.guard is None else type_condition(written.guard, context)
     inner: Expr | None = None
     for text in reversed(written.super_guards):
         if text is None:

@@ -17,6 +17,7 @@ from typing import Any
 from lark.parsers.lalr_analysis import Shift
 
 from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.language.placing import detached, placed
 from fsmkit.language.statements.building import Piece
 from fsmkit.language.statements.tokens import (
     ASSIGNMENT,
@@ -70,9 +71,9 @@ SIGNS = {
 
 
 SHORT, MOST_KEPT = 200, 20_000
-"""Characters and number of texts that are kept: charts write the same ones again and again."""
-KEPT: dict[tuple[str, str], tuple[tuple[str, int, int], ...]] = {}
-"""The pieces of texts: type, start and end of each."""
+"""Characters and number of texts that are kept."""
+KEPT: dict[str, Block] = {}
+"""The statements of texts that gave rise to no finding, at places in the text itself."""
 MISSING = {"EXPRESSION": "an expression", "ID": "a name", "QUOTED": "a text"}
 """What is missing where one of these could come."""
 BLOCKS = (
@@ -98,10 +99,14 @@ def read_statements(text: Text, findings: Findings) -> Block:
             text.span_of(text.value.index("//", match.start()), match.end()),
             help="write `/` to divide: the division of integers truncates",
         )
-    clean = without_comments(text.value)
-    reader = _Reader(Text(clean, text.span, text.offsets), findings, "statement-syntax", NAME)
-    block: Block = reader.read("statements")
-    return block
+    at = Text(without_comments(text.value), text.span, text.offsets)
+    block = KEPT.get(at.value)
+    if block is None:
+        reader = _Reader(at, findings, "statement-syntax", NAME)
+        block = reader.read("statements")
+        if not reader.reported and len(at.value) <= SHORT and len(KEPT) < MOST_KEPT:
+            KEPT[at.value] = block
+    return placed(block, at)
 
 
 def read_signature(text: Text, findings: Findings) -> DocSignature | None:
@@ -123,7 +128,7 @@ def read_signature(text: Text, findings: Findings) -> DocSignature | None:
     sound = tuple(each for each in fields if each is not None)
     if reader.reported:
         return None
-    return DocSignature(name.text, sound, result)
+    return placed(DocSignature(name.text, sound, result), reader.place)
 
 
 def _behind(reader: _Reader, parts: tuple[Piece, ...], message: str, advice: str) -> Text | None:
@@ -160,22 +165,28 @@ def read_typed(text: Text, findings: Findings) -> tuple[Text | None, Text | None
         else:
             advice = "write it, or leave out the `=`"
             init = _behind(reader, part, "the start value is missing", advice)
-    return type_, init
+    return placed((type_, init), reader.place)
 
 
 @dataclass(slots=True)
 class _Reader:
-    """Gives the pieces of one text to the parser."""
+    """Gives the pieces of one text to the parser; what comes of it is at places in the text."""
 
-    text: Text
+    place: Text
     findings: Findings
     rule: str
     name: re.Pattern[str]
     has_lines: bool = True
+    text: Text = field(init=False)
     at: Cursor = field(init=False)
     reported: int = field(default=0, init=False)
     last: int = field(default=0, init=False)
     """The end of the piece that was recognized last."""
+
+    def __post_init__(self) -> None:
+        """Stand at the beginning."""
+        self.text = detached(self.place.value)
+        self.at = Cursor(self.text.value, lexemes(self.text.value), has_lines=self.has_lines)
 
     def report(
         self, message: str, start: int, end: int, advice: str | None, rule: str | None = None
@@ -183,7 +194,7 @@ class _Reader:
         """Add a finding at a place of the text; of very many, only the first are told."""
         self.reported += 1
         if self.reported <= MOST_FINDINGS:
-            span = self.text.span_of(start, end)
+            span = self.place.span_of(start, end)
             self.findings.add(rule or self.rule, message, span, help=advice)
 
     def span(self, start: int) -> Span:
@@ -193,32 +204,19 @@ class _Reader:
     def read(self, start: str) -> Any:
         """Return what a text is; None for a declaration that cannot be read."""
         parsed: Any = parser().parse_interactive(start=start)
-        key = start, self.text.value
-        if (known := KEPT.get(key)) is not None:
-            found = None
-            for type_, first, last in known:
-                found = parsed.feed_token(Piece(type_, first, last, self))
-                self.last = last
-            return found
-        state, pieces = parsed.parser_state, []
-        self.at = Cursor(self.text.value, lexemes(self.text.value), has_lines=self.has_lines)
+        state = parsed.parser_state
         while True:
             before = self.at.index
             piece = self._next(parsed.choices(), state)
             if piece is not None and _after(state, piece.type) is not None:
-                pieces.append(piece)
                 found = parsed.feed_token(piece)
                 self.last = piece.end
                 if piece.type == "$END":
-                    break
+                    return found
                 continue
             self.at.index = before
             if not self._recover(parsed):
                 return None
-        is_plain = not self.reported and all(piece.known is None for piece in pieces)
-        if is_plain and len(self.text.value) <= SHORT and len(KEPT) < MOST_KEPT:
-            KEPT[key] = tuple((piece.type, piece.start, piece.end) for piece in pieces)
-        return found
 
     # --- pieces ---------------------------------------------------------------------------------
 
