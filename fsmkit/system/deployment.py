@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.document import keys
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.links import EventMap
-from fsmkit.runtime.links.endpoints import is_loopback
+from fsmkit.runtime.links.event_map import is_loopback
 from fsmkit.system.event_map import Wires, wires_of
 from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits

@@ -62,12 +62,11 @@ def _class(opening: str, doc: str, read: Template, declared: str) -> str:
 
 
 def _declared(file: str) -> str:
-    """Return what stands in a class between its slots and what is copied."""
+    """Return what stands in a class between its docstring and what is copied."""
     text = (FOLDER / file).read_text(encoding="utf-8")
     (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
-    (slots,) = [node for node in class_.body if isinstance(node, ast.Assign)]
     before = text[: text.index(MARK)].splitlines()
-    return "\n".join(before[slots.end_lineno or 0 :]).strip("\n")
+    return "\n".join(before[class_.body[0].end_lineno or 0 :]).strip("\n")
 
 
 def _read(files: tuple[str, ...]) -> Template:
@@ -82,12 +81,14 @@ def _read(files: tuple[str, ...]) -> Template:
         (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
         for node in class_.body:
             match node:
-                case ast.Assign(targets=[ast.Name("__slots__")], value=value):
-                    slots += tuple(ast.literal_eval(value))
                 case ast.AnnAssign(target=ast.Name(name), annotation=annotation):
                     names.add(name)
                     type_ = ast.unparse(annotation)
-                    (constants if "ClassVar" in type_ else variables)[name] = type_
+                    if "ClassVar" in type_:
+                        constants[name] = type_
+                    else:
+                        variables[name] = type_
+                        slots += (name,) if file != SAVING else ()  # its children are Invoking's
                 case ast.FunctionDef(name=name):
                     names.add(name)
                 case _:

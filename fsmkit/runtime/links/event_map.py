@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -140,33 +141,24 @@ class EventMap:
                 raise ValueError(f"`{part.name}` of `{name}` {error}") from error
         return Message(type_, tuple(values))
 
+    def _ends(self, wire: MessageType | LevelType) -> dict[str, Any]:
+        return {
+            "from": self.nodes[wire.sender],
+            "to": self.nodes[wire.receiver],
+            "source": [wire.source.machine, wire.source.name],
+            "target": [wire.target.machine, wire.target.name],
+        }
+
     def _shape(self) -> dict[str, Any]:
         return {
             "system": self.system,
             "nodes": list(self.nodes),
             "messages": [
-                {
-                    "number": message.number,
-                    "from": self.nodes[message.sender],
-                    "to": self.nodes[message.receiver],
-                    "source": [message.source.machine, message.source.name],
-                    "target": [message.target.machine, message.target.name],
-                    "fields": [
-                        {"name": part.name, "type": type_as_json(part.type)}
-                        for part in message.fields
-                    ],
-                }
+                {"number": message.number, **self._ends(message), "fields": _fields(message.fields)}
                 for message in self.messages
             ],
             "levels": [
-                {
-                    "from": self.nodes[level.sender],
-                    "to": self.nodes[level.receiver],
-                    "source": [level.source.machine, level.source.name],
-                    "target": [level.target.machine, level.target.name],
-                    "type": type_as_json(level.type),
-                }
-                for level in self.levels
+                {**self._ends(level), "type": type_as_json(level.type)} for level in self.levels
             ],
         }
 
@@ -186,29 +178,24 @@ class EventMap:
         try:
             found = json.loads(text)
             nodes = tuple(str(name) for name in found["nodes"])
+
+            def ends(part: Mapping[str, Any]) -> tuple[int, int, End, End]:
+                sender, receiver = nodes.index(part["from"]), nodes.index(part["to"])
+                return sender, receiver, End(*part["source"]), End(*part["target"])
+
             made = EventMap(
                 str(found["system"]),
                 nodes,
                 tuple(
                     MessageType(
                         int(part["number"]),
-                        nodes.index(part["from"]),
-                        nodes.index(part["to"]),
-                        End(*part["source"]),
-                        End(*part["target"]),
+                        *ends(part),
                         tuple(Field(f["name"], type_from_json(f["type"])) for f in part["fields"]),
                     )
                     for part in found["messages"]
                 ),
                 tuple(
-                    LevelType(
-                        nodes.index(part["from"]),
-                        nodes.index(part["to"]),
-                        End(*part["source"]),
-                        End(*part["target"]),
-                        type_from_json(part["type"]),
-                    )
-                    for part in found["levels"]
+                    LevelType(*ends(part), type_from_json(part["type"])) for part in found["levels"]
                 ),
                 tuple(str(endpoint) for endpoint in found.get("endpoints", ())),
                 found.get("insecure", False) is True,
@@ -253,6 +240,10 @@ class Message:
         }
 
 
+def _fields(fields: tuple[Field, ...]) -> list[dict[str, Any]]:
+    return [{"name": part.name, "type": type_as_json(part.type)} for part in fields]
+
+
 def type_as_json(type_: Type) -> dict[str, Any]:
     """Return a scalar type; `ValueError` for one that does not cross nodes."""
     match type_:
@@ -285,3 +276,20 @@ def type_from_json(found: Mapping[str, Any]) -> Type:
             return DURATION
         case _:
             raise ValueError(f"there is no kind of type `{found['kind']}`")
+
+
+_OCTET = r"(25[0-5]|2[0-4]\d|1?\d?\d)"
+_LOOPBACK = re.compile(
+    rf"(ipc|inproc)://.+|tcp://(127\.{_OCTET}\.{_OCTET}\.{_OCTET}|localhost|\[::1\]):[\d*]+",
+    re.ASCII | re.DOTALL,
+)
+
+
+def is_loopback(endpoint: str) -> bool:
+    """Whether an endpoint is of this computer only, by its text; ``fsm_link_zmq_is_loopback`` in C.
+
+    ``ipc`` and ``inproc`` are; of ``tcp`` an address of 127.0.0.0/8 in four numbers (RFC 1122,
+    3.2.1.3), ``localhost`` (RFC 6761, 6.3) and ``[::1]``. A wildcard, an interface, another name or
+    an address with a source is taken for one that is not.
+    """
+    return _LOOPBACK.fullmatch(endpoint) is not None

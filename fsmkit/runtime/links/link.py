@@ -12,8 +12,7 @@ from fsmkit.language.values import from_python, to_python
 from fsmkit.runtime.links.codec import Codec, Frame
 from fsmkit.runtime.links.event_map import LEVELS, EventMap, Message
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.receiving import WORD, Counters, Receiver
-from fsmkit.runtime.links.ring import Ring
+from fsmkit.runtime.links.receiving import WORD, Counters, Receiver, Ring
 
 SLOTS = 256
 """Events that wait in each direction, unless the program says otherwise."""
@@ -23,114 +22,17 @@ class LinkTimeout(TimeoutError):  # noqa: N818  (what it is called in every libr
     """Frames, or a listener, that were waited for did not come in time; the text says which."""
 
 
-@runtime_checkable
-class Link(Protocol):
-    """A link of a node, in cycles: begin, receive and send, end. No call but `wait_*` blocks."""
-
-    map: EventMap
-    node: int
-
-    def begin_cycle(self) -> None:
-        """See what has come in."""
-        ...
-
-    def receive(self) -> Message | None:
-        """Return the oldest event that came in before this cycle; None if there is no more."""
-        ...
-
-    def level(self, name: str) -> object:
-        """Return the last value of a level of another node; None before the first came."""
-        ...
-
-    def send(self, message: Message) -> bool:
-        """Send an event when the cycle ends; False, and counted, if there is no room."""
-        ...
-
-    def end_cycle(self, levels: Mapping[str, object] | None = None) -> None:
-        """Let out what was sent, and the levels of this node: all of them, each cycle."""
-        ...
-
-    def counters(self, node: str) -> Counters:
-        """Return what was counted of a peer."""
-        ...
-
-    def silence(self, node: str) -> int:
-        """Return the cycles since the last frame of a peer was seen."""
-        ...
-
-    @property
-    def sent(self) -> int:
-        """The frames that were sent in this session: what `wait_frames` of a peer is told."""
-        ...
-
-    @property
-    def refused(self) -> int:
-        """The events for which there was no room."""
-        ...
-
-    @property
-    def malformed(self) -> int:
-        """The frames that were none, were cut off, or held what their type forbids."""
-        ...
-
-    @property
-    def foreign(self) -> int:
-        """The frames of another version, another event map, or not of the node they came from."""
-        ...
-
-    def wait_listeners(self, timeout: float) -> None:
-        """Block until all other nodes listen; `LinkTimeout` after so many seconds.
-
-        A node listens when it has shown that it is the one at its endpoint, and with keys, that it
-        has the key.
-        """
-        ...
-
-    def wait_frames(
-        self, node: str, frames: int, *, session: int = 0, timeout: float = 1.0
-    ) -> None:
-        """Block until so many frames of a peer have come (deterministic links only).
-
-        ``session``: of the peer; 0 for whichever it is. `LinkTimeout` when none comes for so many
-        seconds; `ValueError` if more have come than that.
-        """
-        ...
-
-    def close(self) -> None:
-        """End threads and connections."""
-        ...
-
-
-@runtime_checkable
-class LinkKind(Protocol):
-    """Opens links that are carried in one way: a plug-in."""
-
-    name: str
-
-    def open(
-        self,
-        event_map: EventMap,
-        node: str,
-        *,
-        session: int,
-        faults: Faults | None = None,
-        options: Mapping[str, Any],
-    ) -> Link:
-        """Return a link of a node; `FsmkitError` where it cannot be opened."""
-        ...
-
-
 @dataclass(slots=True)
 class _Queued:
     number: int
     message: Message
 
 
-class Endpoint(ABC):
-    """What all kinds of links do alike: rings, numbers, levels, counting.
+class Link(ABC):
+    """A link of a node, in cycles: begin, receive and send, end. No call but `wait_*` blocks.
 
-    A kind fills in `_wake` (frames wait), `_take_in` (block for one frame of a peer) and
-    `wait_listeners`.
+    Rings, numbers, levels and counting are the same for all kinds. A kind defines `_wake` (frames
+    wait), `_take_in` (block for one frame of a peer), `wait_listeners` and `close`.
     """
 
     def __init__(
@@ -164,7 +66,8 @@ class Endpoint(ABC):
         self._arrived = 0
         self._sequence = 0
         self._events = 0
-        self._sent = 0
+        self.sent = 0
+        """The frames that were sent in this session, for `wait_frames` of a peer."""
         self._seen = [(0, 0) for _ in event_map.nodes]
 
     # --- the loop's end ----------------------------------------------------------------------
@@ -242,7 +145,7 @@ class Endpoint(ABC):
         frame = Frame(self.node, self.session, self._sequence, self._events, message, values)
         self._sequence = (self._sequence + 1) % WORD
         self._events = (self._events + (message != LEVELS)) % WORD
-        self._sent += 1
+        self.sent += 1
         return self.codec.encode(frame)
 
     # --- counting and waiting ----------------------------------------------------------------
@@ -254,11 +157,6 @@ class Endpoint(ABC):
     def silence(self, node: str) -> int:
         """Return the cycles since the last frame of a peer was seen."""
         return self.receiver.cycle - self._seen[self.map.node(node)][1]
-
-    @property
-    def sent(self) -> int:
-        """The frames that were sent in this session."""
-        return self._sent
 
     @property
     def refused(self) -> int:
@@ -278,7 +176,11 @@ class Endpoint(ABC):
     def wait_frames(
         self, node: str, frames: int, *, session: int = 0, timeout: float = 1.0
     ) -> None:
-        """Block until so many frames of a peer have come (deterministic links only)."""
+        """Block until so many frames of a peer have come (deterministic links only).
+
+        ``session``: of the peer; 0 for whichever it is. `LinkTimeout` when none comes for so many
+        seconds; `ValueError` if more have come than that.
+        """
         place = self.map.node(node)
         counters = self.receiver.peers[place].counters
         while True:
@@ -303,7 +205,19 @@ class Endpoint(ABC):
             f"{session}, there are {counters.frames} of session {counters.session}"
         )
 
-    # --- what a kind fills in ----------------------------------------------------------------
+    # --- what a kind defines -----------------------------------------------------------------
+
+    @abstractmethod
+    def wait_listeners(self, timeout: float) -> None:
+        """Block until all other nodes listen; `LinkTimeout` after so many seconds.
+
+        A node listens when it has shown that it is the one at its endpoint, and with keys, that it
+        has the key.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """End threads and connections."""
 
     def _pass_time(self) -> None:
         """Let delayed frames go on, unless another thread does."""
@@ -316,3 +230,22 @@ class Endpoint(ABC):
     @abstractmethod
     def _take_in(self, node: int, timeout: float) -> bool:
         """Block until a frame of a peer has arrived; False when the time is over."""
+
+
+@runtime_checkable
+class LinkKind(Protocol):
+    """Opens links that are carried in one way: a plug-in."""
+
+    name: str
+
+    def open(
+        self,
+        event_map: EventMap,
+        node: str,
+        *,
+        session: int,
+        faults: Faults | None = None,
+        options: Mapping[str, Any],
+    ) -> Link:
+        """Return a link of a node; `FsmkitError` where it cannot be opened."""
+        ...

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
 
 from fsmkit.runtime.links.codec import Codec, Frame, Rejected
 from fsmkit.runtime.links.event_map import LEVELS, Message
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.ring import Ring
 
+Item = TypeVar("Item")
 WORD = 2**32
 WINDOW = 64
 """So many frames back a doubled frame is told from one that is late."""
@@ -21,6 +23,38 @@ QUIET = 200
 def reached(number: int, other: int) -> bool:
     """Whether a number is another or later, modulo 2^32."""
     return (number - other) % WORD < WORD // 2
+
+
+class Ring(Generic[Item]):
+    """A bounded queue between two threads, one at each end; neither waits.
+
+    What finds no room is counted.
+    """
+
+    __slots__ = ("_items", "capacity", "refused")
+
+    def __init__(self, capacity: int) -> None:
+        self.capacity = capacity
+        self.refused = 0
+        self._items: deque[Item] = deque()
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def put(self, item: Item) -> bool:
+        """Put in an item; False, and counted, if there is no room."""
+        if len(self._items) >= self.capacity:
+            self.refused += 1
+            return False
+        self._items.append(item)
+        return True
+
+    def get(self) -> Item | None:
+        """Take out the oldest item; None if there is none."""
+        try:
+            return self._items.popleft()
+        except IndexError:
+            return None
 
 
 @dataclass(slots=True)

@@ -14,16 +14,6 @@ from fsmkit.runtime.python.trace import CLOCK, FAR, NOTHING
 class Invoking(Machine):
     """A machine with slots for others, which know it; each is running or its slot is free."""
 
-    __slots__ = (
-        "_children",
-        "_invoker",
-        "_is_cancelled",
-        "_passed",
-        "_relay",
-        "_slot",
-        "_waiting",
-    )
-
     INVOCATIONS: ClassVar[tuple[str, ...]]
     FORWARDING: ClassVar[tuple[int, ...]]
     ADDRESSES: ClassVar[tuple[tuple[int, ...], ...]]
@@ -80,37 +70,9 @@ class Invoking(Machine):
 
     # --- what a host calls ------------------------------------------------------------------------
 
-    def run(self, now: int) -> bool:
-        """Do all that is to be done until a time in ticks; whether the machine goes on running.
-
-        First the events of the queue, then the timers that are due, each with the events that the
-        machine sends itself meanwhile, and all that the machines do that it invoked.
-        """
-        self._claim()
-        try:
-            now &= CLOCK
-            if not self._running:
-                return False
-            self._now = now
-            if self.SAMPLES_INPUTS:
-                self._try_eventless()
-            allowance = self._queue_count + self._deferred_count + self.MICROSTEPS
-            while self._running:
-                due = self.next_deadline()
-                if allowance > 0 and self._take_queued():
-                    allowance -= 1
-                elif due is not None and (now - due) & CLOCK < FAR:
-                    self._fire()
-                    allowance = self.MICROSTEPS
-                else:
-                    break
-            self._now = now
-        except BaseException:
-            self._break_off()
-            raise
-        finally:
-            self._busy = False
-        return self._running
+    def _is_due(self, now: int) -> bool:
+        due = self.next_deadline()
+        return due is not None and (now - due) & CLOCK < FAR
 
     def next_deadline(self) -> int | None:
         """Return when the first timer is due, in ticks; None where none is armed."""

@@ -11,8 +11,6 @@ from fsmkit.runtime.python.trace import CLOCK, FAR, NOTHING
 class Machine(Stepping):
     """A running chart; each generated class holds a copy of this and of what it stands on."""
 
-    __slots__ = ()
-
     # --- copied from here on into each generated class --------------------------------------------
 
     def _prepare(self, operations: object | None) -> None:

@@ -8,8 +8,6 @@ from fsmkit.runtime.python.trace import NOTHING, Traced
 class Queues(Traced):
     """Events that wait: external, deferred, internal."""
 
-    __slots__ = ()
-
     # --- copied from here on into each generated class --------------------------------------------
 
     # --- queues and errors ------------------------------------------------------------------------

@@ -17,8 +17,6 @@ from fsmkit.runtime.python.trace import CLOCK
 class Saving(Machine):
     """A machine that can be saved; a generated class that is to be able to holds a copy of this."""
 
-    __slots__ = ()
-
     SAVED_BYTES: ClassVar[int]
     _HEAD: ClassVar[bytes]
     _REGIONS: ClassVar[tuple[tuple[int, ...], ...]]

@@ -12,8 +12,6 @@ from fsmkit.runtime.python.trace import NOTHING
 class Stepping(Timers):
     """What a machine does with an event or a timeout."""
 
-    __slots__ = ()
-
     # --- copied from here on into each generated class --------------------------------------------
 
     # --- macrosteps -------------------------------------------------------------------------------

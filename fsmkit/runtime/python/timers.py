@@ -10,8 +10,6 @@ from fsmkit.runtime.python.trace import CLOCK, FAR, NOTHING
 class Timers(Queues):
     """Timeouts and delayed sends that wait."""
 
-    __slots__ = ()
-
     # --- copied from here on into each generated class --------------------------------------------
 
     # --- timers -----------------------------------------------------------------------------------

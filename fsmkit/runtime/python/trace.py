@@ -22,48 +22,6 @@ NOTHING = -1
 class Traced:
     """The variables of a machine, and the trace it gives."""
 
-    __slots__ = (
-        "_active",
-        "_budget",
-        "_busy",
-        "_cause",
-        "_chosen",
-        "_deferred_count",
-        "_deferred_event",
-        "_deferred_fields",
-        "_event",
-        "_fault",
-        "_fields",
-        "_finished",
-        "_held",
-        "_host",
-        "_internal_count",
-        "_internal_event",
-        "_internal_fields",
-        "_internal_head",
-        "_is_deferred",
-        "_now",
-        "_offered",
-        "_queue_count",
-        "_queue_event",
-        "_queue_fields",
-        "_queue_head",
-        "_running",
-        "_seen",
-        "_sends",
-        "_timer_count",
-        "_timer_due",
-        "_timer_fields",
-        "_timer_mark",
-        "_timer_peer",
-        "_timer_route",
-        "_timer_what",
-        "_tried",
-        "log",
-        "reply",
-        "trace",
-    )
-
     NAME: ClassVar[str]
     STATES: ClassVar[tuple[str, ...]]
     EVENTS: ClassVar[tuple[str, ...]]

@@ -1,5 +1,5 @@
 """Links between nodes of one program, for tests and simulation."""
 
-from fsmkit.runtime.links.in_process.link import InProcessLink, Wire
+from fsmkit.runtime.links.in_process.plugin import InProcessLink, Wire
 
 __all__ = ["InProcessLink", "Wire"]

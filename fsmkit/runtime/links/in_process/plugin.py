@@ -1,4 +1,4 @@
-"""The plug-in."""
+"""Links between nodes of one thread: what a node sends is with the others when its cycle ends."""
 
 from __future__ import annotations
 
@@ -7,7 +7,53 @@ from typing import Any
 
 from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.in_process.link import InProcessLink, Wire
+from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
+
+
+class Wire:
+    """What joins the links of one program."""
+
+    def __init__(self) -> None:
+        self.links: dict[int, InProcessLink] = {}
+
+
+class InProcessLink(Link):
+    """A link of a node, joined with the others of its wire; a second of a node takes its place."""
+
+    def __init__(
+        self,
+        event_map: EventMap,
+        node: str,
+        wire: Wire,
+        *,
+        session: int = 1,
+        faults: Faults | None = None,
+        slots: int = SLOTS,
+    ) -> None:
+        super().__init__(event_map, node, session, faults, slots, is_proven=True)
+        self._wire = wire
+        wire.links[self.node] = self
+
+    def wait_listeners(self, timeout: float) -> None:
+        """Raise `LinkTimeout` where a node is missing: nothing changes while this waits."""
+        for node, name in enumerate(self.map.nodes):
+            if node not in self._wire.links:
+                own = self.map.nodes[self.node]
+                raise LinkTimeout(f"node `{own}` waited {timeout} s for `{name}` to listen")
+
+    def close(self) -> None:
+        """Leave the wire."""
+        if self._wire.links.get(self.node) is self:
+            del self._wire.links[self.node]
+
+    def _wake(self) -> None:
+        while (frame := self.next_frame()) is not None:
+            for link in list(self._wire.links.values()):
+                if link is not self:
+                    link.receiver.arrive(self.node, frame)
+
+    def _take_in(self, node: int, timeout: float) -> bool:  # noqa: ARG002  (all is there)
+        return False
 
 
 class InProcess:

@@ -22,10 +22,9 @@ import zmq.auth
 from zmq.auth.thread import ThreadAuthenticator
 
 from fsmkit.diagnostics import fail
-from fsmkit.runtime.links.endpoints import is_loopback
-from fsmkit.runtime.links.event_map import EventMap
+from fsmkit.runtime.links.event_map import EventMap, is_loopback
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import SLOTS, Endpoint, LinkTimeout
+from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
 from fsmkit.runtime.links.zeromq.gate import Gate
 from fsmkit.runtime.links.zeromq.introductions import Introductions
 
@@ -54,7 +53,7 @@ TOGETHER = 1 << 16
 """Frames that may wait to be taken, or to be sent in a deterministic link."""
 
 
-class ZeroMqLink(Endpoint):
+class ZeroMqLink(Link):
     """A link of a node. ``endpoints``: by node; ``bind``: where this one publishes, if elsewhere.
 
     ``keys``: a folder with ``<node>.key`` of each node and ``<node>.key_secret`` of this one, as
