@@ -99,7 +99,7 @@ def claims(
     ``kind_of`` says what the notation has, such as "formula over states".
     """
     for property_ in network.closed.system.properties:
-        form = _form(property_)
+        form = form_of(property_)
         if form is None or form not in forms:
             found = Claim(property_, missing=f"`{plain(property_.kind.key)}` is no {kind_of}")
         else:
@@ -112,7 +112,8 @@ def claims(
         yield found
 
 
-def _form(property_: Property) -> Form | None:
+def form_of(property_: Property) -> Form | None:
+    """Return what a property says; None if that is none of these."""
     match property_.kind.decided:
         case Builtin.DEADLOCK:
             return Form.NEVER

@@ -7,13 +7,28 @@ what tells those apart.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
-from fsmkit.export.identifiers import word
+from fsmkit.document.document import Kind
+from fsmkit.export.identifiers import Names, word
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout, Timer
-from fsmkit.texts import telling
+from fsmkit.texts import plain, telling
 from fsmkit.verify.report.counterexample import occurrence_text
+
+Key = tuple[str, object]
+"""A component: its name, and what tells it from others of that name."""
+ARMED_FIRST: Key = ("armed_first", None)
+"""The order in which timers were armed: a component only where the others do not tell it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A component in one local state. ``rank`` orders its values."""
+
+    rank: tuple[int, float | str]
+    text: str
 
 
 def in_order(chart: Chart, snapshots: Sequence[Snapshot]) -> list[Snapshot]:
@@ -25,7 +40,7 @@ def _key(chart: Chart, snapshot: Snapshot) -> tuple[object, ...]:
     return (
         not snapshot.running,
         sorted(snapshot.configuration),
-        [str(part) for part in _facts(chart, snapshot, with_times=False)],
+        [*_texts(chart, snapshot, untimed=True)],
         [-timer.deadline for timer in snapshot.timers],
         repr(snapshot.invoked),
     )
@@ -37,19 +52,22 @@ def names_and_texts(chart: Chart, snapshots: Sequence[Snapshot]) -> list[tuple[s
     for snapshot in snapshots:
         groups.setdefault(shown_leaves(chart, snapshot), []).append(snapshot)
     found: dict[Snapshot, tuple[str, str]] = {}
-    used: set[str] = set()
+    names = Names()
     for leaves, group in groups.items():
-        facts = [list(_facts(chart, snapshot)) for snapshot in group]
+        facts = [list(_texts(chart, snapshot)) for snapshot in group]
         common = set.intersection(*map(set, facts))
         for number, (snapshot, own) in enumerate(zip(group, facts, strict=True)):
             base = word(leaves)
-            name = base if len(group) == 1 else f"{base}_{number}"
-            while name in used:
-                name += "_"
-            used.add(name)
+            name = names.take(base if len(group) == 1 else f"{base}_{number}")
             more = ", ".join(fact for fact in own if fact not in common)
             found[snapshot] = name, f"{leaves} [{more}]" if more else leaves
     return [found[snapshot] for snapshot in snapshots]
+
+
+def _texts(chart: Chart, snapshot: Snapshot, *, untimed: bool = False) -> Iterator[str]:
+    for (name, _), fact in facts_of(chart, snapshot, untimed=untimed):
+        if name != ARMED_FIRST[0]:
+            yield f"{plain(name)}: {plain(fact.text)}"
 
 
 @telling
@@ -62,30 +80,64 @@ def shown_leaves(chart: Chart, snapshot: Snapshot) -> str:
     return active if snapshot.running else f"{active} finished"
 
 
-def _facts(chart: Chart, snapshot: Snapshot, *, with_times: bool = True) -> Iterator[str]:
-    """Yield what tells a local state from others with the same active states."""
+def facts_of(
+    chart: Chart, snapshot: Snapshot, *, untimed: bool = False
+) -> Iterator[tuple[Key, Fact]]:
+    """Yield what a local state consists of; ``untimed``: not when its timers are due."""
+    if not snapshot.running:
+        why = Fact((0, snapshot.fault or ""), snapshot.fault or "finished")
+        yield ("stopped", None), why
+    yield from _regions(chart, snapshot)
     tick = chart.capacities.tick
-    for variable, value in zip((*chart.data, *chart.outputs), snapshot.data, strict=True):
-        yield f"{variable.name} = {show(value, variable.type, tick)}"
-    for declared, value in zip(chart.inputs, snapshot.inputs, strict=True):
-        yield f"{declared.name} = {show(value, declared.type, tick)}"
+    declared = (*chart.data, *chart.outputs, *chart.inputs)
+    for variable, value in zip(declared, (*snapshot.data, *snapshot.inputs), strict=True):
+        rank = value if isinstance(value, int | float) else repr(value)
+        text = show(value, variable.type, tick)
+        yield (variable.name, variable), Fact((isinstance(rank, str), rank), text)
     for state, past in snapshot.history:
-        ids = "+".join(chart.states[s].id for s in sorted(past) if chart.states[s].is_leaf)
-        yield f"{chart.states[state].id}: {ids}"
-    for timer in snapshot.timers:
-        yield timer_text(chart, timer) + (_due(timer.deadline) if with_times else "")
+        ids = "_".join(chart.states[s].id for s in sorted(past) if chart.states[s].is_leaf)
+        yield ("past of " + chart.states[state].id, None), Fact((0, repr(sorted(past))), ids)
+    yield from _timers(chart, snapshot, untimed=untimed)
     if snapshot.queue or snapshot.deferred:
-        waiting = (*snapshot.deferred, *snapshot.queue)
-        yield "waiting " + " ".join(occurrence_text(chart, o) for o in waiting)
+        waiting = (snapshot.deferred, snapshot.queue)
+        text = " then ".join(" ".join(occurrence_text(chart, o) for o in part) for part in waiting)
+        yield ("waiting", None), Fact((0, repr(waiting)), text)
     for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
         if child is not None:
-            inner = ", ".join(_facts(invocation.chart, child, with_times=with_times))
-            yield f"{invocation.id}: {shown_leaves(invocation.chart, child)} ({inner})"
+            yield (invocation.id + " runs", None), Fact((0, 0), "here")
+            for (name, what), fact in facts_of(invocation.chart, child, untimed=untimed):
+                yield (invocation.id + " " + name, (invocation.id, what)), fact
 
 
-def _due(ticks: int) -> str:
-    """Return when a timer is due; one without an end may be so later."""
-    return f" in {ticks}" if ticks < OPEN_ENDED else f" in {ticks - OPEN_ENDED} or later"
+def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Key, Fact]]:
+    """Yield the state that each active region is in: a leaf, or one that is divided further."""
+    for state in sorted(snapshot.configuration):
+        parent = chart.states[state].parent
+        if parent is not None and chart.states[parent].kind is not Kind.PARALLEL:
+            continue
+        inner = state
+        while chart.states[inner].kind is not Kind.PARALLEL:
+            active = [s for s in chart.states[inner].children if s in snapshot.configuration]
+            if not active:
+                break
+            (inner,) = active
+        name = "state" if parent is None else chart.states[state].id
+        yield (name, state), Fact((0, inner), chart.states[inner].id)
+
+
+def _timers(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple[Key, Fact]]:
+    """Yield when each timer is due, from now on (untimed: that it is armed), and their order."""
+    order: list[Key] = []
+    armed: list[Timeout | Delayed] = []
+    for timer in snapshot.timers:
+        alike = sum(what == timer.what for what in armed)
+        armed.append(timer.what)
+        key = timer_text(chart, timer), (timer.what, alike)
+        left = timer.deadline - snapshot.now
+        due = f"in {left}" if left < OPEN_ENDED else f"in {left - OPEN_ENDED} or later"
+        yield key, Fact((0, left), "armed" if untimed else due)
+        order.append(key)
+    yield ARMED_FIRST, Fact((0, repr(order)), " ".join(name for name, _ in order) or "none")
 
 
 @telling

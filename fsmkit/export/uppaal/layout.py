@@ -8,6 +8,7 @@ them is one bend in light grey.
 
 from __future__ import annotations
 
+import math
 import shutil
 import subprocess
 from collections.abc import Collection, Mapping, Sequence
@@ -70,7 +71,7 @@ def laid_out(template: Template) -> Template:
     others = [card for card in cards if card.location.id not in hubs]
     between = ((edge.source, edge.target) for edge in template.edges)
     ways = {(a, b): None for a, b in between if a != b and not {a, b} & hubs}
-    drawing = _by_dot(others, ways) or _on_a_grid(others, ways, template.initial)
+    drawing = _by_dot(others, ways) or _on_a_grid(others)
     top = BETWEEN
     for card in (card for card in cards if card.location.id in hubs):
         drawing.corners[card.location.id] = drawing.width + 2 * BETWEEN, top
@@ -207,20 +208,12 @@ def _folded(drawing: Drawing) -> Drawing:
     )
 
 
-def _on_a_grid(cards: Sequence[Card], ways: Collection[Way], initial: str) -> Drawing:
-    """Place each card in the row of its distance from the start."""
-    depth = {initial: 0}
-    order = [initial]
-    for one in order:
-        new = [b for a, b in ways if a == one and b not in depth]
-        depth.update(dict.fromkeys(new, depth[one] + 1))
-        order += new
-    rows: dict[int, list[Card]] = {}
-    for card in cards:
-        rows.setdefault(depth.get(card.location.id, 0), []).append(card)
+def _on_a_grid(cards: Sequence[Card]) -> Drawing:
+    """Place cards in their order, in as many rows as columns."""
+    count = math.isqrt(len(cards)) + 1
     corners: dict[str, Point] = {}
     top, width = 0, 0
-    for _, row in sorted(rows.items()):
+    for row in (cards[n : n + count] for n in range(0, len(cards), count)):
         left = 0
         for card in row:
             corners[card.location.id] = left, top

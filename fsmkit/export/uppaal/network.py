@@ -106,10 +106,11 @@ class Template:
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A formula, or with an empty one a remark."""
+    """A formula; ``missing``: why there is none of a property."""
 
     formula: str
     comment: str = ""
+    missing: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,44 +10,33 @@ that holds something can be taken from, if not by its own machine then by one th
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from fsmkit.export.uppaal.network import Declared, Edge, Location, Sort, Template
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Pace:
-    """The names of the channel that steps begin with, of what tells that time passes, of both."""
+    """The channel that steps begin with, what is true while time passes, and who sets that."""
 
     moves: str
     calm: str
     instance: str
     template: str
-    declared: list[Declared] = field(default_factory=list)
-    """What is declared for all templates, if anything ever hurries."""
 
-    def paced(
-        self,
-        templates: Sequence[Template],
-        rests: Sequence[Mapping[str, tuple[str, ...]]],
-        lengths: Sequence[str],
-    ) -> list[Template]:
-        """Return the templates, and the one of time if anything ever hurries.
-
-        ``rests``: for each template, by location, what holds where no eventless transition is
-        enabled; ``lengths``: the lengths of the queues.
-        """
-        if not lengths and not any(any(resting.values()) for resting in rests):
-            return list(templates)
-        self.declared = [
+    def declared(self) -> list[Declared]:
+        """Return what is declared for all templates."""
+        return [
             Declared(self.moves, Sort.BROADCAST),
             Declared(self.calm, Sort.BOOL, init=(0,), comment="time passes"),
         ]
-        found = [self._moving(one, resting) for one, resting in zip(templates, rests, strict=True)]
-        return [*found, self._time(lengths)]
 
-    def _moving(self, template: Template, rests: Mapping[str, tuple[str, ...]]) -> Template:
-        stable = {location.id for location in template.locations if not location.committed}
+    def moving(self, template: Template, rests: Mapping[str, tuple[str, ...]]) -> Template:
+        """Return a template whose steps end the passing of time.
+
+        ``rests``: by location, what holds where no eventless transition is enabled.
+        """
+        committed = {location.id for location in template.locations if location.committed}
         return replace(
             template,
             locations=tuple(
@@ -55,7 +44,7 @@ class Pace:
                 for one in template.locations
             ),
             edges=tuple(
-                replace(one, sync=f"{self.moves}!") if one.source in stable else one
+                one if one.source in committed else replace(one, sync=f"{self.moves}!")
                 for one in template.edges
             ),
         )
@@ -64,17 +53,12 @@ class Pace:
         """Return that time passes only if a condition holds."""
         return f"!{self.calm}" if condition == "false" else f"(!{self.calm} || {condition})"
 
-    def _time(self, lengths: Sequence[str]) -> Template:
+    def time(self, lengths: Sequence[str]) -> Template:
+        """Return the template that lets time pass where queues of these lengths are empty."""
         now, later = Location("now", "now", urgent=True), Location("later", "later")
         empty = tuple(f"{length} == 0" for length in lengths)
-        return Template(
-            self.template,
-            self.instance,
-            (),
-            (now, later),
-            now.id,
-            (
-                Edge(now.id, later.id, guard=empty, update=(f"{self.calm} = true",)),
-                Edge(later.id, now.id, sync=f"{self.moves}?", update=(f"{self.calm} = false",)),
-            ),
+        edges = (
+            Edge(now.id, later.id, guard=empty, update=(f"{self.calm} = true",)),
+            Edge(later.id, now.id, sync=f"{self.moves}?", update=(f"{self.calm} = false",)),
         )
+        return Template(self.template, self.instance, (), (now, later), now.id, edges)

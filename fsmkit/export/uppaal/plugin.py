@@ -29,9 +29,8 @@ class Uppaal:
         closed = close(system, untimed=options.untimed, silent=options.silent)
         network = translated(closed, flat=self.flat, paced=self.flat)
         for property_, query in zip(system.properties, network.queries, strict=False):
-            if not query.formula:
-                why = query.comment.partition("not asked: ")[2]
-                leave_out(property_, why, options.findings)
+            if query.missing:
+                leave_out(property_, query.missing, options.findings)
         figures = {
             "locations": sum(len(template.locations) for template in network.templates),
             "edges": sum(len(template.edges) for template in network.templates),

@@ -1,37 +1,31 @@
-"""Properties as queries; those that UPPAAL cannot be asked are told as remarks."""
+"""Properties as queries; for those that UPPAAL has none of there is a remark."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.export.formula import Form, form_of
 from fsmkit.export.uppaal.automaton import is_silent
 from fsmkit.export.uppaal.entries import Key
 from fsmkit.export.uppaal.machine import Builder
 from fsmkit.export.uppaal.network import Query
-from fsmkit.export.uppaal.printing import Printer
+from fsmkit.export.uppaal.printing import Access, Printer
 from fsmkit.export.uppaal.space import Space
-from fsmkit.export.uppaal.terms import both, denied, safety
-from fsmkit.language import Expr, Fragment, InState, Variable
-from fsmkit.system.properties.property import (
-    Atom,
-    AtStates,
-    Builtin,
-    Condition,
-    OverGraph,
-    Property,
-)
+from fsmkit.export.uppaal.terms import both, refuse, safety
+from fsmkit.language import Expr, Fragment, Variable
+from fsmkit.system.properties.property import Builtin, Condition, Property
 from fsmkit.system.readiness import resting
 
 MANY = 6
-"""A state that is active in more locations is asked for by a variable of its own."""
+"""A state that is active in more locations has a variable of its own."""
 UNFAIR = (
     "UPPAAL knows no fairness: what it proves holds, but what it refutes may hold in all fair runs"
 )
-UNASKED = {
-    "livelock_free": "UPPAAL cannot be asked for cycles in which no time passes",
+MISSING = {
+    "livelock_free": "UPPAAL has no query for cycles in which no time passes",
     "recoverable": "UPPAAL does not nest path quantifiers (AG EF)",
     "within": "it needs a clock that runs from one condition to the other: write a monitor",
 }
@@ -44,7 +38,7 @@ class Queries:
     space: Space
     builders: list[Builder]
     has_steps: bool
-    """Whether states between two steps exist, which are not judged."""
+    """Whether states between two steps exist, at which nothing is evaluated."""
 
     def made(self) -> Iterator[Query]:
         """Yield the queries of all properties, and one for each queue."""
@@ -54,43 +48,38 @@ class Queries:
             yield Query(f"A[] !{queue.overflow}", f"the queue of {queue.machine} is long enough")
 
     def _of(self, property_: Property) -> Query:
-        name = property_.name
-        if property_.is_of_steps:
-            return Query("", f"{name}: not asked: `occurs` is judged at steps, not at states")
-        try:
-            return self._asked(property_) or Query(
-                "", f"{name} ({property_.text}): not asked: {_unasked(property_)}"
-            )
-        except FsmkitError as error:
-            return Query("", f"{name}: not asked: {error.diagnostics[0].message}")
-
-    def _asked(self, property_: Property) -> Query | None:
-        """Return the query of a property; None where UPPAAL has none of its kind."""
         comment = f"{property_.name}: {property_.text}"
+        try:
+            found = Query(self._formula(property_), comment)
+        except FsmkitError as error:
+            why = error.diagnostics[0].message
+            return Query("", f"{comment}: not carried over: {why}", why)
+        is_unfair = form_of(property_) is Form.LEADS_TO
+        return replace(found, comment=f"{comment}. {UNFAIR}") if is_unfair else found
+
+    def _formula(self, property_: Property) -> str:
+        """Return a property as a formula; refused where UPPAAL has none of its kind."""
+        if property_.is_of_steps:
+            raise _refused(property_, "`occurs` is decided at steps, not at states")
         if property_.kind.decided is Builtin.DEADLOCK:
             if self.space.closed.is_open:
-                return Query("", f"{property_.name}: not asked: traps of one chart are no states")
+                raise _refused(property_, "traps of one chart are no states")
             if any(builder.owes_by_payload for builder in self.builders):
-                why = "what is owed depends on what an event carries"
-                return Query("", f"{property_.name}: not asked: {why}")
-            return Query(f"A[] !({self.deadlock()})", comment)
-        if property_.condition is None:
-            return None
-        condition = Condition(property_.condition, property_.atoms)
-        match property_.kind.decided:
-            case AtStates(negated=True):
-                return Query(f"A[] {self._unless(self.text(condition, property_))}", comment)
-            case AtStates(wanted=True):
-                return Query(f"E<> {self._stable(self.text(condition, property_))}", comment)
-            case AtStates():
-                text = self.text(condition, property_)
-                return Query(f"A[] !({self._stable(text)})", comment)
-            case OverGraph(procedure="leads-to") if property_.goal is not None:
-                left = self._stable(self.text(condition, property_))
-                right = self._stable(self.text(property_.goal, property_))
-                return Query(f"({left}) --> ({right})", f"{comment}. {UNFAIR}")
-            case _:
-                return None
+                raise _refused(property_, "what must come depends on what an event carries")
+            return f"A[] !({self.deadlock()})"
+        form, key = form_of(property_), property_.kind.key
+        if property_.condition is None or form not in (Form.NEVER, Form.REACHED, Form.LEADS_TO):
+            otherwise = f"UPPAAL has no query for `{key}`: use `fsmkit check`"
+            raise _refused(property_, MISSING.get(key, otherwise))
+        text = self.text(Condition(property_.condition, property_.atoms), property_)
+        if form is Form.LEADS_TO and property_.goal is not None:
+            goal = self._stable(self.text(property_.goal, property_))
+            return f"({self._stable(text)}) --> ({goal})"
+        if form is Form.REACHED:
+            return f"E<> {self._stable(text)}"
+        if property_.is_negated:
+            return f"A[] {self._unless(text)}"
+        return f"A[] !({self._stable(text)})"
 
     def _stable(self, text: str) -> str:
         return f"{self.space.stable} && ({text})" if self.has_steps else f"({text})"
@@ -102,47 +91,36 @@ class Queries:
 
     def text(self, condition: Condition, property_: Property) -> str:
         """Return a condition; one that cannot be evaluated is false (as in the oracle)."""
-        atoms = dict(condition.atoms)
-        owner = property_.owner
+        atoms, owner = dict(condition.atoms), property_.owner
 
-        def access(path: str, variable: Variable) -> Fragment:
+        def access(path: str, _: Variable) -> Fragment:
             if owner is not None:
-                return self._variable(owner, path, variable)
-            base = path if path in atoms else path.split(".", maxsplit=1)[0]
-            found = next((a for n, a in atoms.items() if path == n), atoms.get(base))
-            if found is None:
-                base = max((n for n in atoms if path.startswith(n)), key=len)
-                found = atoms[base]
-            return self._atom(found, path[len(base) :], variable)
+                return self._variable(owner, path)
+            base = max((name for name in atoms if path.startswith(name)), key=len)
+            atom = atoms[base]
+            if atom.state is not None:
+                return self.in_state(atom.machine, atom.state)
+            return self._variable(atom.machine, atom.variable + path[len(base) :])
 
-        printer = Printer(
-            access,
-            self.space.constant,
-            self.space.symbol,
-            lambda test: self._state(owner or 0, test),
-        )
         whole = both(safety(condition.expression), condition.expression)
         assert whole is not None  # noqa: S101  (there is a condition)
-        return printer.print(whole)
+        return self._printer(access, owner or 0).print(whole)
 
-    def _atom(self, atom: Atom, rest: str, variable: Variable) -> Fragment:
-        if atom.state is not None:
-            return self.in_state(atom.machine, atom.state)
-        return self._variable(atom.machine, atom.variable + rest, variable)
+    def _printer(self, access: Access, machine: int) -> Printer:
+        space = self.space
+        return Printer(
+            access,
+            space.constant,
+            space.symbol,
+            lambda test: self.in_state(machine, test.state),
+        )
 
-    def _variable(self, machine: int, path: str, variable: Variable) -> Fragment:
+    def _variable(self, machine: int, path: str) -> Fragment:
         data = self.builders[machine].data
-        instance = self.space.instances[machine]
         if path in data.variables:
-            return Fragment(f"{instance}.{data.variables[path]}")
+            return Fragment(f"{self.space.instances[machine]}.{data.variables[path]}")
         known = self.space.known_inputs(machine).get(path)
-        if known is not None:
-            return data.printer.literal(known)
-        del variable
-        return Fragment(data.name(path))
-
-    def _state(self, machine: int, test: InState) -> Fragment:
-        return self.in_state(machine, test.state)
+        return Fragment(data.name(path)) if known is None else data.printer.literal(known)
 
     def in_state(self, machine: int, state: int) -> Fragment:
         """Return whether a state of a machine is active."""
@@ -227,14 +205,9 @@ class Queries:
         return text
 
     def _test(self, machine: int, condition: Expr, *, holds: bool) -> str:
-        printer = Printer(
-            lambda path, variable: self._variable(machine, path, variable),
-            self.space.constant,
-            self.space.symbol,
-        )
-        return printer.fragment(condition if holds else denied(condition)).at_least(4)
+        printer = self._printer(lambda path, _: self._variable(machine, path), machine)
+        return printer.condition(condition, holds=holds)
 
 
-def _unasked(property_: Property) -> str:
-    key = property_.kind.key
-    return UNASKED.get(key, f"UPPAAL has no query for `{key}`: use `fsmkit check`")
+def _refused(property_: Property, why: str) -> Exception:
+    return refuse(why, property_.span, "use `fsmkit check`")

@@ -54,87 +54,49 @@ class Queue:
             found.append(Declared(self.stopped, Sort.BOOL, init=(0,)))
         return found
 
-    # --- as functions ----------------------------------------------------------------------------
+    @property
+    def _arrays(self) -> list[str]:
+        return [*(name for name, _, _ in self.lanes), self.events]
 
     def functions(self) -> list[Function]:
-        """Return the functions that push and pop."""
-        parameters = [f"int[1,{len(self.numbers)}] event"]
-        parameters += [
-            f"int[{min(lo, 0)},{max(hi, 0)}] value_{n}" for n, (_, lo, hi) in self._each()
+        """Return the functions of the readable form: the updates of the flat one."""
+        values = [f"value_{n}" for n, _ in enumerate(self.lanes, 1)]
+        kinds = (f"int[{min(lo, 0)},{max(hi, 0)}]" for _, lo, hi in self.lanes)
+        parameters = [f"{kind} {value}" for kind, value in zip(kinds, values, strict=True)]
+        push = ", ".join([f"int[1,{len(self.numbers)}] event", *parameters])
+        found = [
+            _function(self.push_name, push, self._pushed("event", values)),
+            _function(self.pop_name, "", self.pop(flat=True)),
         ]
-        lines = [f"void {self.push_name}({', '.join(parameters)}) {{"]
-        if self.stopped:
-            lines.append(f"  if ({self.stopped}) return;")
-        lines += [
-            f"  if ({self.length} == {self.capacity}) {{",
-            f"    {self.overflow} = true;",
-            "  } else {",
-            f"    {self.events}[{self.length}] = event;",
-            *(f"    {name}[{self.length}] = value_{n};" for n, (name, _, _) in self._each()),
-            f"    {self.length} = {self.length} + 1;",
-            "  }",
-            "}",
-        ]
-        push = Function(self.push_name, "\n".join(lines))
-        last = self.capacity - 1
-        arrays = [self.events, *(name for name, _, _ in self.lanes)]
-        moved = [f"    {name}[i] = {name}[i + 1];" for name in arrays]
-        pop = [f"void {self.pop_name}() {{"]
-        if last > 0:
-            pop += [f"  for (i : int[0,{last - 1}]) {{", *moved, "  }"]
-        pop += [*(f"  {name}[{last}] = 0;" for name in arrays)]
-        pop += [f"  {self.length} = {self.length} - 1;", "}"]
-        found = [push, Function(self.pop_name, "\n".join(pop))]
-        return [*found, self._look_function(arrays)] if self.look else found
+        looked = self.let_look("changed", flat=True)
+        return [*found, _function(self.look_name, "bool changed", looked)] if self.look else found
 
-    def _look_function(self, arrays: list[str]) -> Function:
-        lines = [f"void {self.look_name}(bool changed) {{"]
-        stopped = f" || {self.stopped}" if self.stopped else ""
-        lines.append(f"  if (!changed || {self.events}[0] == {self.look}{stopped}) return;")
-        lines.append(f"  if ({self.length} == {self.capacity}) {{")
-        lines += [f"    {self.overflow} = true;", "  } else {"]
-        lines += [f"    {self.length} = {self.length} + 1;", "  }"]
-        if self.capacity > 1:
-            lines.append(f"  for (i : int[1,{self.capacity - 1}]) {{")
-            lines += [
-                f"    {name}[{self.capacity} - i] = {name}[{self.capacity} - i - 1];"
-                for name in arrays
-            ]
-            lines.append("  }")
-        lines += [f"  {self.events}[0] = {self.look};"]
-        lines += [f"  {name}[0] = 0;" for name in arrays[1:]]
-        return Function(self.look_name, "\n".join([*lines, "}"]))
-
-    def _each(self) -> list[tuple[int, tuple[str, int, int]]]:
-        return list(enumerate(self.lanes, 1))
-
-    # --- as updates ------------------------------------------------------------------------------
+    # --- updates ---------------------------------------------------------------------------------
 
     def push(self, event: int, values: Sequence[str], *, flat: bool) -> list[str]:
         """Return the updates that append an event; a full queue drops it and notes so."""
-        number = self.numbers[event]
         given = [*values, *["0"] * (len(self.lanes) - len(values))]
         if not flat:
-            return [f"{self.push_name}({', '.join([number, *given])})"]
+            return [f"{self.push_name}({', '.join([self.numbers[event], *given])})"]
+        return self._pushed(self.numbers[event], given)
+
+    def _pushed(self, event: str, values: Sequence[str]) -> list[str]:
         runs = f"!{self.stopped} && " if self.stopped else ""
         room = f"{runs}{self.length} < {self.capacity}"
         last = self.capacity - 1
         at = f"({self.length} < {self.capacity} ? {self.length} : {last})"
         full = f"({runs}{self.length} == {self.capacity})"
         found = [f"{self.overflow} = {self.overflow} || {full}"]
-        for name, value in [(self.events, number), *zip(self._names(), given, strict=True)]:
+        for name, value in zip(self._arrays, [*values, event], strict=True):
             found.append(f"{name}[{at}] = {room} ? {value} : {name}[{at}]")
         return [*found, f"{self.length} = {room} ? {self.length} + 1 : {self.length}"]
-
-    def _names(self) -> list[str]:
-        return [name for name, _, _ in self.lanes]
 
     def pop(self, *, flat: bool) -> list[str]:
         """Return the updates that take the first event away."""
         if not flat:
             return [f"{self.pop_name}()"]
         found = []
-        for name in [self.events, *self._names()]:
+        for name in self._arrays:
             found += [f"{name}[{n}] = {name}[{n + 1}]" for n in range(self.capacity - 1)]
             found.append(f"{name}[{self.capacity - 1}] = 0")
         return [*found, f"{self.length} = {self.length} - 1"]
@@ -145,14 +107,13 @@ class Queue:
             return [f"{self.look_name}({changed})"]
         runs = f"!{self.stopped} && " if self.stopped else ""
         looks = f"{runs}{self.events}[0] != {self.look} && ({changed})"
+        full = f"{self.length} == {self.capacity}"
+        room = f"{looks} && {self.length} < {self.capacity}"
         found = [
-            f"{self.overflow} = {self.overflow} || ({looks} && {self.length} == {self.capacity})"
+            f"{self.overflow} = {self.overflow} || ({looks} && {full})",
+            f"{self.length} = {room} ? {self.length} + 1 : {self.length}",
         ]
-        found.append(
-            f"{self.length} = {looks} && {self.length} < {self.capacity} "
-            f"? {self.length} + 1 : {self.length}"
-        )
-        for name in [*self._names(), self.events]:
+        for name in self._arrays:
             found += [
                 f"{name}[{n}] = {looks} ? {name}[{n - 1}] : {name}[{n}]"
                 for n in range(self.capacity - 1, 0, -1)
@@ -163,6 +124,10 @@ class Queue:
 
     def clear(self) -> list[str]:
         """Return the updates that empty the queue of a machine that stops."""
-        places = range(self.capacity)
-        found = [f"{name}[{n}] = 0" for name in [self.events, *self._names()] for n in places]
+        found = [f"{name}[{n}] = 0" for name in self._arrays for n in range(self.capacity)]
         return [*found, f"{self.length} = 0"]
+
+
+def _function(name: str, parameters: str, updates: list[str]) -> Function:
+    body = "".join(f"  {update};\n" for update in updates)
+    return Function(name, f"void {name}({parameters}) {{\n{body}}}")

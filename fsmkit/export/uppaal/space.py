@@ -271,52 +271,53 @@ class Space:
 
     # --- who may move ----------------------------------------------------------------------------
 
-    def _lengths(self, *, environment: bool, monitors: bool) -> list[str]:
+    def _answering(self, *, environment: bool) -> list[str]:
+        """Return the lengths of the queues of monitors, and of the ``environment``."""
         machines = self.closed.system.machines
         return [
             queue.length
             for number, queue in self.queues.items()
-            if (machines[number].is_monitor and monitors)
-            or (machines[number].environment and not machines[number].is_monitor and environment)
+            if machines[number].is_monitor or (machines[number].environment and environment)
         ]
 
     def nobody_answers(self, *, environment: bool = True) -> list[str]:
         """Return that no monitor, and nothing of the ``environment``, has events in its queue."""
-        lengths = self._lengths(environment=environment, monitors=True)
+        lengths = self._answering(environment=environment)
         if len(lengths) > 1 and not self.flat:
             return [f"!{self.waits if environment else self.watches}()"]
         return [f"{length} == 0" for length in lengths]
 
     def is_patient(self) -> list[str]:
         """Return that so few events wait that another may come from outside."""
-        lengths = [queue.length for queue in self.queues.values()]
-        if not lengths:
-            return []
-        if len(lengths) > 1 and not self.flat:
+        if len(self.queues) > 1 and not self.flat:
             return [f"{self.patience}()"]
-        return [f"{' + '.join(lengths)} <= {MAX_PENDING_BEFORE_INPUT}"]
+        return [self._few()] if self.queues else []
+
+    def _few(self) -> str:
+        lengths = " + ".join(queue.length for queue in self.queues.values())
+        return f"{lengths} <= {MAX_PENDING_BEFORE_INPUT}"
 
     def functions(self) -> Iterator[Function]:
         """Yield the functions of the readable form."""
         for queue in self.queues.values():
             yield from queue.functions()
+        conditions = {}
         for name, environment in ((self.waits, True), (self.watches, False)):
-            lengths = self._lengths(environment=environment, monitors=True)
+            lengths = self._answering(environment=environment)
             if len(lengths) > 1:
-                text = " || ".join(f"{length} > 0" for length in lengths)
-                yield Function(name, f"bool {name}() {{\n  return {text};\n}}")
-        lengths = [queue.length for queue in self.queues.values()]
-        if len(lengths) > 1:
-            text = f"{' + '.join(lengths)} <= {MAX_PENDING_BEFORE_INPUT}"
-            yield Function(self.patience, f"bool {self.patience}() {{\n  return {text};\n}}")
+                conditions[name] = " || ".join(f"{length} > 0" for length in lengths)
+        if len(self.queues) > 1:
+            conditions[self.patience] = self._few()
+        for name, text in conditions.items():
+            yield Function(name, f"bool {name}() {{\n  return {text};\n}}")
 
     def declarations(self, starting: int) -> Declarations:
         """Return all that is declared; ``starting``: the machines that start by steps."""
         found: list[Declared | Function] = []
-        if self.pace is None:
+        if self.hurry:
             found.append(Declared(self.hurry, Sort.URGENT_BROADCAST))
-        else:
-            found += self.pace.declared
+        elif self.pace is not None:
+            found += self.pace.declared()
         found.append(Declared(self.stable, Sort.BOOL, init=(0 if starting else 1,)))
         if starting > 1:
             found.append(Declared(self.boot, Sort.INT, 0, starting, init=(0,)))

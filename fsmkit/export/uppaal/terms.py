@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import reduce
 
 from fsmkit.analysis.ranges import raw_range
 from fsmkit.diagnostics import Span, fail
 from fsmkit.language import (
     BOOL,
-    Apply,
     ArrayType,
     Binary,
     BinaryOp,
@@ -30,7 +30,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.conversion import bounds, of_type
-from fsmkit.language.walk import rebuilt
+from fsmkit.language.walk import parts, subexpressions
 
 LEAST, GREATEST = -(2**31), 2**31 - 1
 """The numbers that UPPAAL computes with (docs.uppaal.org, Types)."""
@@ -87,6 +87,7 @@ def range_of_type(type_: Type | None, place: Span | None) -> tuple[int, int]:
 
 def safety(expr: Expr) -> Expr | None:
     """Return what holds just where evaluating raises no content error; None: it never does."""
+    own: Expr | None = None
     match expr:
         case Invalid():
             return Literal(False, BOOL, expr.span)
@@ -94,73 +95,47 @@ def safety(expr: Expr) -> Expr | None:
             then = safety(right)
             if then is not None:
                 skipped = denied(left) if op is BinaryOp.AND else left
-                then = _either(skipped, then)
+                then = Binary(BinaryOp.OR, skipped, then, BOOL, skipped.span)
             return both(safety(left), then)
         case Conditional(test, then, otherwise):
             one, other = safety(then), safety(otherwise)
-            chosen = None
             if one is not None or other is not None:
                 true = Literal(True, BOOL, expr.span)
-                chosen = Conditional(test, one or true, other or true, BOOL, expr.span)
-            return both(safety(test), chosen)
-        case Binary(op, left, right):
-            divides = None
-            if op in (BinaryOp.DIV, BinaryOp.REM):
-                lo, hi = range_of(right)
+                own = Conditional(test, one or true, other or true, BOOL, expr.span)
+            return both(safety(test), own)
+        case Binary(BinaryOp.DIV | BinaryOp.REM, _, right):
+            lo, hi = range_of(right)
+            if lo <= 0 <= hi:
                 zero = Literal(0, exact(0, 0), expr.span)
-                if lo <= 0 <= hi:
-                    divides = Binary(BinaryOp.NE, right, zero, BOOL, expr.span)
-            return both(both(safety(left), safety(right)), divides)
+                own = Binary(BinaryOp.NE, right, zero, BOOL, expr.span)
         case Element(array, index):
             assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
-            last = array.type.length - 1
-            return both(safety(index), _between(index, 0, last))
-        case Unary(_, operand) | Convert(operand):
-            return safety(operand)
-        case Member(record):
-            return safety(record)
-        case Apply(_, arguments) | Call(_, arguments):
-            found: Expr | None = None
-            for argument in arguments:
-                found = both(found, safety(argument))
-            return found
-        case _:
-            return None
+            own = _between(index, 0, array.type.length - 1)
+    return both(reduce(both, map(safety, parts(expr)), None), own)
 
 
 def staying(expr: Expr) -> Expr | None:
     """Return what holds where no value leaves a range that faults then; None: none ever does."""
+    if isinstance(expr, Element | Member | Call):
+        return None
+    own = None
     match expr:
         case Convert(operand, IntType(lo, hi, Overflow.FAULT)):
-            return both(staying(operand), _between(operand, lo, hi))
-        case Unary(_, operand) | Convert(operand):
-            return staying(operand)
-        case Binary(_, left, right):
-            return both(staying(left), staying(right))
-        case Conditional(test, then, otherwise):
-            return both(staying(test), both(staying(then), staying(otherwise)))
-        case Apply(_, arguments):
-            found: Expr | None = None
-            for argument in arguments:
-                found = both(found, staying(argument))
-            return found
-        case _:
-            return None
+            own = _between(operand, lo, hi)
+    return both(reduce(both, map(staying, parts(expr)), None), own)
 
 
 def saturating(expr: Expr) -> list[Convert]:
     """Return where a value may be brought to the nearest bound of its range."""
-    found: list[Convert] = []
+    return [part for part in subexpressions(expr) if isinstance(part, Convert) and _leaves(part)]
 
-    def look(part: Expr) -> None:
-        if isinstance(part, Convert) and isinstance(part.type, IntType | DurationType):
-            lo, hi, overflow = bounds(part.type)
-            least, greatest = range_of(part.operand)
-            if overflow is Overflow.SATURATE and not lo <= least <= greatest <= hi:
-                found.append(part)
 
-    rebuilt(expr, look)
-    return found
+def _leaves(convert: Convert) -> bool:
+    if not isinstance(convert.type, IntType | DurationType):
+        return False
+    lo, hi, overflow = bounds(convert.type)
+    least, greatest = range_of(convert.operand)
+    return overflow is Overflow.SATURATE and not lo <= least <= greatest <= hi
 
 
 def fitting(convert: Convert) -> Expr | None:
@@ -185,10 +160,6 @@ def both(one: Expr | None, other: Expr | None) -> Expr | None:
     if one is None or other is None:
         return other if one is None else one
     return Binary(BinaryOp.AND, one, other, BOOL, one.span)
-
-
-def _either(one: Expr, other: Expr) -> Expr:
-    return Binary(BinaryOp.OR, one, other, BOOL, one.span)
 
 
 def denied(expr: Expr) -> Expr:

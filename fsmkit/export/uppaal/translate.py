@@ -49,11 +49,13 @@ def translated(
         builders.append(Builder(space, machine, automaton, data, boot))
     templates = [builder.template() for builder in builders]
     if space.pace is not None:
-        templates = space.pace.paced(
-            templates,
-            [builder.rests() for builder in builders],
-            [queue.length for queue in space.queues.values()],
-        )
+        rests = [builder.rests() for builder in builders]
+        lengths = [queue.length for queue in space.queues.values()]
+        if lengths or any(any(resting.values()) for resting in rests):
+            templates = list(map(space.pace.moving, templates, rests))
+            templates.append(space.pace.time(lengths))
+        else:
+            space.pace = None
     has_steps = bool(starting) or any(builder.takes_steps for builder in builders)
     queries = Queries(space, builders, has_steps)
     return Network(
@@ -73,7 +75,7 @@ def _remark(closed: ClosedSystem, pace: Pace | None) -> list[str]:
         "A location is a stable configuration, named after its active leaves; a macrostep goes",
         "through committed locations, so that no other machine moves meanwhile.",
     ]
-    if pace is not None and pace.declared:
+    if pace is not None:
         found.append(f"Nothing hurries by an urgent channel: time passes in {pace.instance}.later")
         found.append("only, which is entered where nothing waits and left with every step.")
     if closed.silent:
