@@ -1,21 +1,34 @@
-"""What a local state is made of: where its regions are, what its variables hold, its timers.
+"""Local states by their components: where regions are, what variables hold, when timers are due.
 
 A notation with variables says a local state by its components, so that a move names what it changes
 and nothing else. With a number for the whole it would need a move for each value of all the rest.
+
+Sets of local states are covered by cubes, as few as a greedy search finds. What no local state is
+made of may be in a cube or not: such combinations never come up, since each move leads from a local
+state to another. So a set is covered by prime implicants with these as don't-cares (McCluskey,
+Minimization of Boolean Functions, 1956), one for what is not yet covered at a time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from itertools import groupby
+from operator import and_
 
 from fsmkit.chart.chart import Chart
 from fsmkit.export.identifiers import word
 from fsmkit.export.local_states import ARMED_FIRST, Fact, Key, facts_of
+from fsmkit.export.network import Network
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 
 Code = tuple[int, ...]
 """A local state: a number for each component."""
+Cube = Mapping[int, frozenset[int]]
+"""For components, in their order, the values that they may have; the others may have any."""
+FEW = 3
+"""So many values are listed one by one."""
 NUMBERS = frozenset(map(str, range(256)))
 """Values that stand for themselves."""
 TRUTH = ["false", "true"]
@@ -82,3 +95,102 @@ def _numbered(name: str, column: Sequence[Fact]) -> tuple[Component, list[int]]:
     meaning = dict(zip(numbers.values(), texts, strict=True))
     names = dict(zip(numbers.values(), words, strict=True))
     return Component(name, meaning, names, plain), [numbers[fact] for fact in column]
+
+
+class Cubes:
+    """The local states of a machine, as sets: bit n of a mask is the local state n."""
+
+    def __init__(self, codes: Sequence[Code]) -> None:
+        """Make the mask of each value of each component."""
+        self._codes = codes
+        self._all = (1 << len(codes)) - 1
+        self._masks: list[dict[int, int]] = []
+        for component in range(len(codes[0])):
+            members: dict[int, list[int]] = {}
+            for number, code in enumerate(codes):
+                members.setdefault(code[component], []).append(number)
+            self._masks.append({value: _mask(found) for value, found in sorted(members.items())})
+
+    def cover(self, locals_: Collection[int]) -> list[Cube]:
+        """Return cubes that hold these local states and no others."""
+        left = _mask(locals_)
+        outside = self._all & ~left
+        found = []
+        while left:
+            first = (left & -left).bit_length() - 1
+            cube, members = self._widened(self._codes[first], outside)
+            found.append(cube)
+            left &= ~members
+        return found
+
+    def _widened(self, code: Code, outside: int) -> tuple[Cube, int]:
+        """Return a largest cube around a local state, of none outside, and its members.
+
+        A value that no member would have is not in it: it would only puzzle who reads that.
+        """
+        kept = {n: masks[code[n]] for n, masks in enumerate(self._masks)}
+        for component in reversed(list(kept)):
+            rest = self._all_of(kept, component)
+            if not rest & outside:
+                del kept[component]
+        cube: dict[int, frozenset[int]] = {}
+        for component in reversed(list(kept)):
+            rest = self._all_of(kept, component)
+            values = {
+                value: mask
+                for value, mask in self._masks[component].items()
+                if rest & mask and not rest & mask & outside
+            }
+            kept[component] = reduce(lambda a, b: a | b, values.values())
+            cube[component] = frozenset(values)
+        return dict(sorted(cube.items())), self._all_of(kept)
+
+    def _all_of(self, kept: Mapping[int, int], but: int = -1) -> int:
+        return reduce(and_, (mask for n, mask in kept.items() if n != but), self._all)
+
+
+def _mask(numbers: Collection[int]) -> int:
+    bits = bytearray(max(numbers, default=0) // 8 + 1)
+    for number in numbers:
+        bits[number // 8] |= 1 << number % 8
+    return int.from_bytes(bits, "little")
+
+
+class Parts:
+    """By machine: ``components``, and ``codes``, its local states by them."""
+
+    def __init__(self, network: Network) -> None:
+        """Take the local states apart."""
+        charts = network.closed.charts
+        found = [
+            components_of(
+                chart,
+                [local.snapshot for local in automaton.locals],
+                untimed=network.closed.untimed,
+            )
+            for chart, automaton in zip(charts, network.automata, strict=True)
+        ]
+        self.components = tuple(components for components, _ in found)
+        self.codes = tuple(codes for _, codes in found)
+        self._cubes = tuple(map(Cubes, self.codes))
+
+    def cover(self, machine: int, locals_: Collection[int]) -> list[Cube] | None:
+        """Return cubes that hold just these local states; None for all local states."""
+        if len(set(locals_)) == len(self.codes[machine]):
+            return None
+        return self._cubes[machine].cover(locals_)
+
+    def excluded(self, machine: int, component: int, values: Collection[int]) -> int | None:
+        """Return the value of a component that alone is not among several."""
+        others = [n for n in self.components[machine][component].texts if n not in values]
+        return others[0] if len(others) == 1 < len(values) else None
+
+    def runs(self, machine: int, component: int, values: Collection[int]) -> list[tuple[int, int]]:
+        """Return the first and the last of each run of values; few are listed one by one."""
+        every = sorted(self.components[machine][component].texts)
+        chosen = [place for place, number in enumerate(every) if number in values]
+        found: list[tuple[int, int]] = []
+        for _, group in groupby(enumerate(chosen), key=lambda pair: pair[1] - pair[0]):
+            run = [every[place] for _, place in group]
+            found += [(n, n) for n in run] if len(run) <= FEW else [(run[0], run[-1])]
+        return found

@@ -6,7 +6,7 @@ what tells those apart.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
@@ -148,17 +148,3 @@ def timer_text(chart: Chart, timer: Timer) -> str:
             return f"timeout of {chart.states[chart.transitions[transition].source].id}"
         case Delayed(occurrence):
             return f"delayed {occurrence_text(chart, occurrence)}"
-
-
-def ranges(numbers: Collection[int]) -> Iterator[tuple[int, int]]:
-    """Yield the first and last of each run of consecutive numbers."""
-    first = last = -2
-    for number in sorted(numbers):
-        if number == last + 1:
-            last = number
-            continue
-        if first >= 0:
-            yield first, last
-        first = last = number
-    if first >= 0:
-        yield first, last

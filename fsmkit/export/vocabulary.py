@@ -11,10 +11,10 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import assert_never
 
 from fsmkit.export.changes import Change, Joint
+from fsmkit.export.components import Parts
 from fsmkit.export.formula import All, Any, Constant, Formula, In, Not, QueueEmpty
 from fsmkit.export.identifiers import Names, word
 from fsmkit.export.network import Move, Network
-from fsmkit.export.parts import Parts
 from fsmkit.export.terms import (
     Json,
     binary,

@@ -10,12 +10,10 @@ from hypothesis import strategies as st
 
 from fsmkit.export.changes import Joint, by_themselves, changes, joint_moves
 from fsmkit.export.collect import network_of
-from fsmkit.export.components import Code
-from fsmkit.export.cubes import Cubes
+from fsmkit.export.components import Code, Cubes, Parts
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.jani.model import model_of
 from fsmkit.export.network import Automaton, Network
-from fsmkit.export.parts import Parts
 from tests.export.judges import has_storm
 from tests.needs import need
 from tests.verify.conftest import Load

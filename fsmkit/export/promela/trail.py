@@ -15,9 +15,9 @@ from pathlib import Path
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.export.changes import Joint, joint_moves
 from fsmkit.export.collect import network_of
+from fsmkit.export.components import Parts
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.network import Move, Network
-from fsmkit.export.parts import Parts
 from fsmkit.export.promela.model import claim_names, written
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
