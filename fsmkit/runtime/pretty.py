@@ -75,7 +75,7 @@ def pretty(chart: Chart, macrostep: Macrostep) -> Iterator[Text]:
 
 
 class Printer:
-    """Spells the items of a chart."""
+    """Formats the items of a chart."""
 
     def __init__(self, chart: Chart) -> None:
         self.chart = chart

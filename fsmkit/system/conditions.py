@@ -9,16 +9,18 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
+from typing import TypeVar
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import legal
 from fsmkit.language import BOOL, ArrayType, Literal, Scope, Storage, Type, type_expression
 from fsmkit.system.indices import INDEXED, canonical
 from fsmkit.system.properties.property import Atom, Condition
 from fsmkit.system.system import Machine
 
+Meant = TypeVar("Meant")
 OCCURS = rf"occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>[A-Za-z_][\w.]*)\s*\)"
 TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
 DOTTED = rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*)"
@@ -54,30 +56,24 @@ class _Reader:
                 self.unknown("there is no machine", name, names, text.part(*match.span(group)))
             return None
         if match["taking"] is not None:
-            return self._event(index, match["event"], text.part(*match.span("event")))
+            return self._observed(index, match["event"], text.part(*match.span("event")))
         if match["tested"] is not None:
-            return self._state(index, match["state"], text.part(*match.span("state")))
+            return self._observed(
+                index, match["state"], text.part(*match.span("state")), is_state=True
+            )
         return self._variable(index, match["name"], text.part(*match.span("name")))
 
-    def _state(self, index: int, state: str, at: Text) -> str | None:
+    def _observed(self, index: int, name: str, at: Text, *, is_state: bool = False) -> str | None:
+        """Return the variable for whether a state is active, or an event occurs."""
         machine = self.machines[index]
-        number = machine.chart.state_index.get(state)
-        if number is None:
-            self.unknown(f"`{machine.name}` has no state", state, machine.chart.state_index, at)
+        kind, word = ("state", "In") if is_state else ("event", "occurs")
+        known = machine.chart.state_index if is_state else machine.chart.event_index
+        if name not in known:
+            self.unknown(f"`{machine.name}` has no {kind}", name, known, at)
             return None
-        safe = re.sub(r"\W", "_", state)
-        return self._named(f"{legal(machine.name)}__In__{safe}", Atom(index, number), BOOL)
-
-    def _event(self, index: int, event: str, at: Text) -> str | None:
-        machine = self.machines[index]
-        number = machine.chart.event_index.get(event)
-        if number is None:
-            self.unknown(f"`{machine.name}` has no event", event, machine.chart.event_index, at)
-            return None
-        safe = re.sub(r"\W", "_", event)
-        return self._named(
-            f"{legal(machine.name)}__occurs__{safe}", Atom(index, event=number), BOOL
-        )
+        atom = Atom(index, known[name]) if is_state else Atom(index, event=known[name])
+        safe = re.sub(r"\W", "_", name)
+        return self._named(f"{legal(machine.name)}__{word}__{safe}", atom, BOOL)
 
     def _variable(self, index: int, name: str, at: Text) -> str | None:
         machine = self.machines[index]
@@ -128,17 +124,14 @@ class _Reader:
         return name
 
     def unknown(
-        self, what: str, name: str, known: object, at: Text, help_: str | None = None
+        self, what: str, name: str, known: Iterable[str], at: Text, help_: str | None = None
     ) -> None:
-        """Tell that there is no such name."""
+        """Report that there is no such name."""
         self.failed = True
-        names = [str(n) for n in known] if isinstance(known, Iterable) else []
-        close = get_close_matches(name, names, 1)
-        some = ", ".join(f"`{n}`" for n in names[:8])
-        suggestion = f"did you mean `{close[0]}`?" if close else f"use one of {some}"
-        if not names:
-            suggestion = "remove it: there is none"
-        self.findings.add("unknown-name", f"{what} `{name}`", at, help=help_ or suggestion)
+        names = list(known)
+        some = f"use one of {', '.join(f'`{n}`' for n in names[:8])}"
+        help_ = help_ or suggest(name, names, some if names else "remove it: there is none")
+        self.findings.add("unknown-name", f"{what} `{name}`", at, help=help_)
 
 
 def read_condition(
@@ -192,22 +185,15 @@ def variables_of(chart: Chart) -> dict[str, Type]:
 
 def types_of(machines: tuple[Machine, ...]) -> Mapping[str, Type]:
     """Return the declared types of all machines; of a name that means several, none."""
-    found: dict[str, Type] = {}
-    clashing = set()
-    for machine in machines:
-        for type_ in machine.chart.types:
-            name = str(type_)
-            if found.setdefault(name, type_) != type_:
-                clashing.add(name)
-    return {name: type_ for name, type_ in found.items() if name not in clashing}
+    return _unambiguous((str(type_), type_) for m in machines for type_ in m.chart.types)
 
 
 def constants_of(machines: tuple[Machine, ...]) -> Mapping[str, Literal]:
     """Return the constants of all machines; of a name that means several, none."""
-    found: dict[str, Literal] = {}
-    clashing = set()
-    for machine in machines:
-        for name, literal in machine.chart.constants:
-            if found.setdefault(name, literal) != literal:
-                clashing.add(name)
-    return {name: literal for name, literal in found.items() if name not in clashing}
+    return _unambiguous(pair for machine in machines for pair in machine.chart.constants)
+
+
+def _unambiguous(pairs: Iterable[tuple[str, Meant]]) -> dict[str, Meant]:
+    found: dict[str, Meant] = {}
+    clashing = {name for name, meant in pairs if found.setdefault(name, meant) != meant}
+    return {name: meant for name, meant in found.items() if name not in clashing}

@@ -5,18 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.statements import Raise, Send
 from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, SymbolType, Type
 from fsmkit.system.indices import INDEXED, canonical, each
-from fsmkit.system.links import DIRECT, ChannelOptions, channel, read_manner
+from fsmkit.system.links import DIRECT, ChannelOptions, channel, read_options
 from fsmkit.system.system import EventLink, InputLink, Machine, Possible, operation_port
-from fsmkit.yaml.nodes import Mapping, Node, Scalar, require_mapping, require_sequence
+from fsmkit.yaml.nodes import Mapping, Node, Scalar, items_of
 
 END = re.compile(rf"\s*({INDEXED})\s*\.\s*([A-Za-z_][\w.]*)\s*")
 EXAMPLE = "write `feeder.pushed -> molder.pushed`"
@@ -47,9 +47,9 @@ class _Connector:
     events: dict[tuple[int, int, int, int], tuple[EventLink, Text]] = field(default_factory=dict)
     inputs: dict[tuple[int, int], tuple[InputLink, Text]] = field(default_factory=dict)
 
-    manners: dict[tuple[int, int, int, int], ChannelOptions] = field(default_factory=dict)
+    options: dict[tuple[int, int, int, int], ChannelOptions] = field(default_factory=dict)
 
-    def connect(self, text: Text, manner: ChannelOptions) -> None:
+    def connect(self, text: Text, options: ChannelOptions) -> None:
         """Read one wire."""
         left, arrow, _ = text.value.partition("->")
         if not arrow:
@@ -62,7 +62,7 @@ class _Connector:
         chart = self.machines[source.machine].chart
         if any(output.name == source.name.value for output in chart.outputs):
             self._value(source, target, text)
-            if manner != DIRECT:
+            if options != DIRECT:
                 self.findings.add(
                     "connection-mismatch",
                     "an output is not queued, delayed or lost: its value is there",
@@ -72,7 +72,7 @@ class _Connector:
             return
         port = self._port(source)
         if port is not None:
-            self._message(source, target, *port, text, manner)
+            self._message(source, target, *port, text, options)
 
     def _end(self, text: Text) -> _End | None:
         match = END.fullmatch(text.value)
@@ -110,12 +110,11 @@ class _Connector:
             what = " (it is an event of another direction)"
         elif any(d.name == name.value for d in (*chart.data, *chart.inputs, *chart.outputs)):
             what = " (it is a variable of another kind)"
-        close = get_close_matches(name.value, list(known), 1)
         self.findings.add(
             "unknown-name",
             f"no `{name}` {verb} `{machine.name}`{what}",
             name,
-            help=f"did you mean `{close[0]}`?" if close else "declare it in the chart",
+            help=suggest(name.value, known, "declare it in the chart"),
         )
 
     def _message(
@@ -125,7 +124,7 @@ class _Connector:
         port: int,
         sent: tuple[Field, ...],
         text: Text,
-        manner: ChannelOptions,
+        options: ChannelOptions,
     ) -> None:
         machine = self.machines[target.machine]
         chart = machine.chart
@@ -140,12 +139,12 @@ class _Connector:
             return
         key = (source.machine, port, target.machine, index)
         if key in self.events:
-            self._duplicate(text, self.events[key][1])
+            report_duplicate("connected", text, self.events[key][1], self.findings)
             return
         link = EventLink(source.machine, port, target.machine, index, arguments)
         self.events[key] = link, text
         fields = chart.events[index].fields
-        if manner != DIRECT and any(isinstance(part.type, SymbolType) for part in fields):
+        if options != DIRECT and any(isinstance(part.type, SymbolType) for part in fields):
             self.findings.add(
                 "connection-mismatch",
                 f"`{target.name}` carries strings, which only direct connections do",
@@ -153,7 +152,7 @@ class _Connector:
                 help="declare an enumeration",
             )
             return
-        self.manners[key] = manner
+        self.options[key] = options
 
     def _value(self, source: _End, target: _End, text: Text) -> None:
         writer, reader = self.machines[source.machine], self.machines[target.machine]
@@ -174,18 +173,9 @@ class _Connector:
             return
         key = (target.machine, place)
         if key in self.inputs:
-            self._duplicate(text, self.inputs[key][1])
+            report_duplicate("connected", text, self.inputs[key][1], self.findings)
             return
         self.inputs[key] = InputLink(source.machine, output, target.machine, place), text
-
-    def _duplicate(self, text: Text, first: Text) -> None:
-        self.findings.add(
-            "duplicate-connection",
-            "this is connected already",
-            text,
-            secondary=[(first, "first here")],
-            help="remove one of them",
-        )
 
 
 def arguments_of(
@@ -229,16 +219,15 @@ def connect(
     possible: Sequence[Possible],
     findings: Findings,
 ) -> Links:
-    """Read all connections, and tell what is connected to nothing."""
+    """Read all connections, and report what is connected to nothing."""
     connector = _Connector(machines, findings)
-    sequence = None if node is None else require_sequence(node, "`connect`", findings)
-    for item in sequence.items if sequence is not None else ():
-        found = _connection(item, machines, findings)
-        for one in () if found is None else each(found[0], machines):
-            connector.connect(one, DIRECT if found is None else found[1])
+    for item in items_of(node, "`connect`", findings):
+        if (found := _connection(item, machines, findings)) is not None:
+            for one in each(found[0], machines):
+                connector.connect(one, found[1])
     channels, events = _channelled(connector)
     inputs = tuple(link for link, _ in connector.inputs.values())
-    tell_unconnected(machines, events, inputs, possible, findings)
+    report_unconnected(machines, events, inputs, possible, findings)
     return Links(events, inputs, channels)
 
 
@@ -247,12 +236,12 @@ def _channelled(connector: _Connector) -> tuple[tuple[Machine, ...], tuple[Event
     channels: list[Machine] = []
     events: list[EventLink] = []
     for key, (link, text) in connector.events.items():
-        manner = connector.manners.get(key, DIRECT)
-        if manner == DIRECT:
+        options = connector.options.get(key, DIRECT)
+        if options == DIRECT:
             events.append(link)
             continue
         number = len(connector.machines) + len(channels)
-        machine, *wires = channel(link, manner, connector.machines, number, text.span)
+        machine, *wires = channel(link, options, connector.machines, number, text.span)
         channels.append(machine)
         events += wires
     return tuple(channels), tuple(events)
@@ -275,9 +264,19 @@ def _connection(
             help=f"write `- {text}`; options are `{{{text}: {{kind: queued}}}}`",
         )
         return None
-    mapping = require_mapping(options, "the options of a connection", findings)
-    manner = None if mapping is None else read_manner(mapping, tick_of(machines), findings)
-    return None if manner is None else (text, manner)
+    found = read_options(options, tick_of(machines), findings)
+    return None if found is None else (text, found)
+
+
+def report_duplicate(verb: str, text: Text, first: Text, findings: Findings) -> None:
+    """Report a connection that is there already."""
+    findings.add(
+        "duplicate-connection",
+        f"this is {verb} already",
+        text,
+        secondary=[(first, "first here")],
+        help="remove one of them",
+    )
 
 
 def tick_of(machines: tuple[Machine, ...]) -> int:
@@ -286,20 +285,14 @@ def tick_of(machines: tuple[Machine, ...]) -> int:
 
 
 def find_machine(name: Text, machines: tuple[Machine, ...], findings: Findings) -> int | None:
-    """Return the number of a machine; None after telling that there is none of that name."""
+    """Return the number of a machine; None after a finding."""
     names = [machine.name for machine in machines]
     full = canonical(name, findings)
     if full in names:
         return names.index(full)
-    if full is None:
-        return None
-    close = get_close_matches(full, names, 1)
-    findings.add(
-        "unknown-name",
-        f"there is no machine `{full}`",
-        name,
-        help=f"did you mean `{close[0]}`?" if close else "name it under `machines`",
-    )
+    if full is not None:
+        help_ = suggest(full, names, "name it under `machines`")
+        findings.add("unknown-name", f"there is no machine `{full}`", name, help=help_)
     return None
 
 
@@ -321,14 +314,14 @@ def _shown(fields: tuple[Field, ...]) -> str:
     return "(" + ", ".join(f"{part.name} {part.type}" for part in fields) + ")"
 
 
-def tell_unconnected(
+def report_unconnected(
     machines: tuple[Machine, ...],
     events: tuple[EventLink, ...],
     inputs: tuple[InputLink, ...],
     possible: Sequence[Possible],
     findings: Findings,
 ) -> None:
-    """Tell what is connected to nothing; targets are places among ``machines``."""
+    """Report what is connected to nothing; targets are places among ``machines``."""
     fed = {(link.target, link.input) for link in inputs}
     come = {(link.target, link.event) for link in events}
     come |= {(what.machine, what.event) for what in possible}
@@ -341,9 +334,8 @@ def tell_unconnected(
                 machine.span,
                 help="connect an output to it",
             )
-        silent = [
-            event.name for event in _awaited(machine.chart) if (index, event.index) not in come
-        ]
+        awaited = _awaited(machine.chart)
+        silent = [event.name for event in awaited if (index, event.index) not in come]
         if silent:
             findings.add(
                 "unconnected-event",

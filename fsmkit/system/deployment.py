@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
 
-from fsmkit.diagnostics import Findings, FsmkitError, Text
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.links import EventMap
@@ -21,15 +21,14 @@ from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
 from fsmkit.system.reader import load_system
-from fsmkit.system.system import System
-from fsmkit.yaml.encoding import decode
+from fsmkit.system.system import EventLink, InputLink, System
 from fsmkit.yaml.nodes import (
     Node,
     check_keys,
-    read_nodes,
     require_mapping,
-    require_sequence,
+    require_record,
     require_text,
+    texts_of,
 )
 
 MOST_NODES = 8
@@ -58,26 +57,6 @@ class Deployment:
         return self.wires.map
 
 
-def load_deployment(
-    path: Path, findings: Findings | None = None, *, strict: bool = False
-) -> Deployment:
-    """Return the deployment of a file; `FsmkitError` with every finding where it has an error.
-
-    ``strict``: as of `fsmkit.loading.load_with_findings`, of every chart.
-    """
-    findings = Findings() if findings is None else findings
-    source = decode(read_bytes(path), str(path), findings)
-    findings.stop_on_errors()
-    found = None
-    if source is not None:
-        root = read_nodes(source, findings)
-        found = deployment_of(root, path.parent, findings, strict=strict)
-    findings.stop_on_errors()
-    if found is None:
-        raise FsmkitError(findings)
-    return found
-
-
 def deployment_of(
     root: Node | None,
     folder: Path,
@@ -90,14 +69,12 @@ def deployment_of(
 
     ``replacing``, ``strict``: as of `fsmkit.system.reading.read`.
     """
-    top = None if root is None else require_mapping(root, "a deployment", findings)
-    if top is None:
+    parts = require_record(root, keys.DEPLOYMENT, "a deployment", findings, keys.BELONGS)
+    if root is None or parts is None:
         return None
-    check_keys(top, keys.DEPLOYMENT, "a deployment", findings, keys.BELONGS)
-    parts = {key.value: node for key, node in top.entries}
     if not {"system", "nodes"} <= set(parts):
         findings.add(
-            "broken-deployment", "a deployment needs `system` and `nodes`", top.span, help=EXAMPLE
+            "broken-deployment", "a deployment needs `system` and `nodes`", root.span, help=EXAMPLE
         )
         return None
     file = require_text(parts["system"], "the path of the system", findings)
@@ -110,17 +87,13 @@ def deployment_of(
     if found is None or findings.has_errors:
         return None
     nodes, placed = found
-    links = None
-    if "links" in parts:
-        links = require_mapping(parts["links"], "`links`", findings)
-    options = {} if links is None else {key.value: node for key, node in links.entries}
-    if links is not None:
-        check_keys(links, keys.LINKS, "`links`", findings)
+    options = require_record(parts.get("links"), keys.LINKS, "`links`", findings) or {}
     is_insecure = _insecure(options.get("insecure"), options.get("curve"), findings)
     is_guarded = is_insecure or "curve" in options
     endpoints = _endpoints(options.get("endpoints"), nodes, findings, is_guarded=is_guarded)
     if not _is_possible(system, placed, file, findings):
         return None
+    curve = require_text(options.get("curve"), "`curve`, a folder of keys", findings)
     return Deployment(
         written,
         system,
@@ -128,7 +101,7 @@ def deployment_of(
         placed,
         wires_of(system, nodes, placed, endpoints, is_insecure=is_insecure),
         _every(options.get("every"), findings),
-        _keys(options.get("curve"), folder, findings),
+        None if curve is None else folder / curve.value,
     )
 
 
@@ -154,11 +127,9 @@ def _placed(
                 name,
                 help="use letters, digits and `_`",
             )
-        sequence = require_sequence(value, f"the machines of `{name}`", findings)
-        for item in sequence.items if sequence is not None else ():
-            text = require_text(item, "a machine", findings)
-            for machine in () if text is None else _machines(text, system, findings):
-                if machine in where and text is not None:
+        for text in texts_of(value, f"the machines of `{name}`", "a machine", findings):
+            for machine in _machines(text, system, findings):
+                if machine in where:
                     findings.add(
                         "broken-deployment",
                         f"`{system.machines[machine].name}` has a node already",
@@ -166,7 +137,7 @@ def _placed(
                         secondary=[(where[machine][1], "here")],
                         help="name it once",
                     )
-                elif text is not None:
+                else:
                     where[machine] = place, text
     homeless = [
         machine.name
@@ -187,19 +158,19 @@ def _placed(
 
 def _machines(text: Text, system: System, findings: Findings) -> list[int]:
     """Return the numbers of a machine, or of all elements of an array of that name."""
-    wanted = text.value.replace(" ", "")
+    name = text.value.replace(" ", "")
     found = [
         index
         for index, machine in enumerate(system.machines)
-        if machine.name == wanted or (machine.place is not None and machine.place[0] == wanted)
+        if machine.name == name or (machine.place is not None and machine.place[0] == name)
     ]
     if not found:
-        close = get_close_matches(wanted, [machine.name for machine in system.machines], 1)
+        names = [machine.name for machine in system.machines]
         findings.add(
             "unknown-name",
             f"`{system.name}` has no machine `{text}`",
             text,
-            help=f"did you mean `{close[0]}`?" if close else "name one of its machines",
+            help=suggest(name, names, "name one of its machines"),
         )
     return found
 
@@ -222,18 +193,13 @@ def _is_possible(
 
 
 def _without_environment(system: System, placed: tuple[int | None, ...]) -> System:
+    def is_placed(link: EventLink | InputLink) -> bool:
+        return placed[link.source] is not None and placed[link.target] is not None
+
     return replace(
         system,
-        event_links=tuple(
-            link
-            for link in system.event_links
-            if placed[link.source] is not None and placed[link.target] is not None
-        ),
-        input_links=tuple(
-            link
-            for link in system.input_links
-            if placed[link.source] is not None and placed[link.target] is not None
-        ),
+        event_links=tuple(filter(is_placed, system.event_links)),
+        input_links=tuple(filter(is_placed, system.input_links)),
         schedule=None,
     )
 
@@ -242,7 +208,7 @@ def _endpoints(
     node: Node | None, nodes: tuple[str, ...], findings: Findings, *, is_guarded: bool
 ) -> tuple[str, ...]:
     """Return where each node publishes; without a guard, only within this computer."""
-    mapping = None if node is None else require_mapping(node, "`endpoints`", findings)
+    mapping = require_mapping(node, "`endpoints`", findings)
     if mapping is None:
         return ()
     check_keys(mapping, nodes, "`endpoints`", findings)
@@ -270,7 +236,7 @@ def _endpoints(
 
 
 def _every(node: Node | None, findings: Findings) -> int:
-    text = None if node is None else require_text(node, "`every`", findings)
+    text = require_text(node, "`every`", findings)
     if text is None:
         return 1
     number = integer(text, findings)
@@ -281,7 +247,7 @@ def _every(node: Node | None, findings: Findings) -> int:
 
 def _insecure(node: Node | None, curve: Node | None, findings: Findings) -> bool:
     """Return whether endpoints beyond this computer may go without keys."""
-    text = None if node is None else require_text(node, "`insecure`", findings)
+    text = require_text(node, "`insecure`", findings)
     if text is None:
         return False
     if text.value not in ("true", "false"):
@@ -295,8 +261,3 @@ def _insecure(node: Node | None, curve: Node | None, findings: Findings) -> bool
             help="leave one of them out",
         )
     return text.value == "true"
-
-
-def _keys(node: Node | None, folder: Path, findings: Findings) -> Path | None:
-    text = None if node is None else require_text(node, "`curve`, a folder of keys", findings)
-    return None if text is None else folder / text.value

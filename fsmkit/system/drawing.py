@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Iterable, Iterator
-from difflib import get_close_matches
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import Model
-from fsmkit.system.system import System
+from fsmkit.system.system import System, port_name
 from fsmkit.texts import notating
 from fsmkit.texts.dot import quoted, statement
 
@@ -70,13 +70,9 @@ def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
     for name in names:
         known = model.state_index if isinstance(model, Chart) else {}
         if not isinstance(model, Chart) or name not in known:
-            close = get_close_matches(name, known, 1)
             owner = model.name if isinstance(model, Chart) else _system(model).name
-            raise fail(
-                "unknown-name",
-                f"`{owner}` has no state `{name}`",
-                help=f"did you mean `{close[0]}`?" if close else "see `fsmkit show` for the names",
-            )
+            help_ = suggest(name, known, "see `fsmkit show` for the names")
+            raise fail("unknown-name", f"`{owner}` has no state `{name}`", help=help_)
         found |= {known[name], *model.ancestors(known[name])}
     return frozenset(found)
 
@@ -124,8 +120,8 @@ def _arrows(system: System) -> dict[tuple[int, int, str], list[str]]:
     found: dict[tuple[int, int, str], list[str]] = {}
     for link in system.event_links:
         chart = system.machines[link.source].chart
-        ports = [e.name for e in chart.events] + [o.name for o in chart.operations]
-        found.setdefault((link.source, link.target, "solid"), []).append(ports[link.port])
+        names = found.setdefault((link.source, link.target, "solid"), [])
+        names.append(port_name(chart, link.port))
     for level in system.input_links:
         outputs = system.machines[level.source].chart.outputs
         if level.output < len(outputs):  # else shared data

@@ -18,7 +18,7 @@ from fsmkit.language import Field, Literal, Scope, Value, fold, type_expression
 from fsmkit.system.connections import find_machine
 from fsmkit.system.indices import INDEXED, each
 from fsmkit.system.system import Machine, Possible
-from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_sequence, require_text
+from fsmkit.yaml.nodes import Node, require_record, texts_of
 
 ITEM = re.compile(rf"\s*({INDEXED})\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)
 ONE_OF = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s*\{(.*)\}\s*", re.DOTALL)
@@ -38,18 +38,13 @@ def read_environment(
     node: Node | None, machines: tuple[Machine, ...], findings: Findings
 ) -> Environment:
     """Read the environment."""
-    mapping = None if node is None else require_mapping(node, "`environment`", findings)
-    if mapping is None:
-        return Environment(frozenset(), ())
-    check_keys(mapping, ENVIRONMENT, "`environment`", findings)
+    parts = require_record(node, ENVIRONMENT, "`environment`", findings) or {}
     own: set[int] = set()
     possible: list[Possible] = []
-    for key, value in mapping.entries:
-        sequence = require_sequence(value, f"`{key}`", findings)
-        for item in sequence.items if sequence is not None else ():
-            text = require_text(item, "what can happen", findings)
-            for one in () if text is None else each(text, machines):
-                _item(one, machines, key.value == "will", own, possible, findings)
+    for key, value in parts.items():
+        for text in texts_of(value, f"`{key}`", "what can happen", findings):
+            for one in each(text, machines):
+                _item(one, machines, key == "will", own, possible, findings)
     return Environment(frozenset(own), tuple(possible))
 
 

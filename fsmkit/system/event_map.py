@@ -9,7 +9,7 @@ from typing import TypeVar
 from fsmkit.chart.chart import Event
 from fsmkit.language import Field
 from fsmkit.runtime.links.event_map import End, EventMap, LevelType, MessageType
-from fsmkit.system.system import EventLink, InputLink, Machine, System
+from fsmkit.system.system import EventLink, InputLink, System, port_fields, port_name
 
 Wire = TypeVar("Wire", EventLink, InputLink)
 
@@ -41,10 +41,8 @@ def wires_of(
             number,
             placed[link.source] or 0,
             placed[link.target] or 0,
-            End(system.machines[link.source].name, port_name(system.machines[link.source], link)),
-            End(
-                system.machines[link.target].name, event_of(system.machines[link.target], link).name
-            ),
+            _source(system, link),
+            End(system.machines[link.target].name, _event(system, link).name),
             _fields(system, link),
         )
         for number, link in enumerate(events, 1)
@@ -54,31 +52,19 @@ def wires_of(
     return Wires(map_, events, inputs)
 
 
-def port_name(machine: Machine, link: EventLink) -> str:
-    """Return the name of the event or operation at the source of a connection."""
-    events = machine.chart.events
-    if link.port < len(events):
-        return events[link.port].name
-    return machine.chart.operations[link.port - len(events)].name
+def _source(system: System, link: EventLink) -> End:
+    machine = system.machines[link.source]
+    return End(machine.name, port_name(machine.chart, link.port))
 
 
-def port_fields(machine: Machine, link: EventLink) -> tuple[Field, ...]:
-    """Return the fields that leave by the port of a connection."""
-    events = machine.chart.events
-    if link.port < len(events):
-        return events[link.port].fields
-    return machine.chart.operations[link.port - len(events)].parameters
-
-
-def event_of(machine: Machine, link: EventLink) -> Event:
-    """Return the event at the target of a connection."""
-    return machine.chart.events[link.event]
+def _event(system: System, link: EventLink) -> Event:
+    return system.machines[link.target].chart.events[link.event]
 
 
 def _fields(system: System, link: EventLink) -> tuple[Field, ...]:
     """Return names of the receiver, types of the sender: the values that can come."""
-    sent = port_fields(system.machines[link.source], link)
-    wanted = system.machines[link.target].chart.events[link.event].fields
+    sent = port_fields(system.machines[link.source].chart, link.port)
+    wanted = _event(system, link).fields
     return tuple(
         Field(part.name, sent[place].type)
         for part, place in zip(wanted, link.arguments, strict=True)

@@ -18,8 +18,8 @@ from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.document.keys import CONNECTION
 from fsmkit.language import EnumType, Field, Scope, read_duration
 from fsmkit.system.indices import integer
-from fsmkit.system.system import EventLink, Machine, System
-from fsmkit.yaml.nodes import Mapping, check_keys, require_text
+from fsmkit.system.system import EventLink, Machine, System, port_name
+from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_text
 from fsmkit.yaml.reader import read_document
 
 KINDS = ("direct", "queued", "lossy")
@@ -41,13 +41,15 @@ class ChannelOptions:
 DIRECT = ChannelOptions()
 
 
-def read_manner(options: Mapping, tick: int, findings: Findings) -> ChannelOptions | None:
+def read_options(node: Node, tick: int, findings: Findings) -> ChannelOptions | None:
     """Read the options of a connection; delays are read in ticks of so many microseconds."""
-    check_keys(options, CONNECTION, "a connection", findings)
+    mapping = require_mapping(node, "the options of a connection", findings)
+    if mapping is None:
+        return None
+    check_keys(mapping, CONNECTION, "a connection", findings)
     texts: dict[str, Text] = {}
-    for key, node in options.entries:
-        text = require_text(node, f"`{key}`", findings)
-        if text is None:
+    for key, value in mapping.entries:
+        if (text := require_text(value, f"`{key}`", findings)) is None:
             return None
         texts[key.value] = text
     kind = texts.pop("kind", None)
@@ -56,24 +58,24 @@ def read_manner(options: Mapping, tick: int, findings: Findings) -> ChannelOptio
         findings.add(
             "unexpected-value",
             f"there is no connection of the kind `{kind}`",
-            options.span if kind is None else kind,
+            kind,
             help=f"use one of {', '.join(KINDS)}",
         )
         return None
-    for option, value in texts.items():
+    for option, given in texts.items():
         if name == "direct" or (name == "queued" and option == "loss"):
             findings.add(
                 "unexpected-value",
                 f"a connection of the kind `{name}` has no `{option}`",
-                value,
+                given,
                 help="remove it, or say another kind",
             )
             return None
     capacity = _count(texts.get("capacity"), CAPACITY if name == "queued" else 0, 1, findings)
     loss = _count(texts.get("loss"), 1 if name == "lossy" else 0, 0, findings)
     delay = 0
-    if "delay" in texts:
-        delay = read_duration(texts["delay"], Scope(tick=tick), findings) or 0
+    if (late := texts.get("delay")) is not None:
+        delay = read_duration(late, Scope(tick=tick), findings) or 0
         capacity = capacity or CAPACITY
     return ChannelOptions(capacity or 0, loss or 0, delay)
 
@@ -89,20 +91,14 @@ def _count(text: Text | None, otherwise: int, least: int, findings: Findings) ->
 
 
 def channel(
-    link: EventLink, manner: ChannelOptions, machines: tuple[Machine, ...], number: int, span: Span
+    link: EventLink, options: ChannelOptions, machines: tuple[Machine, ...], number: int, span: Span
 ) -> tuple[Machine, EventLink, EventLink]:
     """Return the machine of a connection, to stand at ``number``, and the wires to and from it."""
     source, target = machines[link.source], machines[link.target]
-    events = source.chart.events
-    port = (
-        events[link.port].name
-        if link.port < len(events)
-        else source.chart.operations[link.port - len(events)].name
-    )
     event = target.chart.events[link.event]
-    name = f"{source.name}.{port}>{target.name}.{event.name}"
-    chart = channel_chart(event.fields, manner, target.chart.capacities.tick)
-    is_passive = manner.capacity == 0 or manner.delay > 0
+    name = f"{source.name}.{port_name(source.chart, link.port)}>{target.name}.{event.name}"
+    chart = channel_chart(event.fields, options, target.chart.capacities.tick)
+    is_passive = options.capacity == 0 or options.delay > 0
     machine = Machine(name, chart, environment=is_passive, span=span, is_channel=True)
     put, get = (chart.event_index[name] for name in ("put", "get"))
     enter = EventLink(link.source, link.port, number, put, link.arguments)
@@ -110,33 +106,33 @@ def channel(
     return machine, enter, leave
 
 
-def channel_chart(fields: tuple[Field, ...], manner: ChannelOptions, tick: int) -> Chart:
+def channel_chart(fields: tuple[Field, ...], options: ChannelOptions, tick: int) -> Chart:
     """Return the chart that holds, delays or loses messages of some fields."""
     findings = Findings()
-    document = read_document(Source("connection", _text(fields, manner, tick)), findings)
+    document = read_document(Source("connection", _text(fields, options, tick)), findings)
     chart = None if document is None else elaborate((document,), findings)
     assert chart is not None, str(list(findings))  # noqa: S101  (written here)
     return chart
 
 
-def _text(fields: tuple[Field, ...], manner: ChannelOptions, tick: int) -> str:
+def _text(fields: tuple[Field, ...], options: ChannelOptions, tick: int) -> str:
     types = {p.type.name: p.type.members for p in fields if isinstance(p.type, EnumType)}
     shown = ", ".join(f"{part.name} {part.type}" for part in fields)
     values = ", ".join(f"{part.name} = event.{part.name}" for part in fields)
-    later = f" after {manner.delay * tick}us" if manner.delay else ""
+    later = f" after {options.delay * tick}us" if options.delay else ""
     lines = ["chart: Connection"]
     if types:
         lines.append("types:")
         lines += [f"  {name}: [{', '.join(members)}]" for name, members in types.items()]
-    room = max(1, manner.capacity)
+    room = max(1, options.capacity)
     lines.append(f"capacity: {{queue: {room}, delayed: {room}, tick: {tick}us}}")
     lines.append(f'events: {{in: ["put({shown})"], out: ["get({shown})"]}}')
-    if manner.loss:
-        lines.append(f"data: {{lost: 0..{manner.loss} = 0}}")
+    if options.loss:
+        lines.append(f"data: {{lost: 0..{options.loss} = 0}}")
         lines.append('operations: ["loses() -> bool"]')
     lines += ["initial: open", "states:", "  open:", "    rest: true", "    on:", "      put:"]
-    if manner.loss:
-        lines.append(f'        - {{if: "lost < {manner.loss} and loses()", do: lost += 1}}')
+    if options.loss:
+        lines.append(f'        - {{if: "lost < {options.loss} and loses()", do: lost += 1}}')
     lines.append(f'        - {{do: "send get({values}){later}"}}')
     return "\n".join(lines) + "\n"
 

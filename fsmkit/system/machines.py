@@ -7,23 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Text
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Document
 from fsmkit.document.keys import MACHINE
 from fsmkit.loading import read_bytes, read_documents
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
 from fsmkit.system.system import Machine
 from fsmkit.yaml.nodes import Mapping as MappingNode
-from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_text
+from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
 
 @dataclass(frozen=True, slots=True)
-class _Wanted:
+class _Declared:
     """What a line under ``machines`` asks for: the chart and values of its constants."""
 
     chart: Text
@@ -42,8 +42,8 @@ class _Reader:
     def read(self, name: Text, node: Node) -> Iterator[Machine]:
         """Yield the machines of a line: one, or those of an array."""
         if name.value.isidentifier():
-            wanted = self._wanted(node)
-            machine = None if wanted is None else self._machine(name, name.value, wanted, {})
+            declared = self.declared(node)
+            machine = None if declared is None else self.machine(name, name.value, declared, {})
             if machine is not None:
                 yield machine
             return
@@ -57,55 +57,61 @@ class _Reader:
             )
             return
         run = bounds(name.part(*match.span(3)), name.part(*match.span(4)), self.findings)
-        wanted = self._wanted(node)
-        if wanted is None or run is None:
+        declared = self.declared(node)
+        if declared is None or run is None:
             return
         for index in run:
             element = f"{match[1]}[{index}]"
-            machine = self._machine(name, element, wanted, {match[2]: index}, match[1])
+            machine = self.machine(name, element, declared, {match[2]: index}, match[1])
             if machine is not None:
                 yield replace(machine, place=(match[1], index))
 
-    def _wanted(self, node: Node) -> _Wanted | None:
+    def declared(self, node: Node) -> _Declared | None:
+        """Return what a line declares; None after a finding."""
         if not isinstance(node, MappingNode):
             chart = require_text(node, "the chart of a machine", self.findings)
-            return None if chart is None else _Wanted(chart)
-        check_keys(node, MACHINE, "a machine", self.findings)
-        parts = {key.value: value for key, value in node.entries}
+            return None if chart is None else _Declared(chart)
+        parts = require_record(node, MACHINE, "a machine", self.findings) or {}
         if "chart" not in parts:
             self.findings.add(
                 "unexpected-shape", "a machine needs `chart`, the path of its chart", node.span
             )
             return None
         chart = require_text(parts["chart"], "the chart of a machine", self.findings)
-        given = []
-        if "with" in parts:
-            mapping = require_mapping(parts["with"], "`with`", self.findings)
-            for name, value in mapping.entries if mapping is not None else ():
-                text = require_text(value, f"the constant `{name}`", self.findings)
-                if text is not None:
-                    given.append((name, text))
-        return None if chart is None else _Wanted(chart, tuple(given))
+        given = [
+            (name, text)
+            for name, value in entries_of(parts.get("with"), "`with`", self.findings)
+            if (text := require_text(value, f"the constant `{name}`", self.findings)) is not None
+        ]
+        return None if chart is None else _Declared(chart, tuple(given))
 
-    def _machine(
-        self, name: Text, full: str, wanted: _Wanted, indices: Mapping[str, int], array: str = ""
+    def machine(
+        self,
+        name: Text,
+        full: str,
+        declared: _Declared,
+        indices: Mapping[str, int],
+        array: str = "",
     ) -> Machine | None:
+        """Return a machine of that full name; None after a finding."""
         file = self.replacing.get(full) or self.replacing.get(array)
-        given = tuple((key, substituted(value, indices)) for key, value in wanted.given)
-        chart = self._chart(file or self.folder / wanted.chart.value, wanted, given, file is None)
+        given = tuple((key, substituted(value, indices)) for key, value in declared.given)
+        chart = self._chart(
+            file or self.folder / declared.chart.value, declared, given, file is None
+        )
         if chart is None:
             return None
         if chart.abstract:
             self.findings.add(
                 "abstract-machine",
                 f"the chart `{chart.name}` of `{full}` is abstract",
-                wanted.chart,
+                declared.chart,
                 help="name a chart that extends it",
             )
         return Machine(full, chart, span=name.span)
 
     def _chart(
-        self, file: Path, wanted: _Wanted, given: tuple[tuple[Text, Text], ...], is_named: bool
+        self, file: Path, declared: _Declared, given: tuple[tuple[Text, Text], ...], is_named: bool
     ) -> Chart | None:
         key = file, tuple((name.value, value.value) for name, value in given)
         if key in self.charts:
@@ -113,7 +119,7 @@ class _Reader:
         own = Findings()
         try:
             if file not in self.documents:
-                read_bytes(file, wanted.chart if is_named else None)
+                read_bytes(file, declared.chart if is_named else None)
                 self.documents[file] = read_documents(file, own)
             documents = self.documents[file]
             for name, value in given:
@@ -144,12 +150,11 @@ def with_constant(
             changed = replace(document, constants=constants)
             return (*documents[:place], changed, *documents[place + 1 :])
     known = [constant.name.value for d in documents for constant in d.constants]
-    close = get_close_matches(name.value, known, 1)
     findings.add(
         "unknown-name",
         f"the chart `{documents[0].name}` has no constant `{name}`",
         name,
-        help=f"did you mean `{close[0]}`?" if close else "declare it under `constants` there",
+        help=suggest(name.value, known, "declare it under `constants` there"),
     )
     return documents
 
@@ -163,10 +168,9 @@ def read_machines(
     strict: bool = False,
 ) -> tuple[Machine, ...]:
     """Read all machines; the paths of charts are relative to ``folder``."""
-    mapping = None if node is None else require_mapping(node, "`machines`", findings)
     reader = _Reader(folder, replacing, findings, strict)
     found: list[Machine] = []
-    for name, value in mapping.entries if mapping is not None else ():
+    for name, value in entries_of(node, "`machines`", findings):
         for machine in reader.read(name, value):
             _require_new(machine, name, found, findings)
             found.append(machine)
@@ -174,7 +178,7 @@ def read_machines(
         findings.add(
             "not-explored-yet",
             f"{len(found)} machines in one system are not explored",
-            None if mapping is None else mapping.span,
+            None if node is None else node.span,
             help=f"keep to {MOST_ELEMENTS}",
         )
     _require_replaced(replacing, found, findings)
@@ -186,8 +190,8 @@ def read_machine(
 ) -> Machine | None:
     """Read one machine, given as its chart or with constants for it."""
     reader = _Reader(folder, {}, findings, strict)
-    wanted = reader._wanted(node)  # noqa: SLF001  (the same module)
-    return None if wanted is None else reader._machine(name, name.value, wanted, {})  # noqa: SLF001
+    declared = reader.declared(node)
+    return None if declared is None else reader.machine(name, name.value, declared, {})
 
 
 def _require_new(machine: Machine, name: Text, found: list[Machine], findings: Findings) -> None:
@@ -210,11 +214,10 @@ def _require_replaced(
     known |= dict.fromkeys(m.place[0] for m in machines if m.place is not None)
     for name in replacing if not findings.has_errors else ():
         if name not in known:
-            close = get_close_matches(name, known, 1)
-            meant = f"did you mean `{close[0]}`? " if close else ""
+            meant = suggest(name, known)
             findings.add(
                 "no-such-machine",
                 f"there is no machine `{name}` to replace",
                 None,
-                help=f"{meant}there are {', '.join(known)}",
+                help=f"{f'{meant} ' if meant else ''}there are {', '.join(known)}",
             )

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
-from fsmkit.diagnostics import Findings, FsmkitError, Source
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document import keys
 from fsmkit.language import Scope
 from fsmkit.loading import read_bytes
@@ -22,7 +22,7 @@ from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
 from fsmkit.system.system import Machine, System
 from fsmkit.yaml.encoding import decode
-from fsmkit.yaml.nodes import Node, check_keys, read_nodes, require_mapping, require_text
+from fsmkit.yaml.nodes import Node, read_nodes, require_record, require_text
 
 
 def load_system(
@@ -41,24 +41,12 @@ def load_system(
     findings.stop_on_errors()
     system = None
     if source is not None:
-        system = read_system(source, path.parent, findings, replacing or {}, strict=strict)
+        root = read_nodes(source, findings)
+        system = system_of_root(root, path.parent, findings, replacing or {}, strict=strict)
     findings.stop_on_errors()
     if system is None:
         raise FsmkitError(findings)
     return system
-
-
-def read_system(
-    source: Source,
-    folder: Path,
-    findings: Findings,
-    replacing: Dictionary[str, Path] = MappingProxyType({}),
-    *,
-    strict: bool = False,
-) -> System | None:
-    """Read a system; the paths of charts are relative to ``folder``. Mind the findings."""
-    root = read_nodes(source, findings)
-    return system_of_root(root, folder, findings, replacing, strict=strict)
 
 
 def system_of_root(
@@ -69,14 +57,15 @@ def system_of_root(
     *,
     strict: bool = False,
 ) -> System | None:
-    """Read a system of the outermost node of a file."""
-    top = None if root is None else require_mapping(root, "a system", findings)
-    if top is None:
+    """Read a system of the outermost node of a file; mind the findings.
+
+    The paths of charts are relative to ``folder``.
+    """
+    parts = require_record(root, keys.SYSTEM, "a system", findings, keys.BELONGS)
+    if root is None or parts is None:
         return None
-    check_keys(top, keys.SYSTEM, "a system", findings, keys.BELONGS)
-    parts = {key.value: node for key, node in top.entries}
     if "system" not in parts:
-        findings.add("not-a-system", "this is no system", top.span, help="name it: `system: Cell`")
+        findings.add("not-a-system", "this is no system", root.span, help="name it: `system: Cell`")
         return None
     name = require_text(parts["system"], "the name of a system", findings)
     machines = read_machines(parts.get("machines"), folder, replacing, findings, strict=strict)
@@ -90,15 +79,15 @@ def system_of_root(
             help="name charts under `machines`",
         )
         return None
-    surroundings = read_environment(parts.get("environment"), machines, findings)
+    environment = read_environment(parts.get("environment"), machines, findings)
     machines = tuple(
-        replace(m, environment=index in surroundings.machines) for index, m in enumerate(machines)
+        replace(m, environment=index in environment.machines) for index, m in enumerate(machines)
     )
     scope = Scope(constants=constants_of(machines), types=types_of(machines))
     machines = read_shared(parts.get("shared"), machines, scope, findings)
     _require_fixed_delays(machines, findings)
     schedule = read_schedule(parts.get("schedule"), machines, findings)
-    links = connect(parts.get("connect"), machines, surroundings.possible, findings)
+    links = connect(parts.get("connect"), machines, environment.possible, findings)
     reading = Reading(machines, folder, findings, strict)
     properties = tuple(reading.properties(parts.get("properties")))
     require_few(tuple(reading.monitors), len(machines) + len(links.machines), findings)
@@ -112,10 +101,10 @@ def system_of_root(
         (*machines, *links.machines),
         links.events,
         (*links.inputs, *shared_links(machines)),
-        surroundings.possible,
+        environment.possible,
         (*properties, *invariants),
         replaced=tuple((name, str(file)) for name, file in replacing.items()),
-        source=top.span.source,
+        source=root.span.source,
         monitors=tuple(reading.monitors),
         schedule=schedule,
     )

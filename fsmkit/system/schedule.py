@@ -22,7 +22,7 @@ from fsmkit.language.microseconds import duration_text
 from fsmkit.system.connections import find_machine
 from fsmkit.system.indices import MOST_ELEMENTS, each
 from fsmkit.system.system import Machine, Schedule, System
-from fsmkit.yaml.nodes import Mapping, Node, Scalar, check_keys, require_sequence, require_text
+from fsmkit.yaml.nodes import Mapping, Node, Scalar, require_record, require_text, texts_of
 from fsmkit.yaml.reader import read_document
 
 EXAMPLE = "write `schedule: {cyclic: [feeder, molder], period: 10ms}`, or `interleaved`"
@@ -48,8 +48,7 @@ def read_schedule(
             help=EXAMPLE,
         )
         return None
-    check_keys(node, SCHEDULE, "a schedule", findings)
-    parts = {key.value: value for key, value in node.entries}
+    parts = require_record(node, SCHEDULE, "a schedule", findings) or {}
     for name in ("cyclic", "period"):
         if name not in parts:
             findings.add("missing-key", f"a schedule needs `{name}`", node.span, help=EXAMPLE)
@@ -64,13 +63,9 @@ def read_schedule(
 
 def _order(node: Node, machines: tuple[Machine, ...], findings: Findings) -> tuple[int, ...] | None:
     """Read the order; each machine that is not of the environment has one place in it."""
-    sequence = require_sequence(node, "`cyclic`", findings)
-    if sequence is None:
-        return None
     places: dict[int, Text] = {}
-    for item in sequence.items:
-        text = require_text(item, "a machine of the order", findings)
-        for one in () if text is None else each(text, machines):
+    for text in texts_of(node, "`cyclic`", "a machine of the order", findings):
+        for one in each(text, machines):
             machine = find_machine(one, machines, findings)
             if machine is not None:
                 _place(machine, one, machines, places, findings)
@@ -120,7 +115,7 @@ def _ticks(parts: Dictionary[str, Node], tick: int, findings: Findings) -> tuple
     found = []
     texts = []
     for name in ("period", "jitter"):
-        text = require_text(parts[name], f"`{name}`", findings) if name in parts else None
+        text = require_text(parts.get(name), f"`{name}`", findings)
         ticks = 0 if text is None else read_duration(text, Scope(tick=tick), findings)
         if ticks is None or (text is None and name in parts):
             return None

@@ -33,15 +33,14 @@ from fsmkit.language.statements.reading import read_typed
 from fsmkit.language.walk import root
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import InputLink, Machine, Slot
-from fsmkit.yaml.nodes import Node, require_mapping, require_text
+from fsmkit.yaml.nodes import Node, entries_of, require_text
 
 
 def read_shared(
     node: Node | None, machines: tuple[Machine, ...], scope: Scope, findings: Findings
 ) -> tuple[Machine, ...]:
     """Return the machines with their shared variables; types are read in ``scope``."""
-    mapping = None if node is None else require_mapping(node, "`shared`", findings)
-    for name, value in mapping.entries if mapping is not None else ():
+    for name, value in entries_of(node, "`shared`", findings):
         text = require_text(value, f"the shared variable `{name}`", findings)
         init = None if text is None else _declared(name, text, scope, findings)
         if init is not None:

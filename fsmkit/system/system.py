@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span
-from fsmkit.language import Value
+from fsmkit.language import Field, Value
 from fsmkit.system.properties.kinds.invariant import invariants_of
 from fsmkit.system.properties.property import Property
 from fsmkit.texts import guard, telling
@@ -159,6 +159,18 @@ def operation_port(chart: Chart, operation: str) -> int:
     """Return the port of an operation."""
     names = [declared.name for declared in chart.operations]
     return len(chart.events) + names.index(operation)
+
+
+def port_name(chart: Chart, port: int) -> str:
+    """Return the name of the event or operation that leaves by a port."""
+    count = len(chart.events)
+    return chart.events[port].name if port < count else chart.operations[port - count].name
+
+
+def port_fields(chart: Chart, port: int) -> tuple[Field, ...]:
+    """Return the values that leave by a port."""
+    count = len(chart.events)
+    return chart.events[port].fields if port < count else chart.operations[port - count].parameters
 
 
 def system_of(chart: Chart) -> System:

@@ -7,7 +7,7 @@ duplicate keys are errors, and ``on``, ``off``, ``null`` and ``1:30`` are what t
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from collections.abc import Mapping as Table
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -300,9 +300,9 @@ def _is_open(text: str) -> bool:
 # --- what readers of nodes ask for ------------------------------------------------------------
 
 
-def require_mapping(node: Node, what: str, findings: Findings) -> Mapping | None:
+def require_mapping(node: Node | None, what: str, findings: Findings) -> Mapping | None:
     """Return a node that must be a mapping (or nothing at all), or None after saying so."""
-    if isinstance(node, Mapping):
+    if node is None or isinstance(node, Mapping):
         return node
     if isinstance(node, Scalar) and not node.text.value:
         return Mapping((), node.span)
@@ -326,13 +326,13 @@ def require_sequence(node: Node, what: str, findings: Findings) -> Sequence | No
     return None
 
 
-def require_text(node: Node, what: str, findings: Findings) -> Text | None:
-    """Return the text of a node that must be one, or None after saying so.
+def require_text(node: Node | None, what: str, findings: Findings) -> Text | None:
+    """Return the text of a node that must be one, or None where there is none or after saying so.
 
     White space around it is quoted or indented, and has no meaning.
     """
-    if isinstance(node, Scalar):
-        return node.text.stripped()
+    if node is None or isinstance(node, Scalar):
+        return None if node is None else node.text.stripped()
     written = node.span.source.text[node.span.start : node.span.end].split("\n")[0].strip()
     if isinstance(node, Mapping) and not written.startswith("{"):
         findings.add(
@@ -346,6 +346,40 @@ def require_text(node: Node, what: str, findings: Findings) -> Text | None:
             help=f"quote it: {quoted(written)}" if len(written) < 80 else "quote it",
         )  # fmt: skip
     return None
+
+
+def require_record(
+    node: Node | None,
+    known: Collection[str],
+    what: str,
+    findings: Findings,
+    elsewhere: Table[str, str] = NOWHERE,
+) -> dict[str, Node] | None:
+    """Return the values of a mapping by their keys, which are checked; else None."""
+    mapping = require_mapping(node, what, findings)
+    if mapping is None:
+        return None
+    check_keys(mapping, known, what, findings, elsewhere)
+    return {key.value: value for key, value in mapping.entries}
+
+
+def entries_of(node: Node | None, what: str, findings: Findings) -> tuple[tuple[Text, Node], ...]:
+    """Return the entries of what must be a mapping, if it is there."""
+    mapping = require_mapping(node, what, findings)
+    return () if mapping is None else mapping.entries
+
+
+def items_of(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...]:
+    """Return the items of what must be a list, if it is there."""
+    sequence = None if node is None else require_sequence(node, what, findings)
+    return () if sequence is None else sequence.items
+
+
+def texts_of(node: Node | None, what: str, each: str, findings: Findings) -> Iterator[Text]:
+    """Yield the texts of what must be a list of them, if it is there."""
+    for item in items_of(node, what, findings):
+        if (text := require_text(item, each, findings)) is not None:
+            yield text
 
 
 def check_keys(

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load_with_findings
-from fsmkit.system.deployment import load_deployment
 from fsmkit.system.reader import load_system
+from fsmkit.system.reading import read
 from tests.injection.outputs import OUTPUTS, Output, judge
 from tests.injection.payloads import CANARY, PAYLOADS
 from tests.injection.places import files, places
@@ -96,7 +96,7 @@ def is_read(shape: str, texts: Mapping[str, str], folder: Path) -> bool:
     try:
         path = write(shape, texts, folder)
         if shape == "deployment":
-            load_deployment(path, findings)
+            read(path, findings)
         elif shape == "system":
             load_system(path, findings)
         else:

@@ -13,7 +13,7 @@ from fsmkit.cli import execute
 from fsmkit.cli.paths import PATHS
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.runtime.links import EventMap
-from fsmkit.system.deployment import Deployment, load_deployment
+from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import read
 from tests.codegen.c.conftest import WARNINGS
 
@@ -40,6 +40,13 @@ states:
       pong: {do: busy = event.n > 4}
 """
 WORLD = "chart: World\ninitial: there\nstates: {there: {}}\n"
+
+
+def load_deployment(path: Path, findings: Findings | None = None) -> Deployment:
+    """Return the deployment of a file."""
+    found = read(path, Findings() if findings is None else findings)
+    assert isinstance(found, Deployment)
+    return found
 
 
 @pytest.fixture
@@ -98,7 +105,7 @@ def test_the_hash_is_of_what_crosses_not_of_endpoints(write_pair: Callable[[str]
         ("nodes: {a: [left]}\n", "broken-deployment", "`right` of `Pair` has no node"),
         ("nodes: {a: [left, right], b: [left]}\n", "broken-deployment", "`left` has a node"),
         ("nodes: {a: [lift], b: [right]}\n", "unknown-name", "no machine `lift`"),
-        ("links: {}\n", "broken-deployment", "needs `system` and `nodes`"),
+        ("links: {}\nnodes: {a: [left]}\n", "broken-deployment", "needs `system` and `nodes`"),
         ("nodes: {}\n", "broken-deployment", "1 to 8 nodes"),
         ("nodes: {a b: [left, right]}\n", "broken-deployment", "no name for a node"),
         (WHOLE + "links: {endpoints: {a: 'ipc://x'}}\n", "broken-deployment", "`b` has no"),

@@ -4,17 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language import Scope, read_duration
 from fsmkit.system.conditions import constants_of, read_condition
 from fsmkit.system.indices import unquantified
 from fsmkit.system.properties.kinds import kinds
 from fsmkit.system.properties.property import Condition, Kind, OverGraph, Part, Property
 from fsmkit.system.system import Machine, Monitor
-from fsmkit.yaml.nodes import Mapping, Node, Scalar, Sequence, require_mapping, require_text
+from fsmkit.yaml.nodes import (
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    entries_of,
+    require_mapping,
+    require_text,
+)
 
 
 @dataclass(slots=True)
@@ -29,10 +37,8 @@ class Reading:
 
     def properties(self, node: Node | None) -> Iterator[Property]:
         """Yield the properties that can be read, in their order."""
-        mapping = None if node is None else require_mapping(node, "`properties`", self.findings)
-        for name, value in mapping.entries if mapping is not None else ():
-            found = self._property(name, value)
-            if found is not None:
+        for name, value in entries_of(node, "`properties`", self.findings):
+            if (found := self._property(name, value)) is not None:
                 yield found
 
     def _property(self, name: Text, node: Node) -> Property | None:
@@ -127,12 +133,11 @@ class Reading:
     def _kind(self, text: Text) -> Kind | None:
         known = kinds()
         if text.value not in known:
-            close = get_close_matches(text.value, known, 1)
             self.findings.add(
                 "unknown-name",
                 f"there is no kind of property `{text}`",
                 text,
-                help=f"did you mean `{close[0]}`?" if close else f"use one of {', '.join(known)}",
+                help=suggest(text.value, known, f"use one of {', '.join(known)}"),
             )
         return known.get(text.value)
 

@@ -9,10 +9,11 @@ import sys
 import time
 from dataclasses import astuple
 
+import fsmkit
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import Link, LinkKind, LinkTimeout
 from fsmkit.runtime.links.zeromq.link import ZeroMqLink
-from fsmkit.system.deployment import load_deployment
+from fsmkit.system.deployment import Deployment
 from tests.runtime.links.conftest import TALK
 
 LEVELS: dict[str, dict[str, object]] = {
@@ -73,7 +74,9 @@ def main() -> None:
     """Obey until the input ends."""
     name, session, *endpoints = sys.argv[1:]
     options = {"endpoints": dict(zip("ab", endpoints, strict=True)), "slots": 64}
-    event_map = load_deployment(TALK).map
+    deployment = fsmkit.read(TALK)
+    assert isinstance(deployment, Deployment)
+    event_map = deployment.map
     kind = plugin(LinkKind, "zeromq")
     node = Node(kind.open(event_map, name, session=int(session), options=options), name)
     for line in sys.stdin:

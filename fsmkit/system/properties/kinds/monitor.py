@@ -17,16 +17,22 @@ others do what they do without it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction, Trigger
 from fsmkit.document.keys import MONITOR
 from fsmkit.language import BOOL, Field, Storage, Type, Variable
-from fsmkit.system.connections import arguments_of, find_machine, misfit, tell_unconnected
+from fsmkit.system.connections import (
+    arguments_of,
+    find_machine,
+    misfit,
+    report_duplicate,
+    report_unconnected,
+)
 from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
 from fsmkit.system.machines import read_machine
 from fsmkit.system.properties.property import Atom, AtStates, Kind, Property
@@ -40,7 +46,7 @@ from fsmkit.system.system import (
     System,
     operation_port,
 )
-from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_sequence, require_text
+from fsmkit.yaml.nodes import Node, require_record, texts_of
 
 ERROR = "error"
 """The state that a monitor must not reach."""
@@ -80,11 +86,11 @@ class _Watch:
         if machine is None:
             return
         if group == "taking":
-            self._heard(machine, text.part(*match.span("event")), target, text)
+            self._observed(machine, text.part(*match.span("event")), target, text)
         else:
             self._leaving(machine, text.part(*match.span("name")), target, text)
 
-    def _heard(self, machine: int, name: Text, target: Text, text: Text) -> None:
+    def _observed(self, machine: int, name: Text, target: Text, text: Text) -> None:
         chart = self.machines[machine].chart
         number = chart.event_index.get(name.value)
         if number is None:
@@ -176,33 +182,23 @@ class _Watch:
         yield InputLink(machine, len(outputs) + len(watched.shared) + place, 0, number)
 
     def _is_repeated(self, text: Text, first: tuple[object, Text] | None) -> bool:
-        if first is None:
-            return False
-        self.findings.add(
-            "duplicate-connection",
-            "this is watched already",
-            text,
-            secondary=[(first[1], "first here")],
-            help="remove one of them",
-        )
-        return True
+        if first is not None:
+            report_duplicate("watched", text, first[1], self.findings)
+        return first is not None
 
-    def _unknown(self, what: str, name: Text, known: object) -> None:
-        names = [str(n) for n in known] if isinstance(known, list | dict) else []
-        close = get_close_matches(name.value, names, 1)
+    def _unknown(self, what: str, name: Text, known: Iterable[str]) -> None:
+        names = list(known)
         some = f"use one of {', '.join(f'`{n}`' for n in names[:8])}" if names else None
-        help_ = f"did you mean `{close[0]}`?" if close else some
+        help_ = suggest(name.value, names, some)
         self.findings.add("unknown-name", f"{what} `{name}`", name, help=help_)
 
 
 def read(name: Text, node: Node, reading: Reading) -> Property | None:
     """Read a property that is a monitor, and add the monitor; None after a finding."""
     machines, findings = reading.machines, reading.findings
-    mapping = require_mapping(node, f"the property `{name}`", findings)
-    if mapping is None:
+    parts = require_record(node, MONITOR, f"the property `{name}`", findings)
+    if parts is None:
         return None
-    check_keys(mapping, MONITOR, f"the property `{name}`", findings)
-    parts: dict[str, Node] = {key.value: value for key, value in mapping.entries}
     machine = read_machine(name, parts["monitor"], reading.folder, findings, strict=reading.strict)
     if machine is None:
         return None
@@ -212,14 +208,12 @@ def read(name: Text, node: Node, reading: Reading) -> Property | None:
         )
     _require_fit(machine, name, findings)
     watch = _Watch(machines, machine, findings)
-    sequence = require_sequence(parts["watch"], "`watch`", findings) if "watch" in parts else None
-    for item in sequence.items if sequence is not None else ():
-        text = require_text(item, "what is watched", findings)
-        for one in () if text is None else each(text, machines):
+    for text in texts_of(parts.get("watch"), "`watch`", "what is watched", findings):
+        for one in each(text, machines):
             watch.read(one)
     events = tuple(link for link, _ in watch.events.values())
     inputs = tuple(link for links, _ in watch.inputs.values() for link in links)
-    tell_unconnected((machine,), events, inputs, (), findings)
+    report_unconnected((machine,), events, inputs, (), findings)
     watching = replace(machine, environment=True, is_monitor=True)
     reading.monitors.append(Monitor(name.value, watching, events, inputs))
     text_of = f"`{machine.chart.name}` never comes to `{ERROR}`"
