@@ -98,6 +98,8 @@ class _Uses:
     """By event and field: the types that uses tell, each with the first place that does."""
     hints: dict[str, Type] = field(default_factory=dict)
     """The types of variables that only their uses tell."""
+    scopes: dict[tuple[int, ...], Scope] = field(default_factory=dict)
+    """By the events at hand, until more is known."""
 
     def known(self) -> tuple[object, ...]:
         """Return all that was found so far."""
@@ -110,11 +112,12 @@ class _Uses:
         if place.invoke is not None:
             taken = {slot.index for slot in self.slots if slot.invoke is place.invoke}
             matched = tuple(e.index for e in self.events.all if e.invocation in taken)
-        scope = replace(
-            self.names.scope,
-            event_fields=self.events.common_fields(matched),
-            event_facts=self.events.common_facts(matched),
-        )
+        if (scope := self.scopes.get(matched)) is None:
+            scope = self.scopes[matched] = replace(
+                self.names.scope,
+                event_fields=self.events.common_fields(matched),
+                event_facts=self.events.common_facts(matched),
+            )
         for statement in statements(place.block):
             self._use(statement, scope)
         of_host = bool(matched) and all(self._comes_from_host(index) for index in matched)
@@ -184,8 +187,13 @@ class _Uses:
 
     def learn(self) -> None:
         """Make what was noted known to the next round."""
-        self.names = self.names.with_types(self.types)
-        self.events = replace(
+        names, events = self.names.with_types(self.types), self._learned()
+        if (names, events) != (self.names, self.events):
+            self.names, self.events = names, events
+            self.scopes.clear()
+
+    def _learned(self) -> Events:
+        return replace(
             self.events,
             all=tuple(
                 replace(e, fields=tuple(Field(n, t) for n, t in self.fields[e.name].items()))

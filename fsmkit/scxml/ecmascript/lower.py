@@ -134,6 +134,8 @@ class _Lowering:
             if isinstance(part, DocData) and part.type is None and part.init is not None
             if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, whole)
         }
+        if not numbers:
+            return {}
         known = find_strings(self.document, whole, self.given, numbers)
         self.spelt = frozenset(name for name in numbers if len(known.of(name) or ()) > 1)
         return {name: numbers[name] for name in self.spelt}
