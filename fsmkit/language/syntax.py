@@ -6,7 +6,9 @@ nests less than `DEEPEST`, so that everything after it may recurse.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ from typing import Any
 from lark import Lark, Token, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
+from fsmkit.language.placing import values_of
 from fsmkit.language.statements.building import StatementBuilder
 from fsmkit.language.statements.tokens import unescape
 from fsmkit.language.units import meant, no_unit, number_with
@@ -24,6 +27,9 @@ LONGEST = 200_000
 """Characters of an expression."""
 SHORT = 200
 """Characters of an expression that is kept, for the next time it is written."""
+QUOTED = re.compile("[\"'`]")
+INTEGER = re.compile(r"(?<![\w.$])\d+(?![\w.$])")
+"""A whole number: one takes the place of another of as many digits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,24 +142,34 @@ class CallNode(Node):
 
 
 def children(node: Node) -> tuple[Node, ...]:
-    """Return the direct parts of a node."""
-    match node:
-        case UnaryNode(operand=operand):
-            return (operand,)
-        case BinaryNode(left=left, right=right):
-            return (left, right)
-        case ConditionalNode(test=test, then=then, otherwise=otherwise):
-            return (test, then, otherwise)
-        case ElementNode(base=base, index=index):
-            return (base, index)
-        case MemberNode(base=base):
-            return (base,)
-        case CallNode(callee=callee, arguments=arguments):
-            return (callee, *arguments)
-        case ArrayNode(items=items):
-            return items
-        case _:
-            return ()
+    """Return the direct parts of a node, in the order in which it holds them."""
+    found: list[Node] = []
+    for value in _values(node):
+        found += [value] if isinstance(value, Node) else value if type(value) is tuple else ()
+    return tuple(found)
+
+
+def changed(node: Node, change: Callable[[Node], Node]) -> Node:
+    """Return a node of which each leaf is changed."""
+    values = _values(node)
+    if not any(isinstance(value, Node | tuple) for value in values):
+        return change(node)
+
+    def of(value: Any) -> Any:
+        if isinstance(value, Node):
+            return changed(value, change)
+        return tuple(map(of, value)) if type(value) is tuple else value
+
+    return change(node.__class__(*map(of, values)))
+
+
+def _values(node: Node) -> tuple[Any, ...]:
+    return _taking(node.__class__)(node)
+
+
+@cache
+def _taking(kind: Any) -> Callable[[Node], tuple[Any, ...]]:
+    return values_of(tuple(field.name for field in fields(kind)))
 
 
 class SyntaxFault(Exception):  # noqa: N818  (becomes a finding at once)
@@ -302,8 +318,18 @@ def parse(text: str) -> Node:
 
 @lru_cache(maxsize=200_000)
 def _kept(text: str) -> Node:
-    """Charts write the same conditions again and again, and several passes read each."""
-    return _parsed(text)
+    """Charts write the same conditions again and again, with the same numbers or others."""
+    shape = text if QUOTED.search(text) else INTEGER.sub(lambda match: "0" * len(match[0]), text)
+    if shape == text:
+        return _parsed(text)
+
+    def numbered(node: Node) -> Node:
+        if not isinstance(node, NumberNode) or node.digits.strip("0"):
+            return node
+        found = INTEGER.search(text, node.start, node.end)
+        return node if found is None else replace(node, digits=found[0])
+
+    return changed(_kept(shape), numbered)
 
 
 def _parsed(text: str) -> Node:

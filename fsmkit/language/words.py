@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Set as AbstractSet
-from dataclasses import fields, replace
-from typing import Any
+from dataclasses import replace
 
-from fsmkit.language.syntax import MemberNode, NameNode, Node, parse
+from fsmkit.language.syntax import MemberNode, NameNode, Node, changed, parse
 
 OWN_WORDS = frozenset({"and", "or", "not", "True", "False"})
 """Words of this language that are names in ECMAScript."""
@@ -25,18 +24,10 @@ def parse_with_names(text: str, names: AbstractSet[str]) -> Node:
     own = names & OWN_WORDS
     pieces = OWN_WORD.split(text) if own else [text]
     masked = "".join(MASKED[piece] if piece in own else piece for piece in pieces)
-    return parse(text) if masked == text else _unmasked(parse(masked))
+    return parse(text) if masked == text else changed(parse(masked), _unmasked)
 
 
 def _unmasked(node: Node) -> Node:
-    """Return a node with the words of the language in it as names."""
-    changed: dict[str, Any] = {}
-    for slot in fields(node):
-        value = getattr(node, slot.name)
-        if isinstance(value, Node):
-            changed[slot.name] = _unmasked(value)
-        elif isinstance(value, tuple):
-            changed[slot.name] = tuple(_unmasked(each) for each in value)
-        elif isinstance(value, str) and isinstance(node, NameNode | MemberNode):
-            changed[slot.name] = UNMASKED.get(value, value)
-    return replace(node, **changed)
+    if isinstance(node, NameNode | MemberNode):
+        return replace(node, name=UNMASKED.get(node.name, node.name))
+    return node
