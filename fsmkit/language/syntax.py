@@ -163,12 +163,12 @@ def changed(node: Node, change: Callable[[Node], Node]) -> Node:
     return change(node.__class__(*map(of, values)))
 
 
-def _values(node: Node) -> tuple[Any, ...]:
+def _values(node: Any) -> tuple[Any, ...]:
     return _taking(node.__class__)(node)
 
 
 @cache
-def _taking(kind: Any) -> Callable[[Node], tuple[Any, ...]]:
+def _taking(kind: type[Node]) -> Callable[[Node], tuple[Any, ...]]:
     return values_of(tuple(field.name for field in fields(kind)))
 
 
