@@ -5,7 +5,7 @@
 #ifndef FSM_PYTHON_H
 #define FSM_PYTHON_H
 
-#include "fsm_info.h"
+#include "fsm_python_hooks.h"
 
 #include <pyconfig.h>
 #ifndef Py_GIL_DISABLED /* such builds have no stable ABI */
@@ -18,12 +18,6 @@
 #include <stdint.h>
 #include <string.h>
 
-#ifdef __GNUC__
-#define FSM_PY_MAYBE __attribute__((unused)) static
-#else
-#define FSM_PY_MAYBE static
-#endif
-
 #if defined(__APPLE__) || defined(__FreeBSD__) /* there these save no mask of signals */
 #define FSM_PY_SET _setjmp
 #define FSM_PY_LEAVE _longjmp
@@ -34,8 +28,34 @@
 
 enum { FSM_PY_STRINGS = 65535, FSM_PY_OPEN = -1, FSM_PY_CLOSE = -2 };
 
+/* An event: the names of its fields in Python, and what messages call these. */
+typedef struct {
+    const char *const *fields;
+    const char *const *said;
+} fsm_py_event;
+
+/* A class, and the module that it is in, which is the first member: so the one leads to the other. */
+typedef struct {
+    PyModuleDef module;
+    const char *type, *doc;  /* its name, with the module, and what it says of itself */
+    const char *arguments;   /* of its construction, for PyArg_ParseTupleAndKeywords */
+    const char *file;        /* the name of `python` in messages */
+    const fsm_driver *driver;
+    uint32_t saved_size; /* bytes; 0: it cannot be saved */
+    bool calls;          /* a step can call something in Python, which may raise or call the machine */
+    bool replies;
+    const fsm_py_machine *const *machines; /* those in its slots, each before its holder, then its own; NULL */
+    const fsm_py_event *events;
+    const char *const *host; /* the names of all that the host provides */
+    int host_count;
+    PyMethodDef *methods;
+    PyGetSetDef *attributes; /* variables in the order of the table, then others */
+    const char *python;      /* definitions that are written in Python */
+} fsm_py_class;
+
 /* What a module keeps, in each interpreter its own. */
 typedef struct {
+    const fsm_py_class *of;
     PyObject *symbols; /* a list: strings by their numbers */
     PyObject *numbers; /* a dictionary: the other way round */
     PyObject *states;  /* a dictionary: states by name */
@@ -49,6 +69,9 @@ typedef struct {
     PyObject_HEAD
     PyObject *module;
     fsm_py_module *known;
+    const fsm_py_class *of; /* and its driver, and the table of its machine */
+    const fsm_driver *driver;
+    const fsm_machine_info *info;
     PyObject *host; /* NULL: the machine itself */
     PyObject *reply;
     PyObject *log;
@@ -65,21 +88,19 @@ typedef struct {
     char *text; /* the line of the trace at hand */
     size_t length;
     size_t room;
+    uint64_t machine[]; /* then, where steps can be left, the same as it was before the step at hand */
 } fsm_object;
 
-/* An event: the names of its fields in Python, and what messages call these. */
-typedef struct {
-    const char *const *fields;
-    const char *const *said;
-} fsm_py_event;
+/* The object in which a machine lies. */
+static inline fsm_object *fsm_py_object(const fsm_py_machine *of, void *m)
+{
+    return (fsm_object *)(void *)((char *)m - of->offset - offsetof(fsm_object, machine));
+}
 
-/* What the host is called for: the number of its method, what messages call the result, whether it
- * is given the peer. Number -1: it is never called. */
-typedef struct {
-    Py_ssize_t number;
-    const char *said;
-    bool has_peer;
-} fsm_py_call;
+static inline void *fsm_py_kept(fsm_object *o)
+{
+    return (char *)o->machine + o->info->size;
+}
 
 /* ---- leaving a step ---------------------------------------------------------------------------
  * An exception cannot pass through the generated C, which holds nothing but its struct: the step is
@@ -110,10 +131,11 @@ FSM_PY_MAYBE bool fsm_py_guarded(fsm_object *o, void (*work)(void *), void *job)
     return true;
 }
 
-FSM_PY_MAYBE bool fsm_py_is_free(const fsm_object *o, const char *name)
+FSM_PY_MAYBE bool fsm_py_is_free(const fsm_object *o)
 {
     if (o->busy)
-        PyErr_Format(PyExc_RuntimeError, "%s was called from within one of its own steps", name);
+        PyErr_Format(PyExc_RuntimeError, "%s was called from within one of its own steps",
+                     o->info->name);
     return !o->busy;
 }
 
@@ -358,9 +380,10 @@ FSM_PY_MAYBE int fsm_py_assign(
 
 /* Read the payload of an event; false with an exception. */
 FSM_PY_MAYBE bool fsm_py_fill(
-    fsm_object *o, const fsm_machine_info *info, const fsm_py_event *events, Py_ssize_t index,
-    void *e, PyObject *const *values)
+    fsm_object *o, Py_ssize_t index, void *e, PyObject *const *values)
 {
+    const fsm_machine_info *info = o->info;
+    const fsm_py_event *events = o->of->events;
     const fsm_event_info *event = &info->events[index];
     fsm_store_bits(fsm_place_at(e, info->event_number), info->event_width, (uint64_t)index + 1u);
     for (uint16_t i = 0u; i < event->field_count; i++) {
@@ -431,9 +454,9 @@ FSM_PY_MAYBE bool fsm_py_all(
 }
 
 /* The event of a name, of that many fields; -1 with an exception if there is none. */
-FSM_PY_MAYBE Py_ssize_t fsm_py_named(
-    const fsm_object *o, const fsm_machine_info *info, PyObject *event, Py_ssize_t count)
+FSM_PY_MAYBE Py_ssize_t fsm_py_named(const fsm_object *o, PyObject *event, Py_ssize_t count)
 {
+    const fsm_machine_info *info = o->info;
     PyObject *found = PyDict_GetItemWithError(o->known->events, event);
     if (found == NULL) {
         if (PyErr_Occurred() == NULL) {
@@ -764,47 +787,53 @@ FSM_PY_MAYBE void fsm_py_ask(
 }
 
 FSM_PY_MAYBE void fsm_py_operate(
-    fsm_object *o, const fsm_machine_info *info, const fsm_py_call *calls, const char *path,
-    uint32_t number, const void *const *given, void *result)
+    const fsm_py_machine *of, void *m, uint32_t number, const void *const *given, void *result)
 {
-    const fsm_operation_info *of = &info->operations[number];
-    if (of->result != NULL)
-        memset(result, 0, of->result->size);
-    if (calls[number].number < 0)
+    fsm_object *o = fsm_py_object(of, m);
+    const fsm_operation_info *is = &of->info->operations[number];
+    if (is->result != NULL)
+        memset(result, 0, is->result->size);
+    if (of->operations[number].number < 0)
         return;
-    fsm_py_ask(o, &calls[number], of->parameters, of->parameter_count, given, of->result, result);
+    fsm_py_ask(o, &of->operations[number], is->parameters, is->parameter_count, given, is->result,
+               result);
     if (o->trace == NULL)
         return;
-    fsm_py_begun(o, path);
+    fsm_py_begun(o, of->path);
     fsm_py_write(o, "op ");
-    fsm_py_write(o, of->name);
-    for (uint16_t i = 0u; i < of->parameter_count; i++)
-        fsm_py_show(o, of->parameters[i].type, given[i]);
-    if (of->result != NULL) {
+    fsm_py_write(o, is->name);
+    for (uint16_t i = 0u; i < is->parameter_count; i++)
+        fsm_py_show(o, is->parameters[i].type, given[i]);
+    if (is->result != NULL) {
         fsm_py_write(o, " =");
-        fsm_py_show(o, of->result, result);
+        fsm_py_show(o, is->result, result);
     }
     fsm_py_line(o);
 }
 
 FSM_PY_MAYBE void fsm_py_emit(
-    fsm_object *o, const fsm_machine_info *info, const fsm_py_call *calls, uint32_t number,
-    const void *const *given)
+    const fsm_py_machine *of, void *m, uint32_t number, const void *const *given)
 {
-    const fsm_event_info *event = &info->events[number];
-    if (calls[number].number >= 0)
-        fsm_py_ask(o, &calls[number], event->fields, event->field_count, given, NULL, NULL);
+    const fsm_event_info *event = &of->info->events[number];
+    const fsm_py_call *call = &of->sent[number];
+    if (call->number >= 0)
+        fsm_py_ask(fsm_py_object(of, m), call, event->fields, event->field_count, given, NULL, NULL);
 }
 
 /* ---- objects ------------------------------------------------------------------------------- */
 
 /* A machine of a type or of one derived from it, with the module that the type came from. */
-FSM_PY_MAYBE fsm_object *fsm_py_new(PyTypeObject *type, struct PyModuleDef *definition)
+FSM_PY_MAYBE void fsm_py_module_free(void *module);
+
+FSM_PY_MAYBE PyObject *fsm_py_new(PyTypeObject *type, PyObject *given, PyObject *keywords)
 {
     PyObject *module = NULL;
+    (void)given;
+    (void)keywords;
     for (PyTypeObject *base = type; base != NULL && module == NULL;) {
         PyObject *found = PyType_GetModule(base);
-        if (found != NULL && PyModule_GetDef(found) == definition)
+        PyModuleDef *definition = found == NULL ? NULL : PyModule_GetDef(found);
+        if (definition != NULL && definition->m_free == fsm_py_module_free)
             module = found;
         PyErr_Clear(); /* classes that a program derived have no module */
         base = (PyTypeObject *)PyType_GetSlot(base, Py_tp_base);
@@ -819,8 +848,12 @@ FSM_PY_MAYBE fsm_object *fsm_py_new(PyTypeObject *type, struct PyModuleDef *defi
         Py_INCREF(module);
         o->module = module;
         o->known = (fsm_py_module *)PyModule_GetState(module);
+        o->of = o->known->of;
+        o->driver = o->of->driver;
+        o->info = o->driver->info;
+        o->info->init(o->machine);
     }
-    return o;
+    return (PyObject *)o;
 }
 
 FSM_PY_MAYBE int fsm_py_traverse(PyObject *self, visitproc visit, void *arg)
@@ -863,11 +896,11 @@ FSM_PY_MAYBE void fsm_py_dealloc(PyObject *self)
 
 /* Whether the host has all that a machine calls; the names of what it has not. */
 FSM_PY_MAYBE bool fsm_py_provides(
-    fsm_object *o, PyObject *host, const char *name, Py_ssize_t first, Py_ssize_t after)
+    fsm_object *o, PyObject *host, const fsm_py_machine *of)
 {
     PyObject *missing = PyList_New(0);
     bool is_fine = missing != NULL;
-    for (Py_ssize_t i = first; i < after && is_fine; i++) {
+    for (Py_ssize_t i = of->first; i < of->after && is_fine; i++) {
         PyObject *found = PyObject_GetAttr(host, fsm_py_method(o, i));
         if (found == NULL) {
             is_fine = PyErr_ExceptionMatches(PyExc_AttributeError);
@@ -883,7 +916,7 @@ FSM_PY_MAYBE bool fsm_py_provides(
         PyObject *separator = PyUnicode_FromString(", ");
         PyObject *all = separator == NULL ? NULL : PyUnicode_Join(separator, missing);
         if (type != NULL && all != NULL)
-            PyErr_Format(PyExc_TypeError, "%U lacks what %s calls: %U", type, name, all);
+            PyErr_Format(PyExc_TypeError, "%U lacks what %s calls: %U", type, of->info->name, all);
         Py_XDECREF(type);
         Py_XDECREF(separator);
         Py_XDECREF(all);
@@ -929,22 +962,27 @@ FSM_PY_ATTRIBUTE(trace)
 
 /* ---- modules ------------------------------------------------------------------------------- */
 
-FSM_PY_MAYBE PyObject *fsm_py_texts(const char *const *texts, Py_ssize_t count)
+/* Names, a field of the rows of a table. */
+FSM_PY_MAYBE PyObject *fsm_py_texts(const void *first, size_t each, Py_ssize_t count)
 {
     PyObject *all = PyTuple_New(count);
-    for (Py_ssize_t i = 0; i < count; i++)
-        if (!fsm_py_put(&all, i, PyUnicode_InternFromString(texts[i])))
+    for (Py_ssize_t i = 0; i < count; i++) {
+        const char *const *text = (const void *)((const char *)first + each * (size_t)i);
+        if (!fsm_py_put(&all, i, PyUnicode_InternFromString(*text)))
             return NULL;
+    }
     return all;
 }
 
-/* A dictionary of places by name; of several of one name the place that is in `at`, if given. */
-FSM_PY_MAYBE PyObject *fsm_py_places(PyObject *names, const Py_ssize_t *at)
+/* Dictionaries of places by name; of several events of one name that which is meant. */
+FSM_PY_MAYBE PyObject *fsm_py_places(PyObject *names, const fsm_event_info *events)
 {
     PyObject *all = PyDict_New();
     for (Py_ssize_t i = 0; all != NULL && i < PyTuple_Size(names); i++) {
-        PyObject *place = PyLong_FromSsize_t(at == NULL ? i : at[i]);
-        if (place == NULL || PyDict_SetItem(all, PyTuple_GetItem(names, i), place) != 0)
+        PyObject *name = PyTuple_GetItem(names, i), *place = PyLong_FromSsize_t(i);
+        bool is_meant = events == NULL || (events[i].flags & FSM_EVENT_NAMED) != 0;
+        bool is_set = is_meant || PyDict_Contains(all, name) == 0;
+        if (place == NULL || (is_set && PyDict_SetItem(all, name, place) != 0))
             Py_CLEAR(all);
         Py_XDECREF(place);
     }
@@ -995,5 +1033,674 @@ FSM_PY_MAYBE void fsm_py_module_free(void *module)
     Py_CLEAR(known->names);
     Py_CLEAR(known->calls);
 }
+
+/* ---- hooks: what the host is told of a step ---------------------------------------------------- */
+
+FSM_PY_MAYBE void fsm_py_keep(const fsm_py_machine *of, void *m)
+{
+    /* What was done stays, whatever the host does in the next step. */
+    fsm_object *o = fsm_py_object(of, m);
+    memcpy(fsm_py_kept(o), o->machine, of->info->size);
+}
+
+FSM_PY_MAYBE void fsm_py_on_begin(const fsm_py_machine *of, void *m, int cause, unsigned index)
+{
+    fsm_object *o = fsm_py_object(of, m);
+    const uint32_t at = of->info->now;
+    const unsigned long now = at == FSM_ABSENT ? o->now : *(const uint32_t *)fsm_at(m, at);
+    char text[48];
+    if (cause == FSM_EVENTLESS) {
+        (void)PyOS_snprintf(o->pending, sizeof o->pending, "@%lu > eventless", now);
+        return;
+    }
+    fsm_py_begun(o, of->path);
+    if (cause == FSM_START)
+        (void)PyOS_snprintf(text, sizeof text, "@%lu > start", now);
+    else if (cause == FSM_EVENT)
+        (void)PyOS_snprintf(text, sizeof text, "@%lu > event ", now);
+    else
+        (void)PyOS_snprintf(text, sizeof text, "@%lu > timeout %u", now, index);
+    fsm_py_write(o, text);
+    if (cause != FSM_EVENT) /* its line goes on when the event is taken */
+        fsm_py_line(o);
+}
+
+/* The number of the active leaf of a region; 0 if it has none. */
+static inline uint32_t fsm_py_leaf(const fsm_machine_info *info, const void *m, uint32_t region)
+{
+    const uint32_t deepest = fsm_number_at(&info->numbers[region], m);
+    return info->states[deepest].kind >= FSM_ATOMIC ? deepest : 0u;
+}
+
+static inline bool fsm_py_has_finished(const fsm_machine_info *info, const void *m)
+{
+    return info->finished != FSM_ABSENT && *(const bool *)fsm_at(m, info->finished);
+}
+
+static inline uint8_t fsm_py_fault_of(const fsm_machine_info *info, const void *m)
+{
+    return info->fault == FSM_ABSENT ? (uint8_t)FSM_NO_FAULT : *(const uint8_t *)fsm_at(m, info->fault);
+}
+
+FSM_PY_MAYBE void fsm_py_on_end(const fsm_py_machine *of, void *m)
+{
+    fsm_object *o = fsm_py_object(of, m);
+    if (o->pending[0] != 0) {
+        o->pending[0] = 0;
+    } else {
+        fsm_py_begun(o, of->path);
+        fsm_py_write(o, "=");
+        for (uint32_t region = 0u; region < of->info->region_count; region++) {
+            const uint32_t leaf = fsm_py_leaf(of->info, m, region);
+            if (leaf == 0u)
+                continue;
+            fsm_py_write(o, " ");
+            fsm_py_write(o, of->info->states[leaf].name);
+        }
+        if (fsm_py_has_finished(of->info, m))
+            fsm_py_write(o, " finished");
+        fsm_py_line(o);
+    }
+    if (m == (void *)o->machine)
+        fsm_py_keep(of, m);
+}
+
+FSM_PY_MAYBE void fsm_py_on_event(const fsm_py_machine *of, void *m, int what, const void *e)
+{
+    static const char *const verbs[] = {"raise ", "send ", "delay ", "out ", "unhandled "};
+    fsm_object *o = fsm_py_object(of, m);
+    if (what != FSM_TAKEN) {
+        fsm_py_begun(o, of->path);
+        fsm_py_write(o, verbs[what]);
+    }
+    if (what == FSM_UNHANDLED)
+        fsm_py_write(o, of->info->events[fsm_event_of(of->info, e) - 1u].name);
+    else
+        fsm_py_show_event(o, of->info, e);
+    if (what != FSM_DELAYED && what != FSM_LEFT) /* these go on with a text */
+        fsm_py_line(o);
+}
+
+FSM_PY_MAYBE void fsm_py_on_state(const fsm_py_machine *of, void *m, const char *verb, uint32_t state)
+{
+    fsm_py_whole(fsm_py_object(of, m), of->path, verb, of->info->states[state].name);
+}
+
+FSM_PY_MAYBE void fsm_py_on_take(const fsm_py_machine *of, void *m, unsigned transition)
+{
+    char text[24];
+    (void)PyOS_snprintf(text, sizeof text, "%u", transition);
+    fsm_py_whole(fsm_py_object(of, m), of->path, "t ", text);
+}
+
+static inline void fsm_py_trace_text(
+    const fsm_py_machine *of, fsm_object *o, int what, const char *text, unsigned long number)
+{
+    static const char *const verbs[] = {"error ", "full ", "fault ", "cancel ", "log "};
+    char delay[32];
+    switch (what) {
+        case FSM_DELAYED:
+            (void)PyOS_snprintf(delay, sizeof delay, " in %lu", number);
+            fsm_py_write(o, delay);
+            fsm_py_line(o);
+            break;
+        case FSM_LEFT:
+            if (number != 0) {
+                fsm_py_write(o, " to");
+                fsm_py_show_string(o, (uint16_t)number, false);
+            }
+            fsm_py_line(o);
+            break;
+        case FSM_LOG: /* values follow, as after `reply` */
+            fsm_py_begun(o, of->path);
+            fsm_py_write(o, verbs[FSM_LOG - FSM_ERROR]);
+            fsm_py_write(o, text);
+            break;
+        case FSM_REPLY:
+            fsm_py_begun(o, of->path);
+            fsm_py_write(o, "reply");
+            break;
+        default:
+            fsm_py_whole(o, of->path, verbs[what - FSM_ERROR], text);
+            break;
+    }
+}
+
+FSM_PY_MAYBE void fsm_py_on_text(
+    const fsm_py_machine *of, void *m, int what, const char *text, unsigned long number)
+{
+    fsm_object *o = fsm_py_object(of, m);
+    if (what == FSM_FAULT && m == (void *)o->machine)
+        o->fault = text;
+    if (what == FSM_LEFT)
+        o->peer = (uint16_t)number;
+    if (o->trace != NULL)
+        fsm_py_trace_text(of, o, what, text, number);
+    if (what == FSM_LOG)
+        fsm_py_begin(o, text);
+    else if (what == FSM_REPLY)
+        fsm_py_begin(o, NULL);
+}
+
+FSM_PY_MAYBE void fsm_py_on_integer(const fsm_py_machine *of, void *m, char kind, uint64_t value)
+{
+    fsm_object *o = fsm_py_object(of, m);
+    bool is_negative = kind == 'i' && (int64_t)value < 0;
+    if (o->trace != NULL)
+        fsm_py_show_integer(o, is_negative, value);
+    if (o->parts == NULL)
+        return;
+    if (kind == 'b')
+        fsm_py_add(o, fsm_py_bool_of(value != 0u));
+    else if (is_negative)
+        fsm_py_add(o, PyLong_FromLongLong((int64_t)value));
+    else
+        fsm_py_add(o, PyLong_FromUnsignedLongLong(value));
+}
+
+FSM_PY_MAYBE void fsm_py_on_float(const fsm_py_machine *of, void *m, double value)
+{
+    fsm_object *o = fsm_py_object(of, m);
+    if (o->trace != NULL)
+        fsm_py_show_float(o, value);
+    if (o->parts != NULL)
+        fsm_py_add(o, PyFloat_FromDouble(value));
+}
+
+FSM_PY_MAYBE void fsm_py_on_string(const fsm_py_machine *of, void *m, long value)
+{
+    fsm_object *o = fsm_py_object(of, m);
+    if (o->trace != NULL && value < 0)
+        fsm_py_show_bracket(o, value == FSM_PY_OPEN);
+    else if (o->trace != NULL)
+        fsm_py_show_string(o, (uint16_t)value, true);
+    if (o->parts == NULL)
+        return;
+    if (value < 0)
+        fsm_py_bracket(o, value == FSM_PY_OPEN);
+    else
+        fsm_py_add(o, fsm_py_string(o, (uint16_t)value));
+}
+
+FSM_PY_MAYBE void fsm_py_on_line(const fsm_py_machine *of, void *m)
+{
+    fsm_object *o = fsm_py_object(of, m);
+    if (o->trace != NULL)
+        fsm_py_line(o);
+    fsm_py_finish(o);
+}
+
+/* ---- methods ------------------------------------------------------------------------------------ */
+
+static inline bool fsm_py_runs(const fsm_object *o)
+{
+    return fsm_is_running(o->info, o->machine);
+}
+
+/* A step, which may be left in its midst where the host is called. */
+typedef struct {
+    fsm_object *o;
+    const void *e;
+    uint32_t now;
+    fsm_result result;
+} fsm_py_job;
+
+FSM_PY_MAYBE bool fsm_py_attempt(fsm_py_job *job, void (*work)(void *))
+{
+    fsm_object *o = job->o;
+    const char *fault = o->fault;
+    if (!o->of->calls) {
+        work(job);
+        return true;
+    }
+    memcpy(fsm_py_kept(o), o->machine, o->info->size);
+    if (fsm_py_guarded(o, work, job))
+        return true;
+    memcpy(o->machine, fsm_py_kept(o), o->info->size);
+    o->fault = fault;
+    return false;
+}
+
+FSM_PY_MAYBE void fsm_py_do_start(void *of)
+{
+    fsm_py_job *job = (fsm_py_job *)of;
+    job->o->driver->start(job->o->machine, job->now);
+}
+
+FSM_PY_MAYBE void fsm_py_do_run(void *of)
+{
+    fsm_py_job *job = (fsm_py_job *)of;
+    job->o->driver->run(job->o->machine, job->now);
+}
+
+FSM_PY_MAYBE void fsm_py_do_dispatch(void *of)
+{
+    fsm_py_job *job = (fsm_py_job *)of;
+    job->result = job->o->driver->dispatch(job->o->machine, job->e, job->now);
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_dispatched(fsm_object *o, const void *e, Py_ssize_t index)
+{
+    if (!o->of->calls)
+        return fsm_py_bool_of(o->driver->dispatch(o->machine, e, o->now) == FSM_HANDLED);
+    fsm_py_job job = {o, e, o->now, FSM_STOPPED};
+    const fsm_type *reply = o->info->events[index].reply;
+    if (!fsm_py_is_free(o))
+        return NULL;
+    if (o->of->replies)
+        fsm_py_set(&o->reply, Py_None);
+    if (fsm_py_runs(o) && !fsm_py_attempt(&job, fsm_py_do_dispatch))
+        return NULL;
+    if (o->of->replies && reply != NULL && reply->kind == FSM_BOOL && o->reply != NULL)
+        fsm_py_set(&o->reply, PyObject_IsTrue(o->reply) ? Py_True : Py_False);
+    return fsm_py_bool_of(job.result == FSM_HANDLED);
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_posted(fsm_object *o, const void *e)
+{
+    return fsm_py_bool_of(o->driver->post(o->machine, e));
+}
+
+/* Read the arguments of `post_` or `dispatch_` of an event into it. */
+FSM_PY_MAYBE bool fsm_py_event_of(
+    fsm_object *o, const char *method, Py_ssize_t index, void *e,
+    PyObject *const *given, Py_ssize_t count, PyObject *keywords)
+{
+    enum { FEW = 8 };
+    const Py_ssize_t fields = o->info->events[index].field_count;
+    const char *const *names = o->of->events[index].fields;
+    PyObject *few[FEW], **values = fields <= FEW ? few : PyMem_Malloc((size_t)fields * sizeof *values);
+    if (values == NULL) {
+        (void)PyErr_NoMemory();
+        return false;
+    }
+    const bool is_filled = fsm_py_arguments(method, names, fields, given, count, keywords, values)
+        && fsm_py_all(method, names, fields, values) && fsm_py_fill(o, index, e, values);
+    if (values != few)
+        PyMem_Free(values);
+    return is_filled;
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_start(
+    PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)
+{
+    static const char *const names[] = {"now"};
+    fsm_py_job job = {(fsm_object *)object, NULL, 0u, FSM_STOPPED};
+    PyObject *values[1];
+    if (!fsm_py_arguments("start", names, 1, given, count, keywords, values)
+        || (values[0] != NULL && !fsm_py_time(values[0], &job.now)) || !fsm_py_is_free(job.o))
+        return NULL;
+    job.o->now = job.now;
+    return fsm_py_attempt(&job, fsm_py_do_start) ? fsm_py_or_none(NULL) : NULL;
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_run(
+    PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)
+{
+    static const char *const names[] = {"now"};
+    fsm_py_job job = {(fsm_object *)object, NULL, 0u, FSM_STOPPED};
+    PyObject *values[1];
+    if (!fsm_py_arguments("run", names, 1, given, count, keywords, values)
+        || !fsm_py_all("run", names, 1, values) || !fsm_py_time(values[0], &job.now)
+        || !fsm_py_is_free(job.o))
+        return NULL;
+    if (fsm_py_runs(job.o)) {
+        job.o->now = job.now;
+        if (!fsm_py_attempt(&job, fsm_py_do_run))
+            return NULL;
+    }
+    return fsm_py_bool_of(fsm_py_runs(job.o));
+}
+
+/* An event by its name, with its payload by position. */
+FSM_PY_MAYBE bool fsm_py_read(fsm_object *o, PyObject *const *given, Py_ssize_t count, void *e,
+                              const char *method, Py_ssize_t *index)
+{
+    memset(e, 0, o->info->event_size);
+    if (count < 1) {
+        PyErr_Format(PyExc_TypeError, "%s() lacks the argument 'event'", method);
+        return false;
+    }
+    *index = fsm_py_named(o, given[0], count - 1);
+    return *index >= 0 && fsm_py_fill(o, *index, e, given + 1);
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_post(PyObject *object, PyObject *const *given, Py_ssize_t count)
+{
+    fsm_object *o = (fsm_object *)object;
+    uint64_t e[o->info->event_size / sizeof(uint64_t) + 1u];
+    Py_ssize_t index = 0;
+    return fsm_py_read(o, given, count, e, "post", &index) ? fsm_py_posted(o, e) : NULL;
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_dispatch(
+    PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)
+{
+    static const char *const names[] = {"now"};
+    fsm_object *o = (fsm_object *)object;
+    uint64_t e[o->info->event_size / sizeof(uint64_t) + 1u];
+    PyObject *values[1];
+    uint32_t now = 0u;
+    Py_ssize_t index = 0;
+    if (!fsm_py_arguments("dispatch", names, 1, given + count, 0, keywords, values)
+        || !fsm_py_read(o, given, count, e, "dispatch", &index))
+        return NULL;
+    bool is_given = values[0] != NULL && values[0] != Py_None;
+    if ((is_given && !fsm_py_time(values[0], &now)) || !fsm_py_is_free(o))
+        return NULL;
+    if (is_given && fsm_py_runs(o))
+        o->now = now;
+    return fsm_py_dispatched(o, e, index);
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_next_deadline(PyObject *object, PyObject *unused)
+{
+    const fsm_object *o = (fsm_object *)object;
+    uint32_t due = 0u;
+    (void)unused;
+    if (!o->driver->next_deadline(o->machine, &due))
+        return fsm_py_or_none(NULL);
+    return PyLong_FromUnsignedLong(due);
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_is_in(PyObject *object, PyObject *state)
+{
+    fsm_object *o = (fsm_object *)object;
+    PyObject *found = PyDict_GetItemWithError(o->known->states, state);
+    if (found != NULL) {
+        const uint32_t number = (uint32_t)PyLong_AsUnsignedLong(found);
+        const fsm_machine_info *info = o->info;
+        return fsm_py_bool_of(info->states[number].kind != FSM_HISTORY
+                              && fsm_is_active(info, o->machine, number));
+    }
+    if (PyErr_Occurred() == NULL)
+        PyErr_Format(PyExc_ValueError, "%s has no state %R", o->info->name, state);
+    return NULL;
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_active(PyObject *object, PyObject *unused)
+{
+    fsm_object *o = (fsm_object *)object;
+    const fsm_machine_info *info = o->info;
+    Py_ssize_t count = 0;
+    (void)unused;
+    for (uint32_t region = 0u; region < info->region_count; region++)
+        count += fsm_py_leaf(info, o->machine, region) != 0u;
+    PyObject *names = PyTuple_New(count);
+    count = 0;
+    for (uint32_t region = 0u; region < info->region_count; region++) {
+        const uint32_t leaf = fsm_py_leaf(info, o->machine, region);
+        if (leaf != 0u
+            && !fsm_py_put(&names, count++, fsm_py_or_none(PyTuple_GetItem(o->known->names, leaf))))
+            return NULL;
+    }
+    return names;
+}
+
+FSM_PY_MAYBE void fsm_py_do_dump(void *of)
+{
+    fsm_py_job *job = (fsm_py_job *)of;
+    const fsm_py_path outermost = {NULL, NULL};
+    fsm_py_dump(job->o, job->o->info, job->o->machine, &outermost);
+}
+
+/* For tests: all data as lines of the trace. */
+FSM_PY_MAYBE PyObject *fsm_py_dump_all(PyObject *object, PyObject *unused)
+{
+    fsm_py_job job = {(fsm_object *)object, NULL, 0u, FSM_STOPPED};
+    (void)unused;
+    if (!fsm_py_is_free(job.o) || !fsm_py_attempt(&job, fsm_py_do_dump))
+        return NULL;
+    return fsm_py_or_none(NULL);
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_save(
+    PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)
+{
+    static const char *const names[] = {"now"};
+    fsm_object *o = (fsm_object *)object;
+    const fsm_py_class *of = o->of;
+    PyObject *values[1], *bytes = NULL;
+    uint32_t now = o->now;
+    if (!fsm_py_arguments("save", names, 1, given, count, keywords, values)
+        || (values[0] != NULL && values[0] != Py_None && !fsm_py_time(values[0], &now))
+        || !fsm_py_is_free(o)
+        || (bytes = PyBytes_FromStringAndSize(NULL, (Py_ssize_t)of->saved_size)) == NULL)
+        return NULL;
+    fsm_py_is_foreign = false;
+    if (!of->driver->save(o->machine, now, (uint8_t *)PyBytes_AsString(bytes)) || fsm_py_is_foreign) {
+        Py_DECREF(bytes);
+        PyErr_Format(PyExc_ValueError, "%s holds a text that its chart nowhere mentions",
+                     o->info->name);
+        return NULL;
+    }
+    return bytes;
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_restore(
+    PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)
+{
+    static const char *const names[] = {"saved", "now"};
+    static const char *const faults[] = {
+        NULL, "microsteps", "internal", "range", "error.*", "invoked",
+    };
+    fsm_object *o = (fsm_object *)object;
+    PyObject *values[2];
+    char *bytes = NULL;
+    Py_ssize_t size = 0;
+    uint32_t now = 0u;
+    if (!fsm_py_arguments("restore", names, 2, given, count, keywords, values)
+        || !fsm_py_all("restore", names, 1, values)
+        || (values[1] != NULL && !fsm_py_time(values[1], &now))
+        || PyBytes_AsStringAndSize(values[0], &bytes, &size) != 0 || !fsm_py_is_free(o))
+        return NULL;
+    const fsm_driver *driver = o->driver;
+    switch (driver->restore(o->machine, now, (const uint8_t *)bytes, (size_t)size)) {
+        case FSM_RESTORED:
+            o->now = now;
+            o->fault = faults[fsm_py_fault_of(o->info, o->machine)];
+            return fsm_py_or_none(NULL);
+        case FSM_FOREIGN:
+            PyErr_Format(PyExc_ValueError, "this was saved by another chart than %s",
+                         o->info->name);
+            return NULL;
+        default:
+            PyErr_Format(PyExc_ValueError, "this is no saved %s, or damaged", o->info->name);
+            return NULL;
+    }
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_get_running(PyObject *object, void *unused)
+{
+    (void)unused;
+    return fsm_py_bool_of(fsm_py_runs((fsm_object *)object));
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_get_finished(PyObject *object, void *unused)
+{
+    const fsm_object *o = (fsm_object *)object;
+    (void)unused;
+    return fsm_py_bool_of(fsm_py_has_finished(o->info, o->machine));
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_get_fault(PyObject *object, void *unused)
+{
+    const fsm_object *o = (fsm_object *)object;
+    (void)unused;
+    if (fsm_py_fault_of(o->info, o->machine) == FSM_NO_FAULT || o->fault == NULL)
+        return fsm_py_or_none(NULL);
+    return PyUnicode_FromString(o->fault);
+}
+
+/* Data, outputs and inputs, by their number in the table. */
+FSM_PY_MAYBE PyObject *fsm_py_get(PyObject *object, void *number)
+{
+    const fsm_object *o = (fsm_object *)object;
+    const fsm_field *of = &o->info->variables[(uintptr_t)number];
+    return fsm_py_give(o, of->type, fsm_at(o->machine, of->offset));
+}
+
+FSM_PY_MAYBE int fsm_py_put_variable(PyObject *object, PyObject *value, void *number)
+{
+    fsm_object *o = (fsm_object *)object;
+    const fsm_field *of = &o->info->variables[(uintptr_t)number];
+    const char *what = o->of->attributes[(uintptr_t)number].name;
+    if (!fsm_py_given(value))
+        return -1;
+    return fsm_py_assign(o, of->type, value, what, fsm_place_at(o->machine, of->offset));
+}
+
+FSM_PY_MAYBE int fsm_py_init(PyObject *object, PyObject *given, PyObject *keywords)
+{
+    static char first[] = "operations";
+    static char *names[] = {first, NULL};
+    fsm_object *o = (fsm_object *)object;
+    const fsm_py_machine *const *machines = o->of->machines;
+    PyObject *host = Py_None;
+    if (!PyArg_ParseTupleAndKeywords(given, keywords, o->of->arguments, names, &host) || !fsm_py_is_free(o))
+        return -1;
+    for (; *machines != NULL; machines++)
+        if (!fsm_py_provides(o, host == Py_None ? object : host, *machines))
+            return -1;
+    fsm_py_set(&o->host, host == object ? Py_None : host);
+    fsm_py_set(&o->log, Py_None);
+    fsm_py_set(&o->reply, Py_None);
+    fsm_py_set(&o->trace, Py_None);
+    o->now = 0u;
+    o->fault = NULL;
+    o->info->init(o->machine);
+    return 0;
+}
+
+FSM_PY_MAYBE bool fsm_py_know_symbols(fsm_py_module *known)
+{
+    const fsm_machine_info *info = known->of->driver->info;
+    bool is_fine = known->symbols != NULL && known->numbers != NULL;
+    for (uint32_t i = 0u; is_fine && i < info->symbol_count; i++) {
+        PyObject *text = PyUnicode_FromString(info->symbol(i));
+        PyObject *number = PyLong_FromUnsignedLong(i);
+        is_fine = text != NULL && number != NULL && PyList_Append(known->symbols, text) == 0
+            && PyDict_SetItem(known->numbers, text, number) == 0;
+        Py_XDECREF(text);
+        Py_XDECREF(number);
+    }
+    return is_fine;
+}
+
+FSM_PY_MAYBE PyObject *fsm_py_make_class(PyObject *module, const fsm_py_class *of)
+{
+    const size_t each = of->driver->info->size;
+    PyType_Slot slots[] = {
+        {Py_tp_doc, (void *)(uintptr_t)of->doc}, {Py_tp_new, (void *)fsm_py_new},
+        {Py_tp_init, (void *)fsm_py_init}, {Py_tp_dealloc, (void *)fsm_py_dealloc},
+        {Py_tp_traverse, (void *)fsm_py_traverse}, {Py_tp_clear, (void *)fsm_py_clear},
+        {Py_tp_methods, of->methods}, {Py_tp_getset, of->attributes}, {0, NULL},
+    };
+    PyType_Spec spec = {
+        of->type, (int)(offsetof(fsm_object, machine) + each * (of->calls ? 2u : 1u)), 0,
+        Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE | Py_TPFLAGS_HAVE_GC, slots,
+    };
+    return PyType_FromModuleAndSpec(module, &spec, NULL);
+}
+
+FSM_PY_MAYBE int fsm_py_execute(PyObject *module)
+{
+    const fsm_py_class *of = (const fsm_py_class *)(void *)PyModule_GetDef(module);
+    const fsm_machine_info *info = of->driver->info;
+    fsm_py_module *known = (fsm_py_module *)PyModule_GetState(module);
+    const Py_ssize_t calls = of->host_count;
+    Py_ssize_t first = 0;
+    for (const fsm_py_machine *const *machine = of->machines; *machine != NULL; machine++)
+        first = (*machine)->first;
+    known->of = of;
+    known->names = fsm_py_texts(&info->states[0].name, sizeof info->states[0], info->state_count);
+    PyObject *events = fsm_py_texts(info->events == NULL ? NULL : &info->events[0].name,
+                                    sizeof info->events[0], info->event_count);
+    known->calls = fsm_py_texts(of->host, sizeof of->host[0], calls);
+    known->symbols = PyList_New(0);
+    known->numbers = PyDict_New();
+    bool is_fine = known->names != NULL && events != NULL && known->calls != NULL
+        && fsm_py_know_symbols(known);
+    if (is_fine) {
+        known->states = fsm_py_places(known->names, NULL);
+        known->events = fsm_py_places(events, info->events);
+    }
+    is_fine = is_fine && known->states != NULL && known->events != NULL
+        && fsm_py_define(module, of->python, of->file);
+    PyObject *type = is_fine ? fsm_py_make_class(module, of) : NULL;
+    is_fine = type != NULL
+        && fsm_py_attribute(type, "__module__", PyModule_GetNameObject(module))
+        && fsm_py_attribute(type, "NAME", PyUnicode_FromString(info->name))
+        && fsm_py_attribute(type, "STATES", fsm_py_or_none(known->names))
+        && fsm_py_attribute(type, "EVENTS", fsm_py_or_none(events))
+        && fsm_py_attribute(type, "OPERATIONS", PyTuple_GetSlice(known->calls, first, calls))
+        && PyModule_AddObjectRef(module, strrchr(of->type, '.') + 1, type) == 0;
+    Py_XDECREF(type);
+    Py_XDECREF(events);
+    return is_fine ? 0 : -1;
+}
+
+/* ---- for the tables of a module ------------------------------------------------------------------ */
+
+FSM_PY_MAYBE PyModuleDef_Slot fsm_py_slots[] = {{Py_mod_exec, (void *)fsm_py_execute}, {0, NULL}};
+
+#define FSM_PY_MODULE(name, doc)                                                                   \
+    {PyModuleDef_HEAD_INIT, name, doc, sizeof(fsm_py_module), NULL, fsm_py_slots,                  \
+     fsm_py_module_traverse, NULL, fsm_py_module_free}
+
+#define FSM_PY_CALL(function) (PyCFunction)(void (*)(void))function
+#define FSM_PY_METHOD(name, arguments, doc)                                                        \
+    {#name, FSM_PY_CALL(fsm_py_##name), METH_FASTCALL | METH_KEYWORDS,                             \
+     #name "($self" arguments ")\n--\n\n" doc}
+#define FSM_PY_METHODS                                                                             \
+    FSM_PY_METHOD(start, ", now=0", "Begin, or begin anew, at a time in ticks."),                  \
+    FSM_PY_METHOD(run, ", now",                                                                    \
+                  "Do all that is to be done until a time; whether it goes on running."),          \
+    {"post", FSM_PY_CALL(fsm_py_post), METH_FASTCALL, "post($self, event, /, *payload)\n--\n\n"    \
+     "Put an event into the queue; False if full."},                                               \
+    FSM_PY_METHOD(dispatch, ", event, /, *payload, now=None", "Process one event at once."),       \
+    {"next_deadline", fsm_py_next_deadline, METH_NOARGS, "next_deadline($self)\n--\n\n"            \
+     "Return when the first timer is due; None if none is."},                                      \
+    {"is_in", fsm_py_is_in, METH_O, "is_in($self, state, /)\n--\n\n"                               \
+     "Whether the state of that name is active."},                                                 \
+    {"active", fsm_py_active, METH_NOARGS, "active($self)\n--\n\n"                                 \
+     "Return the names of the active atomic states."}
+#define FSM_PY_SAVING                                                                              \
+    FSM_PY_METHOD(save, ", now=None", "Return the machine as bytes, timers with the time they have left."), \
+    FSM_PY_METHOD(restore, ", saved, now=0", "Go on from what was saved, at a time in ticks.")
+#define FSM_PY_TRACING {"_dump", fsm_py_dump_all, METH_NOARGS, "Show the trace all data."}
+
+/* Methods of the event `index` of the machine X: with a payload, and without; `calls`: of its class. */
+#define FSM_PY_DO(X, o, e, is_posted, calls, index)                                                \
+    (is_posted) ? fsm_py_bool_of(X##_post((X *)(void *)(o)->machine, e))                           \
+    : (calls)   ? fsm_py_dispatched(o, e, index)                                                   \
+                : fsm_py_bool_of(X##_dispatch((X *)(void *)(o)->machine, e, (o)->now) == FSM_HANDLED)
+#define FSM_PY_EVENT(function, X, is_posted, calls, index, method)                                 \
+    static PyObject *function(                                                                     \
+        PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)            \
+    {                                                                                              \
+        fsm_object *o = (fsm_object *)object;                                                      \
+        X##_event e;                                                                               \
+        memset(&e, 0, sizeof e);                                                                   \
+        if (!fsm_py_event_of(o, method, index, &e, given, count, keywords))                        \
+            return NULL;                                                                           \
+        return FSM_PY_DO(X, o, &e, is_posted, calls, index);                                       \
+    }
+#define FSM_PY_PLAIN(function, X, is_posted, calls, index)                                         \
+    static PyObject *function(PyObject *object, PyObject *unused)                                  \
+    {                                                                                              \
+        fsm_object *o = (fsm_object *)object;                                                      \
+        X##_event e;                                                                               \
+        (void)unused;                                                                              \
+        memset(&e, 0, sizeof e);                                                                   \
+        fsm_store_bits(&e.event, (uint32_t)sizeof e.event, (index) + 1u);                          \
+        return FSM_PY_DO(X, o, &e, is_posted, calls, index);                                       \
+    }
+
+#define FSM_PY_VARIABLE(name, number) {name, fsm_py_get, fsm_py_put_variable, NULL, (void *)(number)}
+#define FSM_PY_SEEN(name) {#name, fsm_py_get_##name, NULL, NULL, NULL}
+#define FSM_PY_HELD(name) {#name, fsm_py_get_##name, fsm_py_set_##name, NULL, NULL}
+#define FSM_PY_ATTRIBUTES                                                                          \
+    FSM_PY_SEEN(running), FSM_PY_SEEN(finished), FSM_PY_SEEN(fault), FSM_PY_HELD(log), FSM_PY_HELD(reply)
 
 #endif

@@ -11,7 +11,11 @@ from fsmkit.codegen.pyext.definitions import stub_text
 from fsmkit.codegen.pyext.members import Module, module_of
 from fsmkit.codegen.pyext.wrapper import wrapper_text
 
-LIBRARY = Path(__file__).parent / "fsm_python.h"
+LIBRARY = {
+    name: (Path(__file__).parent / name).read_text(encoding="utf-8")
+    for name in ("fsm_python.h", "fsm_python_hooks.h")
+}
+"""Texts that all modules share."""
 
 
 def source_name(module: Module) -> str:
@@ -25,9 +29,8 @@ def generate(
     """Return a module and its texts by file name; ``prefix`` names module and class."""
     module = module_of(chart, prefix, traced=traced, saved=saved)
     wrapper = wrapper_text(module)
-    library = LIBRARY.read_text(encoding="utf-8")
     files = {f"{module.name}.pyi": stub_text(module), source_name(module): wrapper}
-    return module, files | _included(wrapper, {**module.machine.files, LIBRARY.name: library})
+    return module, files | _included(wrapper, {**module.machine.files, **LIBRARY})
 
 
 def _included(text: str, files: Mapping[str, str]) -> dict[str, str]:

@@ -15,20 +15,12 @@ from fsmkit.codegen.c.compiler import QUICKEST
 from fsmkit.codegen.pyext.build import OPTIMIZED, build, suffix
 from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
 from fsmkit.codegen.pyext.members import Module, module_of
-from fsmkit.codegen.pyext.saving import LIBRARY as SAVING
-from fsmkit.codegen.pyext.wrapper import machine_part, python_part
+from fsmkit.codegen.pyext.wrapper import ONCE, SAVING, machine_part, python_part
 from fsmkit.codegen.python.harness import Driven, is_same
 
 QUICK = ("-O0",)
 NUMBERS = itertools.count()
 """Of the modules that were built: Python knows an extension module by its name and its file."""
-HOOKS = ("BEGIN(m, cause, index)", "END(m)", "EXIT(m, state)", "TAKE(m, transition)",
-         "ENTER(m, state)", "EVENT(m, what, e)")  # fmt: skip
-WITHOUT = "#undef FSM_HOOKS\n" + "".join(
-    f"#undef FSM_HOOK_{hook.partition('(')[0]}\n#define FSM_HOOK_{hook} ((void)0)\n"
-    for hook in HOOKS
-)
-"""Between two modules of one file: the hooks of one are not those of the next."""
 
 
 def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
@@ -81,12 +73,11 @@ class _DrivenExtension(Driven):
 
 def _load(modules: Sequence[Module], name: str) -> list[type[Any]]:
     """Build one file that is several modules."""
-    files = {LIBRARY.name: LIBRARY.read_text(encoding="utf-8")}
+    files = dict(LIBRARY)
     for module in modules:
         files |= module.machine.files
-    parts = ['#include "fsm.h"\n#include "fsm.c"\n', SAVING]
-    parts += [WITHOUT + machine_part(module) for module in modules]
-    parts += [python_part(module) for module in modules]
+    parts = [ONCE + SAVING, *map(machine_part, modules), '#include "fsm_python.h"\n']
+    parts += map(python_part, modules)
     files[f"{name}.c"] = "\n".join(parts)
     return _classes(files, f"{name}.c", modules, QUICK)
 

@@ -34,12 +34,10 @@ class ExtensionTarget:
         from fsmkit.codegen.c.names import require_prefix
         from fsmkit.codegen.pyext.build import build, suffix
         from fsmkit.codegen.pyext.generate import generate, source_name
-        from fsmkit.codegen.pyext.limits import report_names
 
         extras = read_extras(options, ("save",))
         require_prefix(options.get("prefix"))
         report_limits(chart, findings)
-        report_names(chart, findings)
         if findings.has_errors:
             return None
         is_traced = options.get("trace") == "on"
@@ -60,13 +58,11 @@ class ExtensionTarget:
         """Build several charts at once and return the trace of each one's script."""
         from fsmkit.codegen.c.limits import report_limits
         from fsmkit.codegen.pyext.harness import run_many
-        from fsmkit.codegen.pyext.limits import report_names
 
         findings = Findings()
         for chart, _ in pairs:
             report_limits(chart, findings)
-            report_names(chart, findings)
-        findings.stop_on_errors()
+            findings.stop_on_errors()
         return run_many(pairs)
 
 

@@ -1,313 +1,195 @@
-"""The C of an extension module around a generated machine. This file is its table of contents."""
+"""The C of an extension module around a generated machine: tables, which fsm_python.h reads."""
 
 from __future__ import annotations
 
-from fsmkit.chart.chart import Chart, Data, Event
+from collections.abc import Iterator, Mapping, Sequence
+
 from fsmkit.codegen.c.header import NOTICE
+from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.pyext.definitions import definitions
-from fsmkit.codegen.pyext.hosting import print_host
-from fsmkit.codegen.pyext.members import Bound, Module, fields_of, posted
-from fsmkit.codegen.pyext.saving import LIBRARY, SAVED_METHODS
-from fsmkit.codegen.pyext.stepping import LOADING, MAKING, METHODS, OBJECT, VARIABLES, WITHIN
-from fsmkit.codegen.pyext.tracing import fill, print_hook_functions, print_hooks
+from fsmkit.codegen.pyext.members import Bound, Method, Module, fields_of, posted
 from fsmkit.emit import Emitter
 from fsmkit.texts import printing, telling
 from fsmkit.texts.c import comment, quoted
 
+ONCE = """\
+#include "fsm.h"
+#include "fsm.c"
+#include "fsm_python_hooks.h"
+"""
+"""What a file begins with, however many modules it holds."""
+SAVING = '#include "fsm_save.c"\n'
+"""And then, where machines are saved."""
 KEYWORDS = "METH_FASTCALL | METH_KEYWORDS"
-CAST = "(PyCFunction)(void (*)(void))"
-MACROS = frozenset({"errno", "stdin", "stdout", "stderr", "unix", "linux", "environ", "signgam"})
-"""Lower-case macros of a C library."""
-FAMILIES = ("st_", "sa_", "si_", "h_", "s6_", "d_", "ru_", "sigev_", "tm_", "un_")
-"""How others begin."""
-
-FIXED = (
-    ("start", KEYWORDS, "now=0", "Begin, or begin anew, at a time in ticks."),
-    ("run", KEYWORDS, "now", "Do all that is to be done until a time; whether it goes on running."),
-    ("post", "METH_FASTCALL", "event, /, *payload", "Put an event into the queue; False if full."),
-    ("dispatch", KEYWORDS, "event, /, *payload, now=None", "Process one event at once."),
-    ("next_deadline", "METH_NOARGS", "", "Return when the first timer is due; None if none is."),
-    ("is_in", "METH_O", "state, /", "Whether the state of that name is active."),
-    ("active", "METH_NOARGS", "", "Return the names of the active atomic states."),
-)
-"""Methods that do not depend on the chart: name, flags, arguments, what they do."""
-
-SAVE = "Return the machine as bytes, timers with the time they have left."
-BACK = "Go on from what was saved, at a time in ticks."
-
-Method = tuple[str, str, str, str]
-"""Name in Python, function, flags, documentation with its signature."""
 
 
 @printing
 def wrapper_text(module: Module) -> str:
     """Return the text of the one file that is compiled."""
-    out = Emitter()
-    out.line(f"/* {module.name}_python.c: {comment(module.chart.name)} as an extension module")
-    out.line(f" * of CPython, all of it: compile this. {NOTICE} */")
-    out.lines(['#include "fsm.h"', '#include "fsm.c"', ""])
-    if module.saved:
-        out.text(LIBRARY)
-        out.line()
-    return f"{out.finish()}\n{machine_part(module)}\n{python_part(module)}"
+    head = f"/* {module.name}_python.c: {comment(module.chart.name)} as an extension module\n"
+    head += f" * of CPython, all of it: compile this. {NOTICE} */\n"
+    saving = SAVING if module.saved else ""
+    library = '#include "fsm_python.h"\n'
+    parts = (machine_part(module), library, python_part(module))
+    return head + ONCE + saving + "\n" + "\n".join(parts)
+
+
+# --- before the headers of Python, which define macros --------------------------------------------
 
 
 def machine_part(module: Module) -> str:
-    """Return the machines with their hooks: before the headers of Python, which define macros."""
+    """Return the machines with their hooks, what they call, and their tables."""
     out = Emitter()
     for bound in module.bound.everyone:
-        out.line(f'#include "{bound.names.prefix}.h"')
-        print_hooks(out, module, bound)
-        if module.traced:
-            out.lines(["#undef FSM_HOOKS", '#define FSM_HOOKS "fsm.h"'])
-        out.lines([f'#include "{bound.names.prefix}.c"', ""])
+        names = bound.names
+        is_kept = module.is_calling and bound is module.bound
+        marks = {"FSM_PY_TRACED": module.traced, "FSM_PY_KEEPS": is_kept}
+        out.lines([f'#include "{names.prefix}.h"', "#undef FSM_PY_THIS"])
+        out.line(f"#define FSM_PY_THIS {_table_of(module, bound)}")
+        for mark, is_set in marks.items():
+            out.lines([f"#undef {mark}", *([f"#define {mark}"] if is_set else [])])
+        out.line('#include "fsm_python_hooks.h"')
+        out.lines(["static const fsm_py_machine FSM_PY_THIS;", f'#include "{names.prefix}.c"', ""])
+        print_host(out, names)
     out.lines([f'#include "{module.bound.names.prefix}_info.c"', ""])
+    _machines(out, module, module.bound, ())
     return out.finish()
+
+
+def _machines(out: Emitter, module: Module, bound: Bound, place: tuple[str, ...]) -> None:
+    """Print the tables of the machines in slots, then that of their holder, at a place."""
+    for inside, slot in zip(bound.invoked, bound.names.slots, strict=True):
+        _machines(out, module, inside, (*place, slot))
+    at = f"offsetof({module.bound.names.prefix}, {'.'.join(place)})" if place else "0"
+    _machine(out, module, bound, at)
+
+
+def _table_of(module: Module, bound: Bound) -> str:
+    return f"{module.wrapper}_{bound.names.prefix}"
+
+
+def _machine(out: Emitter, module: Module, bound: Bound, place: str) -> None:
+    """Print the table of a machine: where it lies, and the methods that its calls stand for."""
+    names, own = bound.names, _table_of(module, bound)
+    p, chart = names.prefix, names.chart
+    numbered = enumerate(bound.calls, bound.first_call)
+    known = {method.function: _call(method, number) for number, method in numbered}
+    operations = [f"{p}_{names.operations[operation.name]}" for operation in chart.operations]
+    events = [f"{p}_send_{name}" for name in names.event_names]
+    tables = [
+        _table(out, "const fsm_py_call", f"{own}_{name}", [known.get(f, NEVER) for f in functions])
+        for name, functions in (("operations", operations), ("sent", events))
+    ]
+    path = quoted("".join(f"{slot}: " for slot in names.path))
+    numbers = f"{bound.first_call}, {bound.first_call + len(bound.calls)}"
+    row = f"&{p}_info, {place}, {path}, {', '.join(tables)}, {numbers}"
+    out.lines([f"static const fsm_py_machine {own} = {{{row}}};", ""])
+
+
+NEVER = "{-1, NULL, false}"
+
+
+def _call(method: Method, number: int) -> str:
+    said = quoted(f"the result of {method.name}")
+    return f"{{{number}, {said}, {str(method.has_peer).lower()}}}"
+
+
+def _table(out: Emitter, ctype: str, name: str, rows: Sequence[str]) -> str:
+    """Print an array; return its name, or NULL if it has nothing."""
+    if not rows:
+        return "NULL"
+    with out.block(f"static {ctype} {name}[] = {{", "};"):
+        out.lines(f"{row}," for row in rows)
+    out.line()
+    return name
+
+
+# --- the module -----------------------------------------------------------------------------------
 
 
 def python_part(module: Module) -> str:
-    """Return the rest: the object, what it calls, its methods, the module."""
-    outer = module.bound
+    """Return the methods of events, and the tables of the class and of the module."""
+    bound, chart, w = module.bound, module.chart, module.wrapper
+    class_ = bound.member.names.machine
     out = Emitter()
-    out.lines(['#include "fsm_python.h"', ""])
-    out.lines(f"#undef {name}" for name in _like_macros(module))
-    out.lines(fill(module, outer, OBJECT))
-    out.line()
-    _places(out, module, outer)
-    for bound in outer.everyone:
-        print_hook_functions(out, module, bound)
-        print_host(out, module, bound)
-    _events(out, module)
-    _steps(out, module)
-    methods = [*_fixed(module), *_of_events(out, module)]
-    _variables(out, module)
-    _tables(out, module, methods)
+    text = "const char *const"
+    events = [_event(out, f"{w}_{event.index}", event.name, fields_of(event.fields))
+              for event in chart.events]  # fmt: skip
+    rows = ["FSM_PY_METHODS", *_of_events(out, module)]
+    rows += ["FSM_PY_SAVING"] * module.saved + ["FSM_PY_TRACING"] * module.traced
+    everyone = [f"&{_table_of(module, each)}" for each in bound.everyone]
+    names = bound.member.names.variables
+    shown = [names[v.name] for v in (*chart.data, *chart.outputs, *chart.inputs)]
+    attributes = [f"FSM_PY_VARIABLE({quoted(name)}, {n})" for n, name in enumerate(shown)]
+    attributes += ["FSM_PY_ATTRIBUTES", *(["FSM_PY_HELD(trace)"] * module.traced)]
+    doc = f"{class_}: create it, `start` it, `post` events, `run` it to a time."
+    table = {
+        "module": f"FSM_PY_MODULE({quoted(module.name)}, "
+        f"{quoted(chart.doc or 'The machine ' + chart.name + '.')})",
+        "type": quoted(f"{module.name}.{class_}"),
+        "doc": quoted(f"{class_}(operations=None)\n--\n\n{doc}"),
+        "arguments": quoted(f"|O:{class_}"),
+        "file": quoted(f"<{module.name}>"),
+        "driver": f"&{bound.names.prefix}_driver",
+        "saved_size": f"{bound.names.upper}_SAVED_BYTES" if module.saved else "0u",
+        "calls": str(module.is_calling).lower(),
+        "replies": str(module.is_replying).lower(),
+        "machines": _table(out, "const fsm_py_machine *const", f"{w}_machines",
+                           [*everyone, "NULL"]),
+        "events": _table(out, "const fsm_py_event", f"{w}_events", events),
+        "host": _table(out, text, f"{w}_host", [quoted(each.name) for each in module.calls]),
+        "host_count": str(len(module.calls)),
+        "methods": _table(out, "PyMethodDef", f"{w}_methods", [*rows, "{NULL, NULL, 0, NULL}"]),
+        "attributes": _table(out, "PyGetSetDef", f"{w}_attributes",
+                             [*attributes, "{NULL, NULL, NULL, NULL, NULL}"]),
+        "python": f"{w}_python",
+    }  # fmt: skip
+    out.line(f"static const char {w}_python[] =")
+    lines = [quoted(f"{line}\n") for line in definitions(module).rstrip("\n").split("\n")]
+    with out.indented():
+        out.lines([*lines[:-1], f"{lines[-1]};"])
+    _print_class(out, module, table)
     return out.finish()
 
 
-def _like_macros(module: Module) -> list[str]:
-    """Return the names of members that could be macros of a system's headers."""
-    found: set[str] = set()
-    for bound in module.bound.everyone:
-        names = bound.names
-        found |= {*names.variables.values(), *names.payloads, *names.fields.values(), *names.slots}
-    return sorted(
-        name for name in found
-        if name in MACROS or name.startswith(FAMILIES) or name != name.lower()
-    )  # fmt: skip
-
-
-def _places(out: Emitter, module: Module, bound: Bound) -> None:
-    """Print how a machine in a slot finds the object it lies in, the outer ones first."""
-    names = bound.names
-    for inside, slot in zip(bound.invoked, names.slots, strict=True):
-        out.lines(fill(module, inside, WITHIN, HOLDER=names.prefix, SLOT=slot))
-        out.line()
-        _places(out, module, inside)
-
-
-def _events(out: Emitter, module: Module) -> None:
-    """Print what Python and messages call the fields of events."""
-    w = module.wrapper
-    for event in module.chart.events:
-        shown = fields_of(event.fields)
-        if shown:
-            _texts(out, f"{w}_fields_{event.index}", list(shown))
-            said = [event.name + ": " + name for name in shown]
-            _texts(out, f"{w}_said_{event.index}", said)
-    with out.block(f"static const fsm_py_event {w}_events[] = {{", "};"):
-        for event in module.chart.events:
-            names = f"{w}_fields_{event.index}, {w}_said_{event.index}"
-            out.line(f"{{{names}}}," if event.fields else "{NULL, NULL},")
-        if not module.chart.events:
-            out.line("{NULL, NULL},")
+def _print_class(out: Emitter, module: Module, table: Mapping[str, str]) -> None:
+    with out.block(f"static fsm_py_class {module.wrapper} = {{", "};"):
+        out.lines(f"{value}, /* {name} */" for name, value in table.items())
     out.line()
+    out.line(f"PyMODINIT_FUNC PyInit_{module.name}(void)")
+    with out.block("{"):
+        out.line(f"return PyModuleDef_Init(&{module.wrapper}.module);")
 
 
-def _leaves(module: Module) -> str:
-    return str(max(1, sum(state.is_leaf for state in module.chart.states)))
+def _event(out: Emitter, own: str, name: str, fields: Sequence[str]) -> str:
+    """Print what Python and messages call the fields of an event."""
+    text = "const char *const"
+    listed = _table(out, text, f"{own}_fields", [quoted(field) for field in fields])
+    said = _table(out, text, f"{own}_said", [quoted(f"{name}: {field}") for field in fields])
+    return f"{{{listed}, {said}}}"
 
 
-def _steps(out: Emitter, module: Module) -> None:
-    names = module.bound.names
-    parts = {"RUNNING": names.running, "NAME": quoted(module.chart.name)}
-    parts |= {"UPPER": names.upper, "LEAVES": _leaves(module)}
-    out.lines(fill(module, module.bound, METHODS, **parts))
-    out.line()
-    if module.saved:
-        out.lines(fill(module, module.bound, SAVED_METHODS, **parts))
-        out.line()
-
-
-def _fixed(module: Module) -> list[Method]:
-    """Return the methods that every machine has."""
-    w = module.wrapper
-    methods = [
-        (name, f"{CAST if 'FASTCALL' in flags else ''}{w}_{name}", flags, documented(name, *rest))
-        for name, flags, *rest in FIXED
-    ]
-    if module.saved:
-        methods += [
-            ("save", f"{CAST}{w}_save", KEYWORDS, documented("save", "now=None", SAVE)),
-            (
-                "restore",
-                f"{CAST}{w}_restore",
-                KEYWORDS,
-                documented("restore", "saved, now=0", BACK),
-            ),
-        ]
-    if module.traced:
-        methods.append(("_dump", f"{w}_dump", "METH_NOARGS", "Tell the trace all data."))
-    return methods
-
-
-@telling
-def documented(name: str, passed: str, doc: str) -> str:
-    """Return a documentation in front of which stands the signature, as Python reads it."""
-    return f"{name}({', '.join(filter(None, ('$self', passed)))})\n--\n\n{doc}"
-
-
-def _of_events(out: Emitter, module: Module) -> list[Method]:
-    """Print `post_` and `dispatch_` of each event; return them."""
-    methods: list[Method] = []
+def _of_events(out: Emitter, module: Module) -> Iterator[str]:
+    """Print `post_` and `dispatch_` of each event; yield their rows."""
+    put = "Put `{}` into the queue; False if that is full or the machine does not run."
+    take = "Process `{}` at once; whether it enabled a transition."
+    calls = str(module.is_calling).lower()
     for event in posted(module.chart):
         name = module.bound.member.names.events[event.index]
         shown = fields_of(event.fields)
-        told = "`" + event.name + "`"
-        put = "Put " + told + " into the queue; False if that is full or the machine does not run."
-        take = "Process " + told + " at once; whether it enabled a transition."
+        macro, flags = ("EVENT", KEYWORDS) if shown else ("PLAIN", "METH_NOARGS")
         for verb, doc in (("post", put), ("dispatch", take)):
             method, function = f"{verb}_{name}", f"{module.wrapper}_{verb}_{event.index}"
-            _event_method(out, module, event, method, function)
-            cast, flags = (CAST, KEYWORDS) if shown else ("", "METH_NOARGS")
-            documentation = documented(method, ", ".join(shown), doc)
-            methods.append((method, f"{cast}{function}", flags, documentation))
-    return methods
-
-
-def _event_method(out: Emitter, module: Module, event: Event, method: str, function: str) -> None:
-    names, w = module.bound.names, module.wrapper
-    is_put = method.startswith("post_")
-    rest = "" if is_put else f", {event.index}"
-    call = f"{w}_{'put' if is_put else 'take'}(({w}_object *)object, &e{rest})"
-    if not event.fields:
-        out.line(f"static PyObject *{function}(PyObject *object, PyObject *unused)")
-        with out.block("{"):
-            out.line(f"{names.prefix}_event e = {names.upper}_NO_EVENT;")
-            out.line("(void)unused;")
-            out.line(f"e.event = {names.events[event.index]};")
-            out.line(f"return {call};")
-        out.line()
-        return
-    count = len(event.fields)
-    fields = f"{w}_fields_{event.index}"
-    out.line(f"static PyObject *{function}(")
-    out.line("    PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)")
-    with out.block("{"):
-        out.line(f"{names.prefix}_event e = {names.upper}_NO_EVENT;")
-        out.line(f"PyObject *values[{count}];")
-        text = quoted(method)
-        out.line(
-            f"if (!fsm_py_arguments({text}, {fields}, {count}, given, count, keywords, values)"
-        )
-        out.line(f"    || !fsm_py_all({text}, {fields}, {count}, values)")
-        filled = f"(fsm_object *)object, &{names.prefix}_info, {w}_events, {event.index}"
-        out.line(f"    || !fsm_py_fill({filled}, &e, values))")
-        out.line("    return NULL;")
-        out.line(f"return {call};")
+            is_posted = str(verb == "post").lower()
+            passed = [function, module.bound.names.prefix, is_posted, calls, str(event.index)]
+            passed += [quoted(method)] if shown else []
+            out.line(f"FSM_PY_{macro}({', '.join(passed)})")
+            documentation = quoted(documented(method, shown, doc.format(event.name)))
+            yield f"{{{quoted(method)}, FSM_PY_CALL({function}), {flags}, {documentation}}}"
     out.line()
 
 
-def _variables(out: Emitter, module: Module) -> None:
-    """Print how data, outputs and inputs are read and written, by their place in the table."""
-    names = module.bound.member.names.variables
-    shown = [names[variable.name] for variable in _variables_of(module.chart)]
-    _texts(out, f"{module.wrapper}_variables", shown)
-    out.lines(fill(module, module.bound, VARIABLES))
-    out.line()
-
-
-def _variables_of(chart: Chart) -> tuple[Data, ...]:
-    """Return the variables in the order of the table of the machine."""
-    return (*chart.data, *chart.outputs, *chart.inputs)
-
-
-def _tables(out: Emitter, module: Module, methods: list[Method]) -> None:
-    """Print the type and the module."""
-    bound, chart, w = module.bound, module.chart, module.wrapper
-    class_ = bound.member.names.machine
-    with out.block(f"static PyMethodDef {w}_methods[] = {{", "};"):
-        for name, function, flags, doc in methods:
-            out.line(f"{{{quoted(name)}, {function}, {flags},")
-            out.line(f" {quoted(doc)}}},")
-        out.line("{NULL, NULL, 0, NULL},")
-    out.line()
-    own = [f"{w}_get_{name}" for name in ("running", "finished", "fault")]
-    with out.block(f"static PyGetSetDef {w}_attributes[] = {{", "};"):
-        for getter in own:
-            out.line(f'{{"{getter.rpartition("_")[2]}", {getter}, NULL, NULL, NULL}},')
-        for name in ("log", "reply", *(("trace",) if module.traced else ())):
-            out.line(f'{{"{name}", fsm_py_get_{name}, fsm_py_set_{name}, NULL, NULL}},')
-        for number, variable in enumerate(_variables_of(chart)):
-            name = quoted(bound.member.names.variables[variable.name])
-            out.line(f"{{{name}, {w}_get, {w}_set, NULL, (void *){number}}},")
-        out.line("{NULL, NULL, NULL, NULL, NULL},")
-    out.line()
-    _texts(out, f"{w}_states", [state.id for state in chart.states])
-    _texts(out, f"{w}_names", [event.name for event in chart.events])
-    _texts(out, f"{w}_calls", [method.name for method in module.calls])
-    places = ", ".join(str(chart.event_index[event.name]) for event in chart.events) or "0"
-    out.lines([f"static const Py_ssize_t {w}_places[] = {{{places}}};", ""])
-    _quote(out, f"{w}_python", definitions(module))
-    doc = f"{class_}: create it, `start` it, `post` events, `run` it to a time."
-    provides = "".join(
-        f"    if (!fsm_py_provides(&self->o, provider, {quoted(each.chart.name)}, "
-        f"{each.first_call}, {each.first_call + len(each.calls)}))\n        return -1;\n"
-        for each in bound.everyone
-        if each.calls
-    )
-    told = chart.doc or "The machine " + chart.name + "."
-    parts = {"CLASS": class_, "NAME": quoted(chart.name), "MODULE": module.name}
-    provides = provides.rstrip("\n") or "    (void)provider;"
-    out.lines(fill(module, bound, MAKING, CHECKS=provides, **parts))
-    out.line()
-    slots = {
-        "new": f"{w}_new", "init": f"{w}_init", "dealloc": "fsm_py_dealloc",
-        "traverse": "fsm_py_traverse", "clear": "fsm_py_clear",
-        "methods": f"{w}_methods", "getset": f"{w}_attributes",
-    }  # fmt: skip
-    with out.block(f"static PyType_Slot {w}_slots[] = {{", "};"):
-        signature = quoted(f"{class_}(operations=None)\n--\n\n{doc}")
-        out.line(f"{{Py_tp_doc, (void *)(uintptr_t){signature}}},")
-        out.lines(f"{{Py_tp_{slot}, (void *){text}}}," for slot, text in slots.items())
-        out.line("{0, NULL},")
-    out.line()
-    with out.block(f"static PyType_Spec {w}_type = {{", "};"):
-        out.line(f"{quoted(f'{module.name}.{class_}')}, (int)sizeof({w}_object), 0,")
-        kinds = ("DEFAULT", "BASETYPE", "HAVE_GC")
-        out.line(f"{' | '.join(f'Py_TPFLAGS_{flag}' for flag in kinds)}, {w}_slots,")
-    out.line()
-    parts |= {
-        "STATES": str(len(chart.states)), "EVENTS": str(len(chart.events)),
-        "SYMBOLS": str(len(bound.names.symbols)), "FIRST": str(bound.first_call),
-        "CALLS": str(len(module.calls)), "DOC": quoted(told),
-        "FILE": f"<{module.name}>",
-    }  # fmt: skip
-    out.lines(fill(module, bound, LOADING, **parts))
-
-
-def _texts(out: Emitter, name: str, texts: list[str]) -> None:
-    with out.block(f"static const char *const {name}[] = {{", "};"):
-        out.lines(f"{quoted(text)}," for text in texts)
-        if not texts:
-            out.line("NULL,")
-    out.line()
-
-
-def _quote(out: Emitter, name: str, text: str) -> None:
-    """Print a text of several lines as a constant."""
-    out.line(f"static const char {name}[] =")
-    lines = [quoted(f"{line}\n") for line in text.rstrip("\n").split("\n")]
-    with out.indented():
-        out.lines([*lines[:-1], f"{lines[-1]};"])
-    out.line()
+@telling
+def documented(name: str, passed: Sequence[str], doc: str) -> str:
+    """Return a documentation in front of which stands the signature, as Python reads it."""
+    return f"{name}({', '.join(('$self', *passed))})\n--\n\n{doc}"

@@ -143,7 +143,7 @@ def test_sources_alone(press: Path) -> None:
     names = {path.name for path in folder.iterdir()}
     assert names == {
         "sided.pyi", "sided_python.c", "sided_machine.c", "sided_machine.h", "sided_machine_info.c",
-        "fsm.c", "fsm.h", "fsm_info.h", "fsm_python.h",
+        "fsm.c", "fsm.h", "fsm_info.h", "fsm_python.h", "fsm_python_hooks.h",
     }  # fmt: skip
     assert "class Sided:" in (folder / "sided.pyi").read_text()
     assert execute(["compile", str(press), "--no-build"]) == 2
