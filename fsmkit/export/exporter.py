@@ -21,7 +21,7 @@ class ExportOptions:
     """How to export: time and watchdogs as `verify.explore` takes them, and where to give up.
 
     ``most``: states that are explored. Where the ``deadline`` passes, `TimeUp` is raised.
-    ``progress`` is told states and transitions so far, ``findings`` the properties left out.
+    ``progress`` gets states and transitions so far, ``findings`` the properties left out.
     """
 
     untimed: bool = False
@@ -59,7 +59,7 @@ def given_up_at(deadline: Deadline) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """A text, and figures to be told of it, by name: ``states``, ``transitions``."""
+    """A text, and figures of it, by name: ``states``, ``transitions``."""
 
     text: str
     figures: Mapping[str, int]

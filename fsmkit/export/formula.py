@@ -195,14 +195,14 @@ class _Reader:
                 help="declare narrower ranges, or let a chart compare",
             )
         some = [automaton.locals[0].snapshot for automaton in self._network.automata]
-        asked = replace(self._property, condition=expr, kind=never.KIND)
+        tested = replace(self._property, condition=expr, kind=never.KIND)
         found: list[Formula] = []
         for combination in product(*(group.values() for group in groups)):
             snapshots = list(some)
             for machine, locals_ in zip(machines, combination, strict=True):
                 first = min(locals_)
                 snapshots[machine] = self._network.automata[machine].locals[first].snapshot
-            if evaluate_property(self._network.closed, asked, tuple(snapshots)):
+            if evaluate_property(self._network.closed, tested, tuple(snapshots)):
                 parts = zip(machines, combination, strict=True)
                 found.append(All(tuple(In(m, frozenset(locals_)) for m, locals_ in parts)))
         return Any(tuple(found))

@@ -22,7 +22,7 @@ from fsmkit.texts import telling
 
 
 @dataclass(frozen=True, slots=True)
-class Spelt:
+class MachineNames:
     """The names of a machine: of its equations, its local states, its messages.
 
     ``channel``: that of its visible events.
@@ -42,16 +42,16 @@ class Spelt:
 class Alphabet:
     """All events. ``moves``: of each machine its moves with the events that they can be.
 
-    ``told`` and ``queued``: the events that are the same to a machine, or to a queue.
+    ``received`` and ``queued``: the events that are the same to a machine, or to a queue.
     """
 
     network: Network
     names: Names = field(default_factory=lambda: Names(TAKEN))
-    spelt: tuple[Spelt, ...] = ()
+    machines: tuple[MachineNames, ...] = ()
     events: dict[Event, str] = field(default_factory=dict)
     labels: dict[str, str] = field(default_factory=dict)
     moves: list[list[tuple[Move, str]]] = field(default_factory=list)
-    told: list[dict[OnMachine, list[str]]] = field(default_factory=list)
+    received: list[dict[OnMachine, list[str]]] = field(default_factory=list)
     queued: list[dict[OnQueue, list[str]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -71,14 +71,14 @@ class Alphabet:
                         self.events[event] = names.take(text)
                     found.append((move, self.events[event]))
             self.moves.append(found)
-        self.spelt = tuple(self._spelt(n, channel) for n, channel in enumerate(channels))
+        self.machines = tuple(self._names_of(n, channel) for n, channel in enumerate(channels))
         for machine in range(len(network.automata)):
             self._concerns(machine)
 
-    def _spelt(self, machine: int, channel: str) -> Spelt:
+    def _names_of(self, machine: int, channel: str) -> MachineNames:
         automaton, new = self.network.automata[machine], self.names.take
         upper = channel.upper()
-        return Spelt(
+        return MachineNames(
             channel,
             new(upper),
             new(f"{upper}_QUEUE"),
@@ -90,18 +90,18 @@ class Alphabet:
         )
 
     def _concerns(self, machine: int) -> None:
-        told: dict[OnMachine, list[str]] = {}
+        received: dict[OnMachine, list[str]] = {}
         queued: dict[OnQueue, list[str]] = {}
         for event, name in self.events.items():
             if event.machine != machine:
                 to_machine = on_machine(self.network, event, machine)
                 if to_machine is not None:
-                    told.setdefault(to_machine, []).append(name)
+                    received.setdefault(to_machine, []).append(name)
             if self.network.automata[machine].queue:
                 to_queue = on_queue(self.network, event, machine)
                 if to_queue is not None:
                     queued.setdefault(to_queue, []).append(name)
-        self.told.append(told)
+        self.received.append(received)
         self.queued.append(queued)
 
     def own(self, machine: int) -> list[str]:

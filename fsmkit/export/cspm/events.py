@@ -1,7 +1,7 @@
 """The steps of a network as events: what each demands of all parts, and what it does to them.
 
-An event is a step of the system: the machine that moves, every queue that is read, filled or asked
-whether it is empty, and every machine that is told a value take part in it at once. Moves that are
+An event is a step of the system: the machine that moves, each queue that the step reads, fills or
+needs empty, and each machine that receives a value take part in it at once. Moves that are
 alike in all that others notice are one event; where they lead is the business of the machine.
 """
 
@@ -70,10 +70,10 @@ class OnQueue:
 
 @dataclass(frozen=True, slots=True)
 class OnMachine:
-    """What an event of others is to a machine: what it is told, what its own queue must hold."""
+    """What an event of others is to a machine: values that it receives, a demand on its queue."""
 
     demand: Demand
-    told: tuple[int, ...]
+    received: tuple[int, ...]
 
 
 def events_of(network: Network, move: Move, machine: int) -> Iterator[Event]:
@@ -153,8 +153,8 @@ def on_machine(network: Network, event: Event, machine: int) -> OnMachine | None
     automaton = network.automata[machine]
     inside = not automaton.queue and any(local.waiting for local in automaton.locals)
     demand = _demand(network, event, machine) if inside else Demand.ANY
-    told = told_values(network, event.sent, machine)
-    return None if demand is Demand.ANY and not told else OnMachine(demand, told)
+    received = received_values(network, event.sent, machine)
+    return None if demand is Demand.ANY and not received else OnMachine(demand, received)
 
 
 def _demand(network: Network, event: Event, machine: int) -> Demand:
@@ -170,7 +170,7 @@ def _demand(network: Network, event: Event, machine: int) -> Demand:
     return Demand.ANY
 
 
-def told_values(network: Network, sent: tuple[Sent, ...], machine: int) -> tuple[int, ...]:
+def received_values(network: Network, sent: tuple[Sent, ...], machine: int) -> tuple[int, ...]:
     """Return the messages that change the local state of a machine at once."""
     automaton = network.automata[machine]
     return tuple(
@@ -181,9 +181,9 @@ def told_values(network: Network, sent: tuple[Sent, ...], machine: int) -> tuple
     )
 
 
-def after_told(automaton: Automaton, local: int, told: tuple[int, ...]) -> int | None:
+def after_values(automaton: Automaton, local: int, received: tuple[int, ...]) -> int | None:
     """Return the local state after some values; None if the explorer has not seen that."""
-    for message in told:
+    for message in received:
         known = automaton.receives.get((local, message))
         if known is None:
             return None

@@ -12,7 +12,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.export.collect import exported
 from fsmkit.export.cspm.alphabet import Alphabet
 from fsmkit.export.cspm.assertions import Asserted, asserted
-from fsmkit.export.cspm.events import Demand, OnMachine, OnQueue, after_told, told_values
+from fsmkit.export.cspm.events import Demand, OnMachine, OnQueue, after_values, received_values
 from fsmkit.export.cspm.identifiers import Frame, Script, comment, listed, offer
 from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.formula import Form
@@ -116,12 +116,12 @@ class _Writer:
         if found.labels:
             out.line(f"datatype {frame.label} =")
             out.line(f"  {listed(list(found.labels.values()), '  ', '', '').replace(',', ' |')}")
-        for machine, spelt in enumerate(found.spelt):
+        for machine, named in enumerate(found.machines):
             labels = dict.fromkeys(
                 found.labels[event.label] for event in found.events if event.machine == machine
             )
             if labels:
-                out.line(f"channel {spelt.channel} : {listed(list(labels), '  ')}")
+                out.line(f"channel {named.channel} : {listed(list(labels), '  ')}")
         out.line()
         if any(automaton.queue for automaton in self._network.automata):
             out.remark("A sequence with one more message, if there is room for so many.")
@@ -134,7 +134,7 @@ class _Writer:
 
     def _machine(self, machine: int, automaton: Automaton) -> None:
         out, frame, found = self._out, self._frame, self._all
-        spelt = found.spelt[machine]
+        named = found.machines[machine]
         out.title(automaton.name)
         for event, name in found.events.items():
             if event.machine == machine:
@@ -142,28 +142,28 @@ class _Writer:
         own = found.own(machine)
         alphabet = [f"{{| {frame.start} |}}", f"{{{frame.unseen}.{machine}}}"]
         if own:
-            out.line(f"{spelt.steps} = {listed(own, '  ')}")
-            alphabet.append(spelt.steps)
+            out.line(f"{named.steps} = {listed(own, '  ')}")
+            alphabet.append(named.steps)
         if self._timed:
             alphabet.append("{tock}")
-        told = self._told(machine, automaton)
-        alphabet += told.values()
+        received = self._received(machine, automaton)
+        alphabet += received.values()
         alphabet += self._violations(machine, queue=False)
-        self._parts.append((spelt.process, alphabet))
+        self._parts.append((named.process, alphabet))
         out.line()
         first: dict[str, list[str]] = {}
         for number, places in enumerate(self._network.initial):
-            name = spelt.locals[places[machine].local]
+            name = named.locals[places[machine].local]
             first.setdefault(name, []).append(f"{frame.start}.{number}")
         out.equation(
-            spelt.process,
+            named.process,
             [self._offer(names, to) for to, names in first.items()],
         )
         moves: dict[int, dict[str, list[str]]] = {}
         for move, name in found.moves[machine]:
-            told_itself = told_values(self._network, move.sent, machine)
-            after = after_told(automaton, move.target, told_itself)
-            to = spelt.unseen if after is None else spelt.locals[after]
+            own_values = received_values(self._network, move.sent, machine)
+            after = after_values(automaton, move.target, own_values)
+            to = named.unseen if after is None else named.locals[after]
             names = moves.setdefault(move.source, {}).setdefault(to, [])
             if name not in names:
                 names.append(name)
@@ -171,12 +171,12 @@ class _Writer:
             if local.text != local.name:
                 out.remark(comment(local.text))
             terms = [self._offer(names, to) for to, names in moves.get(number, {}).items()]
-            terms += self._hears(machine, number, told)
+            terms += self._reactions(machine, number, received)
             if self._timed and not local.has_work:
                 terms.append(self._offer(["tock"], self._later(machine, number, local)))
             terms += self._self_loops(machine, number)
-            out.equation(spelt.locals[number], terms)
-        out.equation(spelt.unseen, [f"({frame.unseen}.{machine} -> {spelt.unseen})"])
+            out.equation(named.locals[number], terms)
+        out.equation(named.unseen, [f"({frame.unseen}.{machine} -> {named.unseen})"])
         out.line()
 
     def _offer(self, events: list[str], to: str) -> str:
@@ -186,12 +186,12 @@ class _Writer:
         joined = sets[0] if len(sets) == 1 else f"Union({listed(sets, '      ')})"
         return f"([] {self._frame.e} : {joined} @ ({self._frame.e} -> {to}))"
 
-    def _told(self, machine: int, automaton: Automaton) -> Mapping[OnMachine, str]:
+    def _received(self, machine: int, automaton: Automaton) -> Mapping[OnMachine, str]:
         """Define the sets of events of others that are the same to a machine."""
         sets = {}
-        upper = self._all.spelt[machine].process
-        for what, events in self._all.told[machine].items():
-            texts = [automaton.arrivals[message].text for message in what.told]
+        upper = self._all.machines[machine].process
+        for what, events in self._all.received[machine].items():
+            texts = [automaton.arrivals[message].text for message in what.received]
             if what.demand is not Demand.ANY:
                 texts.append(f"waiting for it: {what.demand.value}")
             self._out.remark(comment(", then ".join(texts)))
@@ -199,17 +199,19 @@ class _Writer:
             self._out.line(f"{sets[what]} = {listed(events, '  ')}")
         return sets
 
-    def _hears(self, machine: int, number: int, told: Mapping[OnMachine, str]) -> Iterator[str]:
+    def _reactions(
+        self, machine: int, number: int, received: Mapping[OnMachine, str]
+    ) -> Iterator[str]:
         automaton = self._network.automata[machine]
-        spelt, waiting = self._all.spelt[machine], automaton.locals[number].waiting
+        named, waiting = self._all.machines[machine], automaton.locals[number].waiting
         found: dict[str, list[str]] = {}
-        for what, name in told.items():
+        for what, name in received.items():
             if what.demand is Demand.EMPTY and waiting != 0:
                 continue
             if what.demand is Demand.ONE and waiting != 1:
                 continue
-            after = after_told(automaton, number, what.told)
-            to = spelt.unseen if after is None else spelt.locals[after]
+            after = after_values(automaton, number, what.received)
+            to = named.unseen if after is None else named.locals[after]
             found.setdefault(to, []).append(name)
         for to, sets in found.items():
             yield self._of_sets(sets, to)
@@ -217,10 +219,10 @@ class _Writer:
     def _later(self, machine: int, number: int, local: Local) -> str:
         """Return where a unit of time leads; without a timer of its own, nowhere else."""
         after = self._network.automata[machine].elapsed.get(number)
-        spelt = self._all.spelt[machine]
+        named = self._all.machines[machine]
         if after is None:
-            return spelt.unseen if local.awaited else spelt.locals[number]
-        return spelt.locals[after]
+            return named.unseen if local.awaited else named.locals[number]
+        return named.locals[after]
 
     # --- violations ------------------------------------------------------------------------------
 
@@ -245,23 +247,23 @@ class _Writer:
             if local in dict(case.locals).get(machine, ())
         ]
         if found:
-            yield self._offer(found, self._all.spelt[machine].locals[local])
+            yield self._offer(found, self._all.machines[machine].locals[local])
 
     # --- queues ----------------------------------------------------------------------------------
 
     def _queue(self, machine: int, automaton: Automaton) -> None:
         frame = self._frame
         out, found, s = self._out, self._all, frame.s
-        spelt = found.spelt[machine]
+        named = found.machines[machine]
         out.remark(f"the queue of {comment(automaton.name)}: at most {automaton.queue} wait")
         messages = [
-            spelt.messages[n] for n, arrival in enumerate(automaton.arrivals) if arrival.is_event
+            named.messages[n] for n, arrival in enumerate(automaton.arrivals) if arrival.is_event
         ]
-        type_ = found.names.take(f"{spelt.process}_MESSAGE")
+        type_ = found.names.take(f"{named.process}_MESSAGE")
         out.line(f"datatype {type_} = {listed(messages, '  ', '', '').replace(',', ' |')}")
         sets = {}
         for what, events in found.queued[machine].items():
-            sets[what] = found.names.take(spelt.queue)
+            sets[what] = found.names.take(named.queue)
             out.remark(self._about(automaton, what))
             out.line(f"{sets[what]} = {listed(events, '  ')}")
         alphabet = [f"{{| {frame.start} |}}", *sets.values()]
@@ -272,22 +274,22 @@ class _Writer:
         first: dict[str, list[str]] = {}
         for number, places in enumerate(self._network.initial):
             place = places[machine]
-            waiting = ", ".join(spelt.messages[message] for message in place.queue)
+            waiting = ", ".join(named.messages[message] for message in place.queue)
             runs = automaton.locals[place.local].running
-            to = f"{spelt.queue}(<{waiting}>)" if runs else spelt.closed
+            to = f"{named.queue}(<{waiting}>)" if runs else named.closed
             first.setdefault(to, []).append(f"{frame.start}.{number}")
-        begin = found.names.take(f"{spelt.queue}_START")
+        begin = found.names.take(f"{named.queue}_START")
         self._parts.append((begin, alphabet))
         out.equation(begin, [self._offer(names, to) for to, names in first.items()])
         terms = [self._reaction(machine, automaton, what, name) for what, name in sets.items()]
         if self._timed:
-            terms.append(f"(null({s}) & (tock -> {spelt.queue}({s})))")
+            terms.append(f"(null({s}) & (tock -> {named.queue}({s})))")
         if violations:
-            again = f"{spelt.queue}({s})"
+            again = f"{named.queue}({s})"
             loop = f"([] {frame.e} : {violations[0]} @ ({frame.e} -> {again}))"
             terms.append(f"(null({s}) & {loop})")
-        out.equation(f"{spelt.queue}({s})", terms)
-        closes = spelt.closed in first or any(what.closes for what in sets)
+        out.equation(f"{named.queue}({s})", terms)
+        closes = named.closed in first or any(what.closes for what in sets)
         if closes:
             out.remark("stopped: it swallows what comes")
             allowed = [
@@ -297,20 +299,20 @@ class _Writer:
             ]
             allowed += ["{tock}"] if self._timed else []
             allowed += violations
-            terms = [self._of_sets(allowed, spelt.closed)] if allowed else []
-            out.equation(spelt.closed, terms)
+            terms = [self._of_sets(allowed, named.closed)] if allowed else []
+            out.equation(named.closed, terms)
         out.line()
 
     def _reaction(self, machine: int, automaton: Automaton, what: OnQueue, events: str) -> str:
         frame = self._frame
-        spelt, s = self._all.spelt[machine], frame.s
+        named, s = self._all.machines[machine], frame.s
         rest = s if what.taken is None else f"tail({s})"
         for message in what.posted:
-            rest = f"{frame.post}({automaton.queue}, {rest}, {spelt.messages[message]})"
-        to = spelt.closed if what.closes else f"{spelt.queue}({rest})"
+            rest = f"{frame.post}({automaton.queue}, {rest}, {named.messages[message]})"
+        to = named.closed if what.closes else f"{named.queue}({rest})"
         term = f"([] {frame.e} : {events} @ ({frame.e} -> {to}))"
         if what.taken is not None:
-            term = f"((head({s}) == {spelt.messages[what.taken]}) & {term})"
+            term = f"((head({s}) == {named.messages[what.taken]}) & {term})"
             return f"((not null({s})) & {term})"
         tests = {
             Demand.EMPTY: f"null({s})",
@@ -358,13 +360,13 @@ class _Writer:
         hidden = [f"{{| {frame.start} |}}"]
         pairs = []
         for event, name in found.events.items():
-            spelt, instance = found.spelt[event.machine], machines[event.machine]
+            named, instance = found.machines[event.machine], machines[event.machine]
             if instance.is_channel or instance.is_monitor:
                 continue
-            pairs.append(f"{name} <- {spelt.channel}.{found.labels[event.label]}")
+            pairs.append(f"{name} <- {named.channel}.{found.labels[event.label]}")
         for machine, instance in enumerate(machines):
             if (instance.is_channel or instance.is_monitor) and found.own(machine):
-                hidden.append(found.spelt[machine].steps)
+                hidden.append(found.machines[machine].steps)
         renamed = f"({frame.system}{listed(pairs, '  ', '[[', ']]')})" if pairs else frame.system
         out.line(f"{frame.visible} = ({renamed} \\ Union({listed(hidden, '  ')}))")
         out.line()

@@ -47,16 +47,16 @@ def written(found: Comparison) -> str:
         out.remark(f"Only some values are tried of {comment(sample)}.")
     out.line()
     sights = dict.fromkeys(sight for to in found.derived_steps.values() for sight, _ in to)
-    spelt = {}
+    named = {}
     for sight in sights:
         text = ", ".join(_seen(found.base, sight)) or "nothing"
-        spelt[sight] = names.take(word(text)[:LONGEST])
-        out.line(f"channel {spelt[sight]}  -- {comment(text)}")
+        named[sight] = names.take(word(text)[:LONGEST])
+        out.line(f"channel {named[sight]}  -- {comment(text)}")
     graphs = (spec, found.base, found.base_steps), (process, found.derived, found.derived_steps)
     for name, chart, steps in graphs:
         out.line()
         out.title(chart.name)
-        _process(out, names, name, variable, chart, steps, spelt)
+        _process(out, names, name, variable, chart, steps, named)
     out.line()
     out.line(f"assert {spec} [T= {process}")
     return out.finish()
@@ -69,7 +69,7 @@ def _process(
     variable: str,
     chart: Chart,
     steps: Steps,
-    spelt: dict[Sight, str],
+    named: dict[Sight, str],
 ) -> None:
     """Write an equation for each state of a chart."""
     snapshots = in_order(chart, [state for state in steps if state is not None])
@@ -83,7 +83,7 @@ def _process(
         out.remark(comment(text))
         by_target: dict[str, list[str]] = {}
         for sight, to in steps[state]:
-            by_target.setdefault(local[to], []).append(spelt[sight])
+            by_target.setdefault(local[to], []).append(named[sight])
         terms = [offer(variable, events, to) for to, events in by_target.items()]
         out.equation(local[state], terms)
 

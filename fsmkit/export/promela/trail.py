@@ -37,7 +37,7 @@ def counterexample_of(
 ) -> tuple[Network, Property | None, Counterexample]:
     """Return the path beside a model (``x.pml``), or one that SPIN printed (any other file).
 
-    Also the property whose claim it violates, if that is told. Raises `FsmkitError`: ``no-spin``;
+    Also the property whose claim it violates, if that is known. Raises `FsmkitError`: ``no-spin``;
     ``foreign-trail`` where it is no path of the system.
     """
     network = network_of(system, options)

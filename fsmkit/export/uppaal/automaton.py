@@ -163,7 +163,7 @@ def _ways(paths: Paths, key: Key, history: History, trigger: Trigger) -> tuple[P
             return ()
         case _:
             found: tuple[Path, ...]
-            if not paths.hears(trigger.event) and _is_ignored(paths, key, trigger.event):
+            if not paths.is_observed(trigger.event) and _is_ignored(paths, key, trigger.event):
                 found = (Path((), key, (), (), took=False, happened=True),)
             else:
                 payload = paths.open_payload(trigger.event)

@@ -30,7 +30,7 @@ class Data:
     histories: dict[int, str] = field(default_factory=dict)
     clocks: dict[object, str] = field(default_factory=dict)
     scratch: dict[str, Declared] = field(default_factory=dict)
-    given: dict[str, Fragment] = field(default_factory=dict)
+    bindings: dict[str, Fragment] = field(default_factory=dict)
     """What stands for parts of the event at hand, and for inputs, before the first update."""
 
     selects: dict[str, str] = field(default_factory=dict)
@@ -100,8 +100,8 @@ class Data:
         return self.clocks[identity(timer)]
 
     def _access(self, path: str, variable: Variable) -> Fragment:
-        if path in self.given:
-            return self.given[path]
+        if path in self.bindings:
+            return self.bindings[path]
         if path.startswith("@"):
             return Fragment(self.kept(path, variable.type))
         return Fragment(self.name(path))

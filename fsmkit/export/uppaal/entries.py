@@ -39,7 +39,7 @@ class Assigned:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Output:
     """An event or a call leaves by a port that is wired."""
 
     port: int
@@ -54,7 +54,7 @@ class Posted:
     values: tuple[Expr, ...]
 
 
-Entry = Test | Picked | Assigned | Told | Posted
+Entry = Test | Picked | Assigned | Output | Posted
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ class Path:
     """Whether there was a microstep at all."""
 
     def is_idle(self, source: Key) -> bool:
-        """Whether nothing changes and nobody is told anything."""
+        """Whether nothing changes and there is no output."""
         tells = any(not isinstance(entry, Test | Picked) for entry in self.entries)
         return not tells and self.target == source and not self.fresh
 

@@ -18,7 +18,7 @@ from fsmkit.export.uppaal.labels import LETTER, LINE, Block, block, labelled
 from fsmkit.export.uppaal.network import Edge, Location, Point, Template
 
 MOST_EDGES = 400
-"""Lines that Graphviz is asked to lay out; templates with more are not for the eye."""
+"""Lines that Graphviz lays out; templates with more are not for the eye."""
 SECONDS = 20
 FEWEST, SHARE = 4, 0.25
 """A hub is entered from so many locations, and from such a share of all."""

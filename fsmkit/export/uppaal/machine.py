@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from math import prod
 
 from fsmkit.chart.walk import nodes
 from fsmkit.export.identifiers import word
@@ -22,11 +23,11 @@ from fsmkit.export.uppaal.entries import (
     Entry,
     History,
     Key,
+    Output,
     Path,
     Picked,
     Posted,
     Test,
-    Told,
     scratch,
 )
 from fsmkit.export.uppaal.network import Edge, Location, Template
@@ -98,9 +99,7 @@ class Builder:
             self.space.templates[self.machine],
             self.space.instances[self.machine],
             tuple(self.data.declared),
-            (*self.passed[:1], *self.locations.values(), *self.passed[1:])
-            if self.boot
-            else (*self.locations.values(), *self.passed),
+            (*self.locations.values(), *self.passed),
             initial,
             tuple(self.edges),
         )
@@ -149,7 +148,7 @@ class Builder:
         guard = (f"{self.space.boot} == {place}",) if count > 1 else ()
         beginning = Beginning(guard, starts=True, given=self._free_inputs())
         source = Key(frozenset(), running=False)
-        self.grow(list(self.automaton.start), 0, first.id, beginning, source, source)
+        self.grow(list(self.automaton.start), 0, first.id, beginning, source)
         return first.id
 
     def _free_inputs(self) -> tuple[tuple[str, Fragment, tuple[str, int, int] | None], ...]:
@@ -228,7 +227,7 @@ class Builder:
             case Cause.TAKE:
                 assert own is not None  # noqa: S101  (something can be taken)
                 heads = [f"{own.events}[0] == {own.numbers[t.event]}" for t in triggers]
-                head = heads[0] if len(heads) == 1 else f"({' || '.join(heads)})"
+                head = _some(heads)
                 if len(heads) > 1 and len(heads) == len(own.numbers):
                     head = f"{own.length} > 0"
                 first: list[str] = []
@@ -254,7 +253,7 @@ class Builder:
                 if trigger.owed:
                     self._note_owed(key, trigger, paths, remembered)
                 begun_here = replace(begun, guard=(*begun.guard, *remembered))
-                self.grow(effective, 0, self.locations[key].id, begun_here, key, key)
+                self.grow(effective, 0, self.locations[key].id, begun_here, key)
 
     def _effective(self, trigger: Trigger, key: Key, paths: Iterable[Path]) -> list[Path]:
         if trigger.cause is Cause.EVENTLESS:
@@ -288,12 +287,8 @@ class Builder:
         everybody = self.space.nobody_answers()
         if not environment or own is None:
             return everybody
-        rests = " && ".join(everybody)
-        busy = f"{own.length} > 0"
-        if monitor:
-            return [f"({busy} || {rests})" if " && " not in rests else f"({busy} || ({rests}))"]
-        watched = self.space.nobody_answers(environment=False)
-        return [f"({busy} || ({rests}))", *watched]
+        busy = _some([f"{own.length} > 0", " && ".join(everybody)])
+        return [busy] if monitor else [busy, *self.space.nobody_answers(environment=False)]
 
     def _due(self, key: Key, place: int) -> list[str]:
         """Return when a timer fires: it is due, and none armed before it is."""
@@ -330,11 +325,8 @@ class Builder:
         if len(triggers) > 1 or not fields:
             return [Beginning(guard, comment=names)]
         columns = [tuple(dict.fromkeys(column)) for column in zip(*trigger.payloads, strict=True)]
-        size = 1
-        for column in columns:
-            size *= len(column)
         groups: list[list[tuple[Value, ...]]] = [columns]
-        if size != len(trigger.payloads):
+        if prod(map(len, columns)) != len(trigger.payloads):
             groups = [[(value,) for value in payload] for payload in trigger.payloads]
         return [
             Beginning(
@@ -359,32 +351,16 @@ class Builder:
             yield [], next(iter(order.values()))
             return
         states = sorted({state for history in ways for state, _ in history})
-        telling = next(
-            (
-                [state]
-                for state in states
-                if _tells([{dict(h).get(state) for h in group} for group in groups.values()])
-            ),
-            states,
-        )
         for same, histories in groups.items():
-            seen = {tuple(dict(h).get(state) for state in telling): None for h in histories}
+            seen = dict.fromkeys(tuple(dict(h).get(state) for state in states) for h in histories)
             cases = [
                 " && ".join(
                     f"{self.data.histories[state]} == {self.data.history_text(state, value)}"
-                    for state, value in zip(telling, values, strict=True)
+                    for state, value in zip(states, values, strict=True)
                 )
                 for values in seen
             ]
-            text = cases[0] if len(cases) == 1 else f"({' || '.join(cases)})"
-            if " && " in text and len(cases) > 1:
-                text = f"({' || '.join(f'({case})' for case in cases)})"
-            yield [text], order[same]
-
-    def _pass(self) -> Location:
-        found = Location(self.space.id(), committed=True)
-        self.passed.append(found)
-        return found
+            yield [_some(cases)], order[same]
 
     def condition(self, test: Test) -> str:
         """Return a test as a part of a guard."""
@@ -398,7 +374,6 @@ class Builder:
         at: int,
         source: str,
         beginning: Beginning | None,
-        key: Key,
         start: Key,
     ) -> None:
         """Add the edges of paths that are the same up to an entry."""
@@ -413,7 +388,8 @@ class Builder:
             ended = list(dict.fromkeys(p for p in alike if len(p.entries) == end))
             going = [p for p in alike if len(p.entries) > end]
             if going:
-                through = self._pass()
+                through = Location(self.space.id(), committed=True)
+                self.passed.append(through)
                 self.takes_steps = True
                 later = [entry for path in going for entry in path.entries[end:]]
                 edge = self._edge(source, beginning, tests, actions, later)
@@ -422,15 +398,14 @@ class Builder:
                 )
                 update = (*before, *edge.update)
                 self.edges.append(replace(edge, target=through.id, update=update))
-                self.grow(going, end, through.id, None, key, start)
+                self.grow(going, end, through.id, None, start)
             for path in ended:
                 edge = self._edge(source, beginning, tests, actions, [])
                 closing = self._closing(path, start)
-                if beginning is None:
-                    closing.append(f"{self.space.stable} = true")
-                if start.configuration == frozenset():
-                    closing = [u for u in closing if not u.startswith(f"{self.space.stable} =")]
+                if not start.configuration:
                     closing += self._booted()
+                elif beginning is None:
+                    closing.append(f"{self.space.stable} = true")
                 target = self.locations[path.target].id
                 update = (*edge.update, *closing)
                 self.edges.append(replace(edge, target=target, update=update))
@@ -452,7 +427,7 @@ class Builder:
         """Return an edge without a target: what it tests and does."""
         begun = beginning or Beginning()
         posts = any(self._is_own(action) for action in actions) and begun.pops
-        self.data.given = {path: text for path, text, _ in begun.given}
+        self.data.bindings = {path: text for path, text, _ in begun.given}
         guard = [*begun.guard, *(self.condition(t) for t in tests if isinstance(t, Test))]
         picked = [f"{t.operation}() = {t.value}" for t in tests if isinstance(t, Picked)]
         needed = names_in((*later, *(actions if posts else ())))
@@ -464,51 +439,40 @@ class Builder:
                 update.append(f"{self._kept(path)} = {text.at_least(2)}")
         if posts:
             update += self.space.queues[self.machine].pop(flat=self.space.flat)
-            self.data.given = {p: t for p, t in self.data.given.items() if not p.startswith("@")}
+            self.data.bindings = {
+                p: t for p, t in self.data.bindings.items() if not p.startswith("@")
+            }
         for action in actions:
             update += self._action(action)
         if begun.pops and not posts:
             update += self.space.queues[self.machine].pop(flat=self.space.flat)
         used = " ".join([*guard, *update])
         select = tuple(s for _, _, s in begun.given if s is not None and _mentions(used, s[0]))
-        self.data.given = {}
+        self.data.bindings = {}
         comment = ", ".join([*([begun.comment] if begun.comment else []), *picked])
         return Edge(
             source, "", select, tuple(dict.fromkeys(guard)), begun.sync, tuple(update), comment
         )
 
     def _kept(self, path: str) -> str:
-        chart = self.automaton.paths.chart
+        """Return the variable that keeps a part of the event at hand, or an input."""
         if not path.startswith("@"):
             return self.data.variables[path]
-        for event in chart.events:
-            for part in event.fields:
-                if scratch(AT_HAND, part.name) == path and self._fits(path, part.type):
-                    return self.data.kept(path, part.type)
-        raise AssertionError(path)
-
-    def _fits(self, path: str, type_: Type) -> bool:
-        """Demand that parts of one name have one type, so that one variable keeps them."""
-        chart = self.automaton.paths.chart
-        types = {
-            part.type
-            for event in chart.events
-            for part in event.fields
-            if scratch(AT_HAND, part.name) == path
-        }
+        chart, name = self.automaton.paths.chart, path.partition(".")[2]
+        types = {part.type for event in chart.events for part in event.fields if part.name == name}
         if len(types) > 1:
             raise refuse(
-                f"`{path.partition('.')[2]}` is `{type_}` in one event and another type in another",
+                f"`{name}` is `{min(types, key=str)}` in one event and another type in another",
                 chart.root.span,
                 "give both the same type, or another name",
             )
-        return True
+        return self.data.kept(path, types.pop())
 
     def _is_own(self, entry: Entry) -> bool:
         """Whether something goes to the own queue."""
         if isinstance(entry, Posted):
             return True
-        return isinstance(entry, Told) and any(
+        return isinstance(entry, Output) and any(
             link.target == self.machine for link in self._links(entry.port)
         )
 
@@ -528,7 +492,7 @@ class Builder:
             case Posted(event, values):
                 texts = [data.number(value) for value in values]
                 return space.queues[self.machine].push(event, texts, flat=space.flat)
-            case Told(port, values):
+            case Output(port, values):
                 found = []
                 for link in self._links(port):
                     queue = space.queues[link.target]
@@ -593,7 +557,7 @@ class Builder:
         """Refuse what would come to the own queue in another order."""
         wired = False
         for entry in path.entries:
-            if isinstance(entry, Told):
+            if isinstance(entry, Output):
                 wired = wired or self._is_own(entry)
             elif isinstance(entry, Posted) and wired:
                 chart = self.automaton.paths.chart
@@ -667,9 +631,11 @@ class Builder:
         return found
 
 
-def _tells(groups: list[set[frozenset[int] | None]]) -> bool:
-    """Whether no value is in two groups."""
-    return sum(map(len, groups)) == len(set().union(*groups))
+def _some(cases: list[str]) -> str:
+    """Return a disjunction, as one part of a conjunction."""
+    if len(cases) == 1:
+        return cases[0]
+    return f"({' || '.join(f'({case})' if ' && ' in case else case for case in cases)})"
 
 
 def _still(ways: Ways) -> tuple[Test, ...] | None:
@@ -679,7 +645,7 @@ def _still(ways: Ways) -> tuple[Test, ...] | None:
 
 
 def _reads_payload(ways: Ways) -> bool:
-    """Whether a part of the event at hand is asked for anywhere."""
+    """Whether a part of the event at hand is used anywhere."""
     prefix = scratch(AT_HAND, "")
     return any(
         name.startswith(prefix)

@@ -13,10 +13,10 @@ from fsmkit.export.uppaal.entries import (
     Entry,
     History,
     Key,
+    Output,
     Path,
     Payload,
     Posted,
-    Told,
     scratch,
 )
 from fsmkit.export.uppaal.recorder import Recorder
@@ -70,8 +70,8 @@ class Paths:
         events, added = self._shift
         return port - added if port >= events + added else port
 
-    def hears(self, event: int) -> bool:
-        """Whether a monitor is told when the machine takes an event."""
+    def is_observed(self, event: int) -> bool:
+        """Whether a monitor observes that the machine takes an event."""
         return OBSERVED + event in self._wired
 
     # --- the steps -------------------------------------------------------------------------------
@@ -167,7 +167,7 @@ class Paths:
                 return list(found)
 
     def _path(self, key: Key | None, done: Macrostep, fired: Armed | None) -> Path:
-        entries = [*self._heard(done), *self._recorder.entries, *self._passed(done)]
+        entries = [*self._observed(done), *self._recorder.entries, *self._passed(done)]
         after = done.after
         fresh = [self._armed(timer) for timer in after.timers if timer.deadline < STANDING]
         standing = {t.what for t in after.timers if t.deadline >= STANDING}
@@ -198,12 +198,12 @@ class Paths:
             took or target != key,
         )
 
-    def _heard(self, done: Macrostep) -> list[Entry]:
-        """Return what monitors are told of an event that is taken."""
-        if not isinstance(done.event, Occurrence) or not self.hears(done.event.event):
+    def _observed(self, done: Macrostep) -> list[Entry]:
+        """Return the output to monitors that observe an event that is taken."""
+        if not isinstance(done.event, Occurrence) or not self.is_observed(done.event.event):
             return []
         (number,) = done.event.payload
-        return [Told(OBSERVED + done.event.event, self._carried(number, done.event.event))]
+        return [Output(OBSERVED + done.event.event, self._carried(number, done.event.event))]
 
     def _carried(self, number: object, event: int) -> tuple[Expr, ...]:
         assert isinstance(number, int)  # noqa: S101  (given when recorded)
@@ -220,7 +220,7 @@ class Paths:
         if done.event.destination is Destination.SELF:
             return [Posted(event, values)]
         leaves = any(isinstance(effect, Emitted) for effect in done.effects)
-        return [Told(event, values)] if leaves and event in self._wired else []
+        return [Output(event, values)] if leaves and event in self._wired else []
 
     def _armed(self, timer: Timer) -> Armed:
         if isinstance(timer.what, Delayed):

@@ -37,10 +37,10 @@ from fsmkit.export.uppaal.entries import (
     FIRST_SLOT,
     Assigned,
     Entry,
+    Output,
     Picked,
     Posted,
     Test,
-    Told,
     scratch,
 )
 from fsmkit.export.uppaal.terms import fitting, refuse, safety, saturating, staying
@@ -96,8 +96,8 @@ class Term:
     """An expression, and how to bring along what the interpreter knows of it."""
 
     expr: Expr
-    asked: tuple[Expr, ...]
-    """What is asked of the interpreter, in order: states, results; then name and number."""
+    needs: tuple[Expr, ...]
+    """What the interpreter evaluates for it, in order: states, results; then name and number."""
 
 
 class Recorder(Chooser):
@@ -112,7 +112,7 @@ class Recorder(Chooser):
         results: Mapping[str, tuple[Value, ...]],
         is_wired: Callable[[int], bool],
     ) -> None:
-        """Record a chart; ``is_wired`` tells whether anybody hears of a port."""
+        """Record a chart; ``is_wired``: whether a port is connected."""
         super().__init__(results)
         self.original = chart
         self.is_wired = is_wired
@@ -120,7 +120,7 @@ class Recorder(Chooser):
         self.ports = {o.name: len(chart.events) + n for n, o in enumerate(chart.operations)}
         everything = (chart.states, chart.transitions, chart.script)
         self._read = {n.name for n in nodes(everything) if isinstance(n, EventField)}
-        self.hears_errors = "error.range" in chart.event_index
+        self.answers_errors = "error.range" in chart.event_index
         self.constants: Mapping[str, Literal] = {}
         """Inputs that never change."""
         self.entries: list[Entry] = []
@@ -152,7 +152,7 @@ class Recorder(Chooser):
             return None
         if self.is_wired(self.ports[operation]):
             raise refuse(
-                f"`{operation}` has a result, and somebody is told of its call",
+                f"`{operation}` has a result, and its call is observed",
                 next(o.span for o in self.original.operations if o.name == operation),
                 "send an event instead, and wait for the answer",
             )
@@ -196,7 +196,7 @@ class Recorder(Chooser):
         types = {event.type for event in self.original.events if event.name == name}
         if len(types) > 1:
             raise refuse(
-                f"`{name}` is both raised and sent, and its type is asked",
+                f"`{name}` is both raised and sent, and its type is used",
                 node.span,
                 "give what is raised a name of its own",
             )
@@ -214,7 +214,7 @@ class Recorder(Chooser):
         return self.payload[at, field]
 
     def test(self, condition: Expr | None) -> bool:
-        """Tell whether a condition holds on this path; None does."""
+        """Return whether a condition holds on this path; None does."""
         if condition is None:
             return True
         holds = True
@@ -250,14 +250,14 @@ class Recorder(Chooser):
     def checked(self, expr: Expr, *, may_leave: bool = False) -> Expr:
         """Evaluate on this path; raises what the interpreter would meet.
 
-        ``may_leave``: that a value is brought back into its range can be told (``error.range``).
+        ``may_leave``: a value may be brought back into its range (``error.range``).
         """
         safe, inside = safety(expr), staying(expr)
         if not self.test(None if safe is None else fold(safe)):
             raise ContentError("this cannot be evaluated")
         if not self.test(None if inside is None else fold(inside)):
             raise RangeFault("a value left its range")
-        leaving = saturating(expr) if self.hears_errors else []
+        leaving = saturating(expr) if self.answers_errors else []
         if leaving and not (may_leave and len(leaving) == 1):
             raise refuse(
                 "a value may leave its range here, and the chart answers `error.range`",
@@ -339,11 +339,11 @@ class Recorder(Chooser):
         return self._call(action, (term,), guard.span, BOOL)
 
     def _call(self, action: Action, terms: tuple[Term, ...], span: Span, type_: object) -> Call:
-        """Return the call that stands for something, with what it asks of the interpreter."""
+        """Return the call that stands for something, with what the interpreter evaluates for it."""
         self.actions.append(action)
         arguments: list[Expr] = []
         for term in terms:
-            arguments += [*term.asked, EventName(span), number_at_hand(span)]
+            arguments += [*term.needs, EventName(span), number_at_hand(span)]
         return Call(f"#{len(self.actions) - 1}", tuple(arguments), type_, span)  # type: ignore[arg-type]
 
     def _done_data(
@@ -375,7 +375,7 @@ class Recorder(Chooser):
     ) -> tuple[Expr, ...]:
         found, at = [], 0
         for term in terms:
-            end = at + len(term.asked) + 2
+            end = at + len(term.needs) + 2
             bound = self.bound(term, arguments[at:end])
             found.append(self.checked(bound, may_leave=may_leave))
             at = end
@@ -435,14 +435,14 @@ class Recorder(Chooser):
 
     def _performing(self, done: Action, terms: tuple[Term, ...], span: Span) -> Statement:
         """Return the statement that does something; if it gives `OUTSIDE`, with ``error.range``."""
-        if not self.hears_errors:
+        if not self.answers_errors:
             return CallOperation(self._call(done, terms, span, None), span)
         value = Convert(self._call(done, terms, span, INSIDE_TYPE), INSIDE_TYPE, span)
         return Assign(Variable(IGNORED, INSIDE_TYPE, Storage.DATA, span), value, span)
 
     def _tell(self, port: int, values: tuple[Expr, ...]) -> None:
         if self.is_wired(port):
-            self.entries.append(Told(port, values))
+            self.entries.append(Output(port, values))
 
     def _assigning(self, location: Expr, value: Expr, span: Span) -> Statement:
         if not isinstance(location, Element):
@@ -450,7 +450,7 @@ class Recorder(Chooser):
         term, index = term_of(value), term_of(location.index)
 
         def done(arguments: tuple[Value, ...]) -> Value:
-            split = len(term.asked) + 2
+            split = len(term.needs) + 2
             self.left = False
             stored = self.checked(self.bound(term, arguments[:split]), may_leave=True)
             at = self.bound(index, arguments[split:])
@@ -483,7 +483,7 @@ class Recorder(Chooser):
 
     def _delaying(self, statement: Send) -> Statement:
         """Let the interpreter arm the timer; its payload is the number of a slot."""
-        assert statement.delay is not None  # noqa: S101  (asked before)
+        assert statement.delay is not None  # noqa: S101  (it has one)
         if not isinstance(fold(statement.delay), Literal):
             raise refuse(
                 "this delay is known only when running",
@@ -527,21 +527,21 @@ def _without(expr: Expr, convert: Convert) -> Expr:
 
 
 def term_of(expr: Expr) -> Term:
-    """Return an expression with what it asks of the interpreter."""
-    asked: list[Expr] = []
+    """Return an expression with what the interpreter evaluates for it."""
+    needs: list[Expr] = []
 
     def look(node: Expr) -> Expr | None:
         if isinstance(node, InState) or (isinstance(node, Call) and node.type is not None):
-            asked.append(node if isinstance(node, InState) else replace(node, arguments=()))
+            needs.append(node if isinstance(node, InState) else replace(node, arguments=()))
             return node
         return None
 
     rebuilt(expr, look)
-    return Term(expr, tuple(asked))
+    return Term(expr, tuple(needs))
 
 
 def number_at_hand(span: Span) -> Expr:
-    """Return what asks the interpreter for the number of the event at hand."""
+    """Return the expression for the number of the event at hand."""
     none = Binary(BinaryOp.EQ, EventName(span), Literal("", SYMBOL, span), BOOL, span)
     return Conditional(
         none, Literal(NOBODY, NUMBER, span), EventField(AT, NUMBER, span), NUMBER, span

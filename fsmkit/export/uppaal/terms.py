@@ -1,4 +1,4 @@
-"""What is asked of expressions before they are printed: bounds, and whether they can fail."""
+"""Expressions before they are printed: bounds, and whether they can fail."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from fsmkit.chart.walk import nodes
 from fsmkit.export.uppaal.automaton import Automaton, followed
 from fsmkit.export.uppaal.data import Data
-from fsmkit.export.uppaal.entries import Path, Posted, Told
+from fsmkit.export.uppaal.entries import Output, Path, Posted
 from fsmkit.export.uppaal.layout import laid_out
 from fsmkit.export.uppaal.machine import Builder
 from fsmkit.export.uppaal.network import Network
@@ -111,11 +111,11 @@ def _require_start_order(
     closed: ClosedSystem, starts: list[tuple[Path, ...]], order: list[int]
 ) -> None:
     """Refuse a start whose messages would come in another order than in the explorer."""
-    told: set[int] = set()
+    receivers: set[int] = set()
     for machine, paths in zip(order, starts, strict=True):
         for path in paths:
             posts = any(isinstance(entry, Posted) for entry in path.entries)
-            if posts and machine in told:
+            if posts and machine in receivers:
                 raise refuse(
                     f"`{closed.system.machines[machine].name}` sends itself an event while starting"
                     ", after others have sent it some",
@@ -123,23 +123,23 @@ def _require_start_order(
                     "send it later",
                 )
             for entry in path.entries:
-                if isinstance(entry, Told) and entry.port < OBSERVED:
-                    told |= {
+                if isinstance(entry, Output) and entry.port < OBSERVED:
+                    receivers |= {
                         link.target for link in closed.system.event_links if link.source == machine
                     }
 
 
 def _flags(closed: ClosedSystem, automata: list[Automaton]) -> list[dict[int, str]]:
-    """Return, for each machine, the states that properties ask for in many locations."""
+    """Return, for each machine, the states with a variable: properties test them in many locations."""
     found: list[dict[int, str]] = [{} for _ in automata]
-    asked: set[tuple[int, int]] = set()
+    tested: set[tuple[int, int]] = set()
     for property_ in closed.system.properties:
         atoms = [*property_.atoms, *(property_.goal.atoms if property_.goal else ())]
-        asked |= {(atom.machine, atom.state) for _, atom in atoms if atom.state is not None}
+        tested |= {(atom.machine, atom.state) for _, atom in atoms if atom.state is not None}
         if property_.owner is not None:
             tests = (n for n in nodes(property_.condition) if isinstance(n, InState))
-            asked |= {(property_.owner, test.state) for test in tests}
-    for machine, state in asked:
+            tested |= {(property_.owner, test.state) for test in tests}
+    for machine, state in tested:
         automaton = automata[machine]
         count = sum(state in key.configuration for key in automaton.keys)
         if count > MANY:

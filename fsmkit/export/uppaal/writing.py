@@ -54,7 +54,7 @@ def write(network: Network) -> str:
 
 
 def _queries(root: etree._Element, queries: Sequence[Query]) -> None:
-    """Write what is asked; UPPAAL's reader takes neither an empty list nor an empty text."""
+    """Write the queries; UPPAAL's reader takes neither an empty list nor an empty text."""
     found = etree.SubElement(root, "queries")
     for query in queries:
         one = etree.SubElement(found, "query")
