@@ -15,7 +15,7 @@ from functools import partial
 from typing import Any
 
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.pytransitions.spec import GENERAL
+from fsmkit.pytransitions.spec import GENERAL, HANDLERS
 
 PARTS = ("conditions", "unless", "before", "after", "prepare")
 
@@ -114,7 +114,7 @@ def _machine(machine: Any, callables: _Callables) -> dict[str, Any]:
 
 def _state(name: str, state: Any, callables: _Callables) -> dict[str, Any]:
     found: dict[str, Any] = {"name": name}
-    for key in ("on_enter", "on_exit", "on_final", "on_timeout"):
+    for key in HANDLERS:
         if given := getattr(state, key, None):
             found[key] = [callables.name(each) for each in given]
     if getattr(state, "final", False):

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
-from fsmkit.diagnostics.nearest import nearest
-from fsmkit.pytransitions.spec import GENERAL, Callbacks, Machine, Path, State, Step
+from fsmkit.diagnostics.suggest import suggest
+from fsmkit.pytransitions.spec import GENERAL, HANDLERS, Callbacks, Machine, Path, State, Step
 from fsmkit.yaml.nodes import (
     Mapping,
     Node,
@@ -32,8 +32,8 @@ MACHINE_KEYS = frozenset(
     | {"separator", "inputs", *GENERAL}
 )
 STATE_KEYS = frozenset(
-    {"name", "on_enter", "on_exit", "on_final", "ignore_invalid_triggers", "final", "initial"}
-    | {"transitions", "timeout", "on_timeout", "tags", "label", *CHILDREN}
+    {"name", "ignore_invalid_triggers", "final", "initial", "transitions", "timeout"}
+    | {"tags", "label", *HANDLERS, *CHILDREN}
 )
 STEP_KEYS = frozenset({*POSITIONS, "label"})
 ORDERED = "next_state"
@@ -84,18 +84,17 @@ class _Reader:
             )
             return None
         fields = self._fields(mapping, MACHINE_KEYS, "a machine")
-        states = require_sequence(fields["states"], "`states`", self._findings) if (
-            "states" in fields
-        ) else None  # fmt: skip
+        if "states" not in fields:
+            start = mapping.span.start
+            self._findings.add(
+                "missing-key",
+                "a machine needs states",
+                Span(self._source, start, start + 1),
+                help="give `states: [...]`; a chart begins with `chart: Name`",
+            )
+            return None
+        states = require_sequence(fields["states"], "`states`", self._findings)
         if states is None:
-            if "states" not in fields:
-                start = mapping.span.start
-                self._findings.add(
-                    "missing-key",
-                    "a machine needs states",
-                    Span(self._source, start, start + 1),
-                    help="give `states: [...]`; a chart begins with `chart: Name`",
-                )
             return None
         self._separator = self._separator_of(fields, states)
         root = Growing((), mapping.span, {})
@@ -119,16 +118,14 @@ class _Reader:
         )
 
     def _separator_of(self, fields: dict[str, Node], states: Sequence) -> str:
-        if "separator" in fields:
-            text = require_text(fields["separator"], "`separator`", self._findings)
-            return text.value if text is not None and text.value else "_"
-        return "_" if any(map(_is_nested, states.items)) else ""
+        is_nested = "separator" in fields or any(map(_is_nested, states.items))
+        text = self._text(fields, "separator")
+        return (text.value if text else "") or ("_" if is_nested else "")
 
     def _name(self, fields: dict[str, Node]) -> Text:
-        if "name" in fields and not _is_null(fields["name"]):
-            text = require_text(fields["name"], "`name`", self._findings)
-            if text is not None and text.value:
-                return text
+        text = self._text(fields, "name")
+        if text is not None and text.value:
+            return text
         stem = PurePath(self._source.name).name.rpartition(":")[2].partition(".")[0]
         return Text(stem or "machine", Span(self._source, 0, 0))
 
@@ -154,7 +151,7 @@ class _Reader:
 
     def _add_described(self, parent: Growing, mapping: Mapping) -> None:
         fields = self._fields(mapping, STATE_KEYS, "a state")
-        name = require_text(fields["name"], "`name`", self._findings) if "name" in fields else None
+        name = self._text(fields, "name")
         if name is None or not name.value:
             self._findings.add(
                 "missing-key", "a state needs a name", mapping.span, help="give `name: ...`"
@@ -188,20 +185,14 @@ class _Reader:
         for text in self._callbacks(fields, "initial"):
             if text.value not in state.children:
                 self._unknown(text, state)
-        timeout = None
-        if "timeout" in fields and not _is_null(fields["timeout"]):
-            timeout = require_text(fields["timeout"], "`timeout`", self._findings)
         return State(
             state.path,
             state.span,
             tuple(self._finished(child) for child in state.children.values()),
             tuple(name for name in initial if name in state.children),
-            self._callbacks(fields, "on_enter"),
-            self._callbacks(fields, "on_exit"),
-            self._callbacks(fields, "on_final"),
-            self._flag(fields, "final"),
-            timeout,
-            self._callbacks(fields, "on_timeout"),
+            final=self._flag(fields, "final"),
+            timeout=self._text(fields, "timeout"),
+            **{key: self._callbacks(fields, key) for key in HANDLERS},
         )
 
     def _initial(self, root: Growing, fields: dict[str, Node]) -> tuple[Path, ...]:
@@ -258,13 +249,8 @@ class _Reader:
         return fields
 
     def _expanded(self, scope: Growing, fields: dict[str, Node], span: Span) -> Iterator[Step]:
-        trigger = require_text(fields["trigger"], "`trigger`", self._findings)
-        dest = None
-        if not _is_null(fields["dest"]):
-            dest = require_text(fields["dest"], "`dest`", self._findings)
-            if dest is None:
-                return
-        if trigger is None:
+        trigger, dest = self._text(fields, "trigger", is_null=False), self._text(fields, "dest")
+        if trigger is None or (dest is None and not _is_null(fields["dest"])):
             return
         for source in self._sources(scope, fields["source"], dest):
             target = None
@@ -314,17 +300,20 @@ class _Reader:
     def _fields(self, mapping: Mapping, known: frozenset[str], what: str) -> dict[str, Node]:
         for key, _ in mapping.entries:
             if key.value not in known:
-                near = nearest(key.value, known)
-                others = ", ".join(sorted(known))
-                advice = f"did you mean `{near}`?" if near else f"known are {others}"
                 self._findings.add(
                     "unknown-key",
                     f"{what} has no key `{key.value}` that means something in a chart",
                     key,
-                    help=advice,
+                    help=suggest(key.value, known, f"known are {', '.join(sorted(known))}"),
                     severity=Severity.WARNING,
                 )
         return {key.value: node for key, node in mapping.entries}
+
+    def _text(self, fields: dict[str, Node], key: str, *, is_null: bool = True) -> Text | None:
+        """Return a text; ``is_null``: it may be missing, or null."""
+        if key not in fields or (is_null and _is_null(fields[key])):
+            return None
+        return require_text(fields[key], f"`{key}`", self._findings)
 
     def _callbacks(self, fields: dict[str, Node], key: str) -> Callbacks:
         return self._texts(fields[key], f"`{key}`") if key in fields else ()
@@ -356,20 +345,20 @@ class _Reader:
         return (self._separator or "_").join(path)
 
     def _find(self, scope: Growing, path: Path) -> Growing | None:
-        found: Growing | None = scope
         for name in path:
-            found = None if found is None else found.children.get(name)
-        return found
+            if name not in scope.children:
+                return None
+            scope = scope.children[name]
+        return scope
 
     def _unknown(self, name: Text, scope: Growing) -> None:
         known = [self._joined(path) for path in scope.names(deep=True)]
-        near = nearest(name.value, known)
         where = f" within `{self._joined(scope.path)}`" if scope.path else ""
         self._findings.add(
             "unknown-name",
             f"there is no state `{name}`{where}",
             name,
-            help=f"did you mean `{near}`?" if near else f"there are: {', '.join(known) or 'none'}",
+            help=suggest(name.value, known, f"there are: {', '.join(known) or 'none'}"),
         )
 
 

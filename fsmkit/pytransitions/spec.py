@@ -14,6 +14,8 @@ from fsmkit.diagnostics import Source, Span, Text
 Path = tuple[str, ...]
 Callbacks = tuple[Text, ...]
 """Names of callables, in the order in which they are called."""
+HANDLERS = ("on_enter", "on_exit", "on_final", "on_timeout")
+"""Callbacks of a state."""
 
 
 @dataclass(frozen=True, slots=True)

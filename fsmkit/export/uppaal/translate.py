@@ -130,7 +130,7 @@ def _require_start_order(
 
 
 def _flags(closed: ClosedSystem, automata: list[Automaton]) -> list[dict[int, str]]:
-    """Return, for each machine, the states with a variable: properties test them in many locations."""
+    """Return, for each machine, the states with a variable: queries test them in many places."""
     found: list[dict[int, str]] = [{} for _ in automata]
     tested: set[tuple[int, int]] = set()
     for property_ in closed.system.properties:
