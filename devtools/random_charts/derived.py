@@ -10,7 +10,6 @@ from devtools.random_charts.content import PLACE, SOURCE, Content, Event, text
 from devtools.random_charts.tree import HISTORIES, Grower, Node
 from devtools.random_charts.vocabulary import Named, literal
 from fsmkit.chart.inheritance.override_transitions import same_trigger
-from fsmkit.chart.inheritance.refine_states import all_states
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import (
@@ -23,6 +22,7 @@ from fsmkit.document.document import (
     Kind,
     Trigger,
 )
+from fsmkit.document.walk import states
 from fsmkit.language import IntType
 from fsmkit.language.statements.tree import Block, DocBranch, DocIf, DocSuper
 
@@ -77,7 +77,7 @@ class _Deriver:
 
     def __post_init__(self) -> None:
         self.root = _nodes(self.base.root, None)
-        found = ((s.id.value, s) for s in all_states(self.base.root) if s.id is not None)
+        found = ((s.id.value, s) for s in states(self.base.root) if s.id is not None)
         self.inherited = dict(found)
 
     # --- new states -------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import Document
+from fsmkit.document.document import DocState, Document
 from fsmkit.language.placing import values_of
 
 EXPRESSIONS = frozenset(
@@ -52,6 +52,15 @@ def parts(whole: object) -> Iterator[object]:
             part.__class__ is not Document or part is whole
         ):
             left += held(part)
+
+
+def states(*roots: DocState) -> Iterator[DocState]:
+    """Return some states and all below them, in document order."""
+    left = list(roots[::-1])
+    while left:
+        state = left.pop()
+        yield state
+        left += state.children[::-1]
 
 
 def mapped(part: Any, change: Callable[[object], object]) -> Any:

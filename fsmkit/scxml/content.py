@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.language.statements.reading import read_statements
 from fsmkit.language.statements.tree import (
+    SENT,
     VALUED,
     Block,
     DocArgument,
@@ -180,32 +181,16 @@ def _send(element: Element, context: Context) -> Block:
     event, event_expr = context.either(element, "event", "eventexpr")
     if event is None and event_expr is None:
         return _lacks(element, "event", context)
-    target, target_expr = context.either(element, "target", "targetexpr")
-    delay, delay_expr = context.either(element, "delay", "delayexpr")
-    id_, id_location = context.either(element, "id", "idlocation")
-    type_, type_expr = context.either(element, "type", "typeexpr")
+    found = {"event": event, "event_expr": event_expr}
+    for name, computed in SENT[1:]:
+        both = context.either(element, name, computed.replace("_", ""))
+        found[name], found[computed] = both
     arguments = read_params(element, context)
     if isinstance(arguments, DocUnreadable):
         return (arguments,)
-    content, content_expr = read_content(element, context)
-    send = DocSend(
-        element.span,
-        event,
-        event_expr,
-        target,
-        target_expr,
-        delay,
-        delay_expr,
-        id_,
-        id_location,
-        type_,
-        type_expr,
-        arguments,
-        words(element.get("namelist")),
-        content,
-        content_expr,
-    )
-    return (send,)
+    found["content"], found["content_expr"] = read_content(element, context)
+    listed = words(element.get("namelist"))
+    return (DocSend(element.span, arguments=arguments, name_list=listed, **found),)
 
 
 def read_params(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 from typing import assert_never
 
 from lxml import etree
@@ -10,6 +11,7 @@ from lxml import etree
 from fsmkit.diagnostics import Text
 from fsmkit.document.statement_text import statements_text
 from fsmkit.language.statements.tree import (
+    SENT,
     Block,
     DocArgument,
     DocAssign,
@@ -95,20 +97,8 @@ def _add_if(parent: etree._Element, statement: DocIf) -> None:
 
 def _add_send(parent: etree._Element, send: DocSend) -> None:
     element = add(parent, "send")
-    attributes = {
-        "event": send.event,
-        "eventexpr": send.event_expr,
-        "target": send.target,
-        "targetexpr": send.target_expr,
-        "delay": send.delay,
-        "delayexpr": send.delay_expr,
-        "id": send.id,
-        "idlocation": send.id_location,
-        "type": send.type,
-        "typeexpr": send.type_expr,
-    }
-    for name, value in attributes.items():
-        put(element, name, value)
+    for name in chain(*SENT):
+        put(element, name.replace("_", ""), getattr(send, name))
     put(element, "namelist", joined(send.name_list))
     add_params(element, send.arguments)
     add_content(element, send.content, send.content_expr)

@@ -18,9 +18,9 @@ from fsmkit.yaml.nodes import (
     Scalar,
     Sequence,
     check_keys,
-    require_mapping,
-    require_sequence,
+    entries_of,
     require_text,
+    texts_of,
 )
 
 Choice = TypeVar("Choice")
@@ -106,9 +106,7 @@ class Fields:
 
     def entries(self, key: str) -> tuple[tuple[Text, Node], ...]:
         """Return the entries of the mapping under a key."""
-        node = self.node(key)
-        mapping = None if node is None else require_mapping(node, f"`{key}`", self._findings)
-        entries = () if mapping is None else mapping.entries
+        entries = entries_of(self.node(key), f"`{key}`", self._findings)
         return tuple((name.stripped(), value) for name, value in entries)
 
     def text_entries(self, key: str) -> tuple[tuple[Text, Text], ...]:
@@ -121,11 +119,8 @@ class Fields:
 
     def texts(self, key: str) -> tuple[Text, ...]:
         """Return the texts of the list under a key."""
-        node = self.node(key)
-        sequence = None if node is None else require_sequence(node, f"`{key}`", self._findings)
-        items = () if sequence is None else sequence.items
-        texts = (require_text(item, f"an entry of `{key}`", self._findings) for item in items)
-        return tuple(text for text in texts if text is not None)
+        node, what = self.node(key), f"`{key}`"
+        return tuple(texts_of(node, what, f"an entry of {what}", self._findings))
 
     def names(self, key: str) -> tuple[Text, ...]:
         """Return the names under a key: a list, or one text of words."""

@@ -12,7 +12,7 @@ from collections.abc import Mapping as Table
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import takewhile
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
@@ -63,6 +63,7 @@ class Mapping:
 
 
 Node = Scalar | Sequence | Mapping
+Kind = TypeVar("Kind", Sequence, Mapping)
 
 
 def read_nodes(source: Source, findings: Findings) -> Node | None:
@@ -302,27 +303,24 @@ def _is_open(text: str) -> bool:
 
 def require_mapping(node: Node | None, what: str, findings: Findings) -> Mapping | None:
     """Return a node that must be a mapping (or nothing at all), or None after saying so."""
-    if node is None or isinstance(node, Mapping):
-        return node
-    if isinstance(node, Scalar) and not node.text.value:
-        return Mapping((), node.span)
-    findings.add(
-        "unexpected-shape", f"{what} must be keys with values", node.span,
-        help="write `key: value` lines, or `{key: value}`",
-    )  # fmt: skip
-    return None
+    advice = "write `key: value` lines, or `{key: value}`"
+    return _required(node, Mapping, f"{what} must be keys with values", advice, findings)
 
 
-def require_sequence(node: Node, what: str, findings: Findings) -> Sequence | None:
+def require_sequence(node: Node | None, what: str, findings: Findings) -> Sequence | None:
     """Return a node that must be a list (or nothing at all), or None after saying so."""
-    if isinstance(node, Sequence):
+    advice = "begin each entry with `- `"
+    return _required(node, Sequence, f"{what} must be a list", advice, findings)
+
+
+def _required(
+    node: Node | None, kind: type[Kind], message: str, advice: str, findings: Findings
+) -> Kind | None:
+    if node is None or isinstance(node, kind):
         return node
     if isinstance(node, Scalar) and not node.text.value:
-        return Sequence((), node.span)
-    findings.add(
-        "unexpected-shape", f"{what} must be a list", node.span,
-        help="begin each entry with `- `",
-    )  # fmt: skip
+        return kind((), node.span)
+    findings.add("unexpected-shape", message, node.span, help=advice)
     return None
 
 
@@ -371,7 +369,7 @@ def entries_of(node: Node | None, what: str, findings: Findings) -> tuple[tuple[
 
 def items_of(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...]:
     """Return the items of what must be a list, if it is there."""
-    sequence = None if node is None else require_sequence(node, what, findings)
+    sequence = require_sequence(node, what, findings)
     return () if sequence is None else sequence.items
 
 

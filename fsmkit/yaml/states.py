@@ -81,7 +81,7 @@ class StateReader:
         return found[0][1] if found else Kind.ATOMIC
 
     def _done(self, node: Node | None) -> dict[str, Any]:
-        mapping = None if node is None else require_mapping(node, "`done`", self.findings)
+        mapping = require_mapping(node, "`done`", self.findings)
         return {} if mapping is None else Fields(mapping, keys.DONE, "`done`", self.findings).read()
 
     def _invokes(self, node: Node | None) -> tuple[DocInvoke, ...]:
@@ -94,6 +94,6 @@ class StateReader:
     def _invoke(self, mapping: Mapping) -> DocInvoke:
         fields = Fields(mapping, keys.INVOKE, "`invoke`", self.findings)
         node = fields.node("content")
-        chart = None if node is None else require_mapping(node, "`content`", self.findings)
+        chart = require_mapping(node, "`content`", self.findings)
         inline = None if chart is None else self.inline_chart(chart)
         return DocInvoke(mapping.span, content=inline, **fields.read())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.inheritance.insert_super import holds_super, insert_super
@@ -11,22 +10,16 @@ from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocState, DocTransition, Document, Kind, Origin
+from fsmkit.document.walk import states
 from fsmkit.language.statements.tree import Block, DocSuper
 
 HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
 
 
-def all_states(state: DocState) -> Iterator[DocState]:
-    """Return a state and all below it, in document order."""
-    yield state
-    for child in state.children:
-        yield from all_states(child)
-
-
 def refine_states(root: DocState, derived: Document, findings: Findings) -> DocState:
     """Return the inherited tree with the changes and additions of a derived chart."""
     refiner = _Refiner(derived, findings)
-    refiner.places = {s.id.value: s.span for s in all_states(root) if s.id is not None}
+    refiner.places = {s.id.value: s.span for s in states(root) if s.id is not None}
     refiner.collect(derived.refine)
     top = replace(derived.root, id=None, kind=root.kind)
     return refiner.change(refiner.rebuild(root), top, "the chart")

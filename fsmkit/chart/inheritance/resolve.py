@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from typing import TypeVar
 
-from fsmkit.chart.inheritance.refine_states import all_states, refine_states
+from fsmkit.chart.inheritance.refine_states import refine_states
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document import keys
 from fsmkit.document.document import (
@@ -25,6 +25,7 @@ from fsmkit.document.document import (
     Document,
     Origin,
 )
+from fsmkit.document.walk import states
 
 Item = TypeVar(
     "Item", bound=DocType | DocConstant | DocData | DocOperation | DocEvent | DocCapacity
@@ -82,7 +83,7 @@ def _alone(document: Document, findings: Findings) -> Document:
             entry.id or entry.span,
             help="name the base chart under `extends`, or define the state under `states`",
         )
-    for state in all_states(document.root):
+    for state in states(document.root):
         for transition in state.transitions:
             if transition.override is not None:
                 findings.add(

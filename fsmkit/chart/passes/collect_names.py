@@ -88,17 +88,7 @@ def collect_names(
 ) -> Names:
     """Return the names of a document; what is declared twice or cannot be read is a finding."""
     check_unique(document, tree, findings)
-    scope = Scope(
-        variables={},
-        constants={},
-        types={},
-        operations={},
-        states=tree.index,
-        event_fields=None,
-        tick=tick,
-        dialect=document.datamodel,
-        super_guard=None,
-    )
+    scope = Scope(states=tree.index, tick=tick, dialect=document.datamodel)
     scope = _with_system_variables(document, scope, given)
     scope = _with_enumerations(document, scope)
     scope = _with_constants(document, scope, findings)

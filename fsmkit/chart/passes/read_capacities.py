@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from fsmkit.chart.chart import Capacities
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.document.document import DocCapacity, DocState, Document
-from fsmkit.document.walk import parts
+from fsmkit.document.document import DocCapacity, Document
+from fsmkit.document.walk import parts, states
 from fsmkit.language import Scope, read_duration
 from fsmkit.language.statements.tree import Block, DocRaise, DocSend
 
@@ -47,7 +47,7 @@ def _bursts(document: Document) -> dict[str, int]:
     A handler in a loop may put more; a chart that needs more declares it.
     """
     most = {"internal": 0, "queue": 0}
-    for block in _blocks(document.root):
+    for block in _blocks(document):
         put = Counter(type(part) for part in parts(block))
         most["internal"] = max(most["internal"], put[DocRaise])
         most["queue"] = max(most["queue"], put[DocSend])
@@ -55,12 +55,11 @@ def _bursts(document: Document) -> dict[str, int]:
     return {name: count for name, count in most.items() if count > getattr(usual, name)}
 
 
-def _blocks(state: DocState) -> Iterator[Block]:
-    yield from (*state.entry, *state.exit)
-    for transition in (*state.transitions, *filter(None, (state.initial,))):
-        yield transition.content or ()
-    for child in state.children:
-        yield from _blocks(child)
+def _blocks(document: Document) -> Iterator[Block]:
+    for state in states(document.root):
+        yield from (*state.entry, *state.exit)
+        for transition in (*state.transitions, *filter(None, (state.initial,))):
+            yield transition.content or ()
 
 
 def _count(capacity: DocCapacity, findings: Findings) -> int | None:
@@ -87,18 +86,7 @@ def _count(capacity: DocCapacity, findings: Findings) -> int | None:
 
 
 def _tick(capacity: DocCapacity, findings: Findings) -> int | None:
-    in_microseconds = Scope(
-        variables={},
-        constants={},
-        types={},
-        operations={},
-        states={},
-        event_fields=None,
-        tick=1,
-        dialect="fsmkit",
-        super_guard=None,
-    )
-    value = read_duration(capacity.value, in_microseconds, findings)
+    value = read_duration(capacity.value, Scope(tick=1), findings)
     if value is not None and not 1 <= value <= LONGEST_TICK:
         findings.add(
             "bad-capacity",

@@ -60,6 +60,16 @@ class DocSend:
     content_expr: Text | None = None
 
 
+SENT = (
+    ("event", "event_expr"),
+    ("target", "target_expr"),
+    ("delay", "delay_expr"),
+    ("id", "id_location"),
+    ("type", "type_expr"),
+)
+"""Fields of `DocSend`, and those of the expressions or places that stand for them."""
+
+
 @dataclass(frozen=True, slots=True)
 class DocCancel:
     """Cancel a delayed send by its id (or the value of an expression)."""

@@ -5,9 +5,10 @@ An upper bound: guards are not looked at, and a history may hold anything below 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from fsmkit.document.document import DocState, DocTransition, Document, Kind, Trigger
+from fsmkit.document.walk import states
 
 HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
 
@@ -22,11 +23,11 @@ class EnteredStates:
         self._parents: dict[int, DocState] = {}
         self._by_name: dict[str, DocState] = {}
         self._transitions: dict[tuple[str, ...], list[DocState]] = {}
-        for state in _states(document.root):
+        for state in states(document.root):
             self._parents |= {id(child): state for child in state.children}
             if state.id is not None:
                 self._by_name[state.id.value] = state
-        for state in _states(document.root):
+        for state in states(document.root):
             for transition in state.transitions:
                 if transition.trigger is Trigger.EVENT:
                     events = tuple(event.value for event in transition.events)
@@ -55,7 +56,7 @@ class EnteredStates:
             entered.add(id(state))
             left += self._targets(t for t in state.transitions if t.trigger is not Trigger.EVENT)
             if state.kind in HISTORIES and id(state) in self._parents:
-                left += _states(self._parents[id(state)])
+                left += states(self._parents[id(state)])
             elif state.kind is Kind.PARALLEL:
                 left += state.children
             elif state.initial is not None:
@@ -76,11 +77,3 @@ class EnteredStates:
     def _targets(self, transitions: Iterable[DocTransition]) -> list[DocState]:
         names = (target.value for transition in transitions for target in transition.targets)
         return [self._by_name[name] for name in names if name in self._by_name]
-
-
-def _states(state: DocState) -> Iterator[DocState]:
-    left = [state]
-    while left:
-        state = left.pop()
-        yield state
-        left += state.children

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 from itertools import product
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import DocData, DocInvoke, DocState, Document, Trigger
+from fsmkit.document.document import DocData, DocInvoke, Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
+from fsmkit.document.walk import states
 from fsmkit.language import location_of_session
 from fsmkit.language.ecmascript import PROCESSORS, SESSION
 from fsmkit.language.statements.tree import Block, DocAssign, DocForEach, DocIf, DocSend
@@ -252,24 +253,18 @@ def _executed_once(document: Document) -> Iterator[int]:
     """
     targets = {
         target.value
-        for state in _states(document.root)
+        for state in states(document.root)
         for transition in state.transitions
         if transition.trigger is not Trigger.INITIAL
         for target in transition.targets
     }
     blocks = [document.script]
     for child in document.root.children:
-        states = list(_states(child))
-        if not any(state.id is not None and state.id.value in targets for state in states):
-            blocks += [block for state in states for block in state.entry]
+        inside = list(states(child))
+        if not any(state.id is not None and state.id.value in targets for state in inside):
+            blocks += [block for state in inside for block in state.entry]
     found = [mark for block in blocks for mark in _assignments(block)]
     yield from (mark for mark in found if found.count(mark) == 1)
-
-
-def _states(state: DocState) -> Iterator[DocState]:
-    yield state
-    for child in state.children:
-        yield from _states(child)
 
 
 def _assignments(block: Block) -> Iterator[int]:

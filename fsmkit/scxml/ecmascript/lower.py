@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocInvoke, DocState, DocTransition, Document
@@ -46,6 +47,8 @@ ASKED = re.compile(
     r"|\b(?:undefined|null)\s*[!=]==?\s*([\w$]+)"
 )
 NUMBER = re.compile(r"\s*\d+\s*")
+COMPUTED = ("event", "target", "type", "delay")
+"""Attributes of `DocSend` that may be expressions."""
 
 
 def lower_ecmascript(document: Document, given: InvocationContext | None = None) -> Document:
@@ -62,6 +65,14 @@ def string_value(text: Text) -> str | None:
     """Return the value of a text that is one string literal."""
     found = STRING.fullmatch(text.value)
     return None if found is None else unescape(next(g for g in found.groups() if g is not None))
+
+
+def _is_open(send: DocSend, name: str) -> bool:
+    """Whether an attribute of a send is the value of an expression which is no delay as it is."""
+    expression: Text | None = getattr(send, f"{name}_expr")
+    if expression is None or getattr(send, name) is not None:
+        return False
+    return name != "delay" or string_value(expression) is None
 
 
 @dataclass
@@ -244,36 +255,19 @@ class _Lowering:
 
     def _named(self, send: DocSend) -> Block:
         """Return a send whose attributes are known, a choice for each that is a variable."""
-        if send.event is None and send.event_expr is not None:
-            chosen = self._choose(
-                send.event_expr,
-                send.span,
-                lambda value: self._named(replace(send, event=value, event_expr=None)),
-            )
-            joined = None if chosen else self._joined(send, send.event_expr)
-            if joined is not None:
-                return joined
-        elif send.target is None and send.target_expr is not None:
-            chosen = self._choose(
-                send.target_expr,
-                send.span,
-                lambda value: self._named(replace(send, target=value, target_expr=None)),
-            )
-        elif send.type is None and send.type_expr is not None:
-            chosen = self._choose(
-                send.type_expr,
-                send.span,
-                lambda value: self._named(replace(send, type=value, type_expr=None)),
-            )
-        elif send.delay_expr is not None and string_value(send.delay_expr) is None:
-            chosen = self._choose(
-                send.delay_expr,
-                send.span,
-                lambda value: self._named(replace(send, delay=value, delay_expr=None)),
-            )
-        else:
-            chosen = ()
-        return chosen or (self._with_id(self._apart(send)),)
+        name = next((name for name in COMPUTED if _is_open(send, name)), None)
+        if name is None:
+            return (self._with_id(self._apart(send)),)
+        expression: Text = getattr(send, f"{name}_expr")
+
+        def with_value(value: Text) -> Block:
+            known: dict[str, Any] = {name: value, f"{name}_expr": None}
+            return self._named(replace(send, **known))
+
+        if chosen := self._choose(expression, send.span, with_value):
+            return chosen
+        joined = self._joined(send, expression) if name == "event" else None
+        return (self._with_id(self._apart(send)),) if joined is None else joined
 
     def _joined(self, send: DocSend, expression: Text) -> Block | None:
         """Return a choice among the events whose names are joined; None if they are not known."""
