@@ -72,11 +72,11 @@ class _Scan:
                 self._branches([(b.condition, b.body) for b in branches])
             case ForEach(array, item, index, body):
                 self._evaluate(array)
-                given = {item.name} | (set() if index is None else {index.name})
+                assigned = {item.name} | (set() if index is None else {index.name})
                 inner_ = self._copy()
-                inner_.written |= given
+                inner_.written |= assigned
                 inner_.block(body)
-                self.touched |= inner_.touched | given
+                self.touched |= inner_.touched | assigned
                 self.reads |= inner_.reads
                 self.is_sure = inner_.is_sure
             case _:

@@ -11,7 +11,7 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.export.exporter import ExportOptions
-from fsmkit.export.transition_system import too_large, too_many_choices
+from fsmkit.export.transition_system import breadth_first, too_large, too_many_choices
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.resources.deadline import TimeUp
 from fsmkit.verify.statespace.actions import Message, Outcome, Step, TooManyChoices
@@ -48,23 +48,9 @@ class Explored(GlobalSteps):
     def run(self, options: ExportOptions) -> None:
         """Reach all global states by the interpreter."""
         self.begin()
-        seen = set(self.starts)
-        ahead = list(self.starts)
-        expanded = 0
-        while ahead:
-            options.deadline.look()
-            if len(seen) > options.most:
-                raise too_large(self.closed, len(seen), options.most)
-            if expanded % 256 == 0 and options.progress is not None:
-                options.progress(len(seen), self.transitions)
-            expanded += 1
-            for edge in self.successors(ahead.pop()):
-                self.transitions += 1
-                if edge.to not in seen:
-                    seen.add(edge.to)
-                    ahead.append(edge.to)
-        self.states = len(seen)
-        for state in seen:
+        for state, edges in breadth_first(self, dict.fromkeys(self.starts, 0), options):
+            self.states += 1
+            self.transitions += len(edges)
             for locals_, number in zip(self.reached, state, strict=True):
                 locals_.add(number)
 
@@ -90,14 +76,10 @@ def local_steps_of(closed: ClosedSystem, options: ExportOptions) -> Explored:
 
 
 def _explore_by_core(closed: ClosedSystem, options: ExportOptions, explored: Explored) -> None:
-    def progress(states: int, transitions: int, depth: int) -> None:
-        del depth
-        if options.progress is not None:
-            options.progress(states, transitions)
-
+    report = options.progress or (lambda *_: None)
     with closing(CEngine(closed, Findings(), options.deadline)) as engine:
         command = [str(engine.program), "--graph", "--memory", str(MEMORY), *engine.limits(0)]
-        found = engine.result(command, progress)
+        found = engine.result(command, lambda states, steps, _: report(states, steps))
     if found["outcome"] == End.TIME.value:
         raise TimeUp
     if found["outcome"] != End.COMPLETE.value:

@@ -7,7 +7,7 @@ passes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -71,35 +71,45 @@ def system_of(system: System, options: ExportOptions) -> TransitionSystem:
 def _explored(system: System, options: ExportOptions) -> TransitionSystem:
     closed = close(system, untimed=options.untimed, silent=options.silent)
     steps = GlobalSteps(closed)
-    numbers: dict[State, int] = {}
-    order: list[State] = []
+    first = list(steps.initial())
+    numbers = {edge.to: 0 for edge in first}
+    shown: list[str] = [""]
     arrows: list[Arrow] = []
-
-    def number_of(state: State) -> int:
-        known = numbers.get(state)
-        if known is None:
-            known = numbers[state] = 1 + len(order)
-            order.append(state)
-        return known
-
     try:
-        arrows += [Arrow(0, START, number_of(edge.to)) for edge in steps.initial()]
-        at = 0
-        while at < len(order):
-            if len(order) > options.most:
-                raise too_large(closed, len(order), options.most)
-            if at % 256 == 0 and options.progress is not None:
-                options.progress(len(order), len(arrows))
-            before = order[at]
-            snapshots = steps.snapshots(before)
-            at += 1
-            for edge in steps.successors(before):
+        for state, edges in breadth_first(steps, numbers, options):
+            snapshots = steps.snapshots(state)
+            shown.append(_configuration(closed, snapshots))
+            for edge in edges:
                 label = _label(closed, snapshots, edge)
-                arrows.append(Arrow(at, label, number_of(edge.to)))
+                arrows.append(Arrow(numbers[state], label, numbers[edge.to]))
     except TooManyChoices as error:
         raise too_many_choices(closed) from error
-    shown = tuple(_configuration(closed, steps.snapshots(state)) for state in order)
-    return TransitionSystem(closed.system.name, ("", *shown), tuple(arrows))
+    starts = [Arrow(0, START, numbers[edge.to]) for edge in first]
+    return TransitionSystem(closed.system.name, tuple(shown), (*starts, *arrows))
+
+
+def breadth_first(
+    steps: GlobalSteps, numbers: dict[State, int], options: ExportOptions
+) -> Iterator[tuple[State, list[Edge]]]:
+    """Yield all states that can be reached, with the steps from them; number them from 1 on.
+
+    ``numbers`` holds those to begin with. Raises `FsmkitError` (``export-too-large``).
+    """
+    numbers.update({state: number for number, state in enumerate(numbers, 1)})
+    ahead, transitions = list(numbers), 0
+    for expanded, state in enumerate(ahead):
+        options.deadline.look()
+        if len(ahead) > options.most:
+            raise too_large(steps.closed, len(ahead), options.most)
+        if expanded % 256 == 0 and options.progress is not None:
+            options.progress(len(ahead), transitions)
+        edges = list(steps.successors(state))
+        transitions += len(edges)
+        for edge in edges:
+            if edge.to not in numbers:
+                ahead.append(edge.to)
+                numbers[edge.to] = len(ahead)
+        yield state, edges
 
 
 def too_large(closed: ClosedSystem, states: int, most: int) -> FsmkitError:

@@ -49,7 +49,7 @@ class _Writer:
         children = tuple(self._state(state) for state in machine.states)
         root = DocState(None, Kind.COMPOUND, whole, initial=initial, children=children)
         conditions = {t.value for s in machine.steps for t in (*s.conditions, *s.unless)}
-        asked = [name for name in dict.fromkeys(called(machine)) if name not in machine.inputs]
+        operations = [name for name in dict.fromkeys(called(machine)) if name not in machine.inputs]
         triggers = {step.trigger.value: step.trigger for step in reversed(machine.steps)}
         return Document(
             machine.source,
@@ -66,7 +66,7 @@ class _Writer:
                     (),
                     Text("bool", whole) if name in conditions else None,
                 )
-                for name in asked
+                for name in operations
             ),
             events=tuple(
                 DocEvent(_at(self.names.triggers[name], triggers[name]), (), Direction.IN)

@@ -131,7 +131,7 @@ class Moves:
             found += self.machine.general["on_final"]
         return tuple(found)
 
-    def unheard(self, state: State) -> Callbacks:
+    def region_finals(self, state: State) -> Callbacks:
         """Return what is called only when all regions around a final state have ended."""
         if not state.final:
             return ()

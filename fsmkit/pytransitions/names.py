@@ -52,15 +52,15 @@ def names_of(moves: Moves) -> Names:
 
 
 def called(machine: Machine) -> Iterable[str]:
-    """Yield the names of all callables, as often as they are given."""
+    """Yield the names of all callables, as often as they are named."""
     for name in GENERAL:
         yield from (text.value for text in machine.general[name])
     for state in machine.walk():
-        for given in (state.on_enter, state.on_exit, state.on_final, state.on_timeout):
-            yield from (text.value for text in given)
+        for callbacks in (state.on_enter, state.on_exit, state.on_final, state.on_timeout):
+            yield from (text.value for text in callbacks)
     for step in machine.steps:
-        for given in (step.prepare, step.conditions, step.unless, step.before, step.after):
-            yield from (text.value for text in given)
+        for callbacks in (step.prepare, step.conditions, step.unless, step.before, step.after):
+            yield from (text.value for text in callbacks)
 
 
 def _distinct(

@@ -102,8 +102,8 @@ def _machine(machine: Any, callables: _Callables) -> dict[str, Any]:
     found["auto_transitions"] = bool(machine.auto_transitions)
     found["ignore_invalid_triggers"] = bool(machine.ignore_invalid_triggers)
     for key in GENERAL:
-        if given := getattr(machine, key):
-            found[key] = [callables.name(each) for each in given]
+        if functions := getattr(machine, key):
+            found[key] = [callables.name(each) for each in functions]
     found["states"] = [_state(name, s, callables) for name, s in machine.states.items()]
     steps = list(_steps(machine.events, machine, callables))
     found["transitions"] = steps
@@ -115,8 +115,8 @@ def _machine(machine: Any, callables: _Callables) -> dict[str, Any]:
 def _state(name: str, state: Any, callables: _Callables) -> dict[str, Any]:
     found: dict[str, Any] = {"name": name}
     for key in HANDLERS:
-        if given := getattr(state, key, None):
-            found[key] = [callables.name(each) for each in given]
+        if functions := getattr(state, key, None):
+            found[key] = [callables.name(each) for each in functions]
     if getattr(state, "final", False):
         found["final"] = True
     if getattr(state, "timeout", 0):
@@ -141,12 +141,12 @@ def _steps(events: Any, machine: Any | None, callables: _Callables) -> Iterator[
 
 def _step(trigger: str, transition: Any, callables: _Callables) -> dict[str, Any]:
     found = {"trigger": trigger, "source": transition.source, "dest": transition.dest}
-    given = {
+    parts = {
         "conditions": [one.func for one in transition.conditions if one.target],
         "unless": [one.func for one in transition.conditions if not one.target],
         **{key: getattr(transition, key) for key in PARTS[2:]},
     }
-    for key, functions in given.items():
+    for key, functions in parts.items():
         if functions:
             found[key] = [callables.name(function) for function in functions]
     return found
@@ -172,10 +172,10 @@ def _within(states: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
 
 def _attributes(machine: Any, steps: list[dict[str, Any]]) -> set[str]:
     """Return the conditions that are attributes or properties of a model, not methods."""
-    asked = {name for step in steps for key in PARTS[:2] for name in step.get(key, ())}
+    names = {name for step in steps for key in PARTS[:2] for name in step.get(key, ())}
     return {
         name
-        for name in asked
+        for name in names
         for model in machine.models
         if _is_attribute(inspect.getattr_static(model, name, None))
     }
@@ -186,11 +186,11 @@ def _is_attribute(found: object) -> bool:
     return found is not None and not is_method
 
 
-def _names(given: Any) -> Any:
+def _names(names: Any) -> Any:
     """Return the names of states that stand as text, enumeration or object."""
-    if isinstance(given, list | tuple):
-        return [_names(each) for each in given]
-    name = getattr(given, "name", given)
+    if isinstance(names, list | tuple):
+        return [_names(each) for each in names]
+    name = getattr(names, "name", names)
     return name if name is None or isinstance(name, str) else str(name)
 
 

@@ -24,7 +24,7 @@ from fsmkit.yaml.nodes import (
 )
 
 POSITIONS = ("trigger", "source", "dest", "conditions", "unless", "before", "after", "prepare")
-"""Of a transition that is given as a list."""
+"""Of a transition in the form of a list."""
 CHILDREN = ("parallel", "children", "states")
 MACHINE_KEYS = frozenset(
     {"name", "states", "initial", "transitions", "queued", "ignore_invalid_triggers", "send_event"}
@@ -258,8 +258,8 @@ class _Reader:
                 target = source if dest.value == "=" else self._absolute(scope, dest)
                 if target is None:
                     return
-            given = {key: self._callbacks(fields, key) for key in POSITIONS[3:]}
-            yield Step(trigger, source, target, span, scope=scope.path, **given)
+            parts = {key: self._callbacks(fields, key) for key in POSITIONS[3:]}
+            yield Step(trigger, source, target, span, scope=scope.path, **parts)
 
     def _sources(self, scope: Growing, node: Node, dest: Text | None) -> Iterator[Path]:
         if isinstance(node, Scalar) and node.text.value == "*":

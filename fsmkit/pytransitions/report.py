@@ -209,7 +209,11 @@ class _Reporter:
             if step.is_conditional:
                 self._left_out("prepare", step.prepare, "before conditions")
         for state in self._machine.walk():
-            self._left_out("on_final", self._moves.unheard(state), "when all regions have ended")
+            self._left_out(
+                "on_final",
+                self._moves.region_finals(state),
+                "when all regions have ended",
+            )
 
     def _left_out(self, kind: str, callbacks: Callbacks, when: str) -> None:
         for text in callbacks:
@@ -225,15 +229,15 @@ class _Reporter:
     def settings(self) -> None:
         """Say what the machine is set to do otherwise."""
         machine = self._machine
-        told = []
+        changes = []
         if not machine.queued and any(called(machine)):
-            told.append("an event that a callback triggers is taken after the step (`queued`)")
+            changes.append("an event that a callback triggers is taken after the step (`queued`)")
         if not machine.ignores_invalid:
-            told.append("an event without a transition is counted, not an exception")
+            changes.append("an event without a transition is counted, not an exception")
         if machine.has_automatic:
-            told.append("the automatic `to_<state>` are left out")
-        if told:
+            changes.append("the automatic `to_<state>` are left out")
+        if changes:
             self._findings.add(
-                "machine-setting", f"in the chart {'; '.join(told)}", Span(machine.source, 0, 0),
+                "machine-setting", f"in the chart {'; '.join(changes)}", Span(machine.source, 0, 0),
                 help="nothing, if the machine is not used otherwise",
             )  # fmt: skip

@@ -8,9 +8,9 @@ import re
 UNPRINTABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
 
-def statement(head: str, **given: str | float) -> str:
+def statement(head: str, **attributes: str | float) -> str:
     """Return a statement with attributes; a value in ``<>`` is a label in markup."""
-    pairs = (f"{key}={_value(value)}" for key, value in given.items())
+    pairs = (f"{key}={_value(value)}" for key, value in attributes.items())
     return f"{head} [{', '.join(pairs)}];"
 
 

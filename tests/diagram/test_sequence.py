@@ -24,7 +24,7 @@ from fsmkit.diagram.sequences.model import (
 
 def block(number: int, text: str, *, arrows: tuple[Arrow, ...] = ()) -> Block:
     return Block(
-        number, f"{number}ms", 0, Cause.OUTSIDE, text, told=False, entered=(f"s_{text}",),
+        number, f"{number}ms", 0, Cause.OUTSIDE, text, is_shown=False, entered=(f"s_{text}",),
         active=(f"s_{text}",), arrows=arrows,
     )  # fmt: skip
 

@@ -7,8 +7,7 @@ import pytest
 from lxml import etree
 
 from fsmkit.diagnostics import Findings
-from fsmkit.export.uppaal.labels import block, labels
-from fsmkit.export.uppaal.layout import COMMITTED, TO_HUB, hubs_of
+from fsmkit.export.uppaal.layout import COMMITTED, TO_HUB, block, hubs_of, labels
 from fsmkit.export.uppaal.network import Edge, Template
 from fsmkit.export.uppaal.translate import translated
 from fsmkit.system.reading import load_any

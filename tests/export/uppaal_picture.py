@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from fsmkit.export.uppaal.labels import LETTER, LINE, labels
+from fsmkit.export.uppaal.layout import LETTER, LINE, labels
 from fsmkit.export.uppaal.network import Edge, Label, Point, Template
 
 Box = tuple[int, int, int, int]

@@ -63,9 +63,9 @@ class Arrow:
     @telling
     def label(self) -> str:
         """The text, with how the message travels where it is not at once."""
-        told = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
+        state = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
         how = f" ({self.way.value})" if self.way not in (Way.DIRECT, Way.VALUE) else ""
-        return f"{self.text}{told.get(self.part, how)}"
+        return f"{self.text}{state.get(self.part, how)}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +73,8 @@ class Block:
     """A step of one machine.
 
     ``lifeline`` None: a message on its way arrives or is lost, and no machine moves. ``number``:
-    of the step, from 1 on. ``at``: the time in words, empty where it does not count. ``told``:
-    whether the cause is the arrow just before, which need not be told again. ``entered``: states
+    of the step, from 1 on. ``at``: the time in words, empty where it does not count. ``is_shown``:
+    whether the arrow just before is the cause. ``entered``: states
     entered, ``active`` all that are active after it. ``notes``: values that were chosen.
     """
 
@@ -83,19 +83,23 @@ class Block:
     lifeline: int | None
     cause: Cause
     text: str
-    told: bool
+    is_shown: bool
     entered: tuple[str, ...]
     active: tuple[str, ...]
     notes: tuple[str, ...] = ()
     arrows: tuple[Arrow, ...] = ()
 
     @property
+    def reason(self) -> tuple[str, ...]:
+        """The cause in words, unless an arrow shows it."""
+        is_shown = self.is_shown or self.cause in (Cause.START, Cause.OUTSIDE)
+        return () if is_shown else (self.text,)
+
+    @property
     def remarks(self) -> tuple[str, ...]:
-        """What stands at the lifeline: the cause unless an arrow tells it, states, notes."""
-        is_shown = self.told or self.cause in (Cause.START, Cause.OUTSIDE)
-        cause = () if is_shown else (self.text,)
+        """What stands at the lifeline: the cause unless an arrow shows it, states, notes."""
         entered = (", ".join(self.entered),) if self.entered else ()
-        return (*cause, *entered, *self.notes)
+        return (*self.reason, *entered, *self.notes)
 
     @property
     def look(self) -> tuple[object, ...]:
@@ -112,7 +116,7 @@ class Repeated:
 
     @property
     def heading(self) -> str:
-        """What is told above them."""
+        """The text above them."""
         return "for ever" if self.times is None else f"{self.times} times alike"
 
 
@@ -120,7 +124,7 @@ class Repeated:
 class Sequence:
     """A diagram. ``idle``: machines that never move, in words; ``end``: what is wrong at the end.
 
-    ``violated``: the end is a violation; else what is told there was to be reached.
+    ``violated``: the end is a violation; else what was to be reached.
     """
 
     title: str
@@ -158,7 +162,7 @@ LEAST_SAVED = 4
 
 
 def folded(blocks: tuple[Block, ...]) -> tuple[Block | Repeated, ...]:
-    """Return steps with those that repeat alike, one after another, told once."""
+    """Return steps with those that repeat alike, one after another, shown once."""
     numbers: dict[tuple[object, ...], int] = {}
     looks = [numbers.setdefault(block.look, len(numbers)) for block in blocks]
     found: list[Block | Repeated] = []

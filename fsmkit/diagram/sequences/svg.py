@@ -47,7 +47,7 @@ LOOKS = {
     Way.LOSSY: (WATCHDOG, "5 4", False),
 }
 """Of an arrow: color, dashes, and whether its head is filled."""
-TOLD = {
+LEGEND = {
     Way.DIRECT: "event",
     Way.VALUE: "output to input",
     Way.QUEUED: "event, by a connection that queues",
@@ -342,7 +342,7 @@ class _Drawer:
             y = self._y + 8
             self._line(MARGIN, y, MARGIN + 44, y, color, dashes)
             self._head(MARGIN + 44, y, 1, color, filled=filled)
-            self._text(MARGIN + 54, y + 4, TOLD[way], fill=SOFT, size=10)
+            self._text(MARGIN + 54, y + 4, LEGEND[way], fill=SOFT, size=10)
             self._y += LINE + 2
 
     # --- shapes ----------------------------------------------------------------------------------
@@ -415,10 +415,7 @@ class Box:
 
 def box_of(block: Block) -> Box:
     """Return the box of a step; an empty one where the arrow before it tells everything."""
-    untold = not block.told and block.cause not in (Cause.START, Cause.OUTSIDE)
-    soft = wrapped(block.text, BOX_WIDTH) if untold else []
-    for note in block.notes:
-        soft += wrapped(note, BOX_WIDTH)
+    soft = [line for text in (*block.reason, *block.notes) for line in wrapped(text, BOX_WIDTH)]
     return Box(tuple(soft), tuple(wrapped(", ".join(block.entered), BOX_WIDTH)))
 
 

@@ -117,13 +117,12 @@ class _Drawer:
     def _machine(self, block: Block, lifeline: int) -> None:
         if block.cause is Cause.OUTSIDE:
             self._arrow(Arrow(None, lifeline, block.text), "yellow")
-        untold = not block.told and block.cause not in (Cause.START, Cause.OUTSIDE)
-        told = [block.text] if untold else []
-        for text in (*told, *block.notes):
+        remarks = (*block.reason, *block.notes)
+        for text in remarks:
             self._on(lifeline, text, "yellow" if block.cause is Cause.TIMEOUT else "dim")
         if block.entered:
             self._on(lifeline, f"[{', '.join(block.entered)}]", "bold")
-        elif not (told or block.notes) and block.cause is not Cause.OUTSIDE:
+        elif not remarks and block.cause is not Cause.OUTSIDE:
             self._line().put(self._places[lifeline], "┃")
 
     def _on(self, lifeline: int, text: str, style: str) -> None:
@@ -142,10 +141,10 @@ class _Drawer:
         first = TIME if arrow.source is None else self._places[arrow.source]
         last = self._width - 2 if arrow.target is None else self._places[arrow.target]
         style = style or ("dim" if arrow.way is Way.VALUE else "")
-        told = {Part.SENT: ", on its way", Part.LOST: ", lost"}.get(arrow.part, "")
+        state = {Part.SENT: ", on its way", Part.LOST: ", lost"}.get(arrow.part, "")
         if arrow.way not in (Way.DIRECT, Way.VALUE) and arrow.part is not Part.LOST:
-            told = told or f", {arrow.way.value}"
-        text = arrow.text + told
+            state = state or f", {arrow.way.value}"
+        text = arrow.text + state
         if first == last:
             self._line().put(first, f"├─ {text} ─┐ to itself", style)
             return

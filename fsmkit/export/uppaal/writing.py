@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from lxml import etree
 
-from fsmkit.export.uppaal.labels import labels
+from fsmkit.export.uppaal.layout import labels
 from fsmkit.export.uppaal.network import (
     Declarations,
     Declared,

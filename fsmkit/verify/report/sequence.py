@@ -128,7 +128,7 @@ class _Writer:
         else:
             return None
         return Block(
-            number, _time(step), None, Cause.ITSELF, "", told=True, entered=(), active=(),
+            number, _time(step), None, Cause.ITSELF, "", is_shown=True, entered=(), active=(),
             arrows=(arrow,),
         )  # fmt: skip
 

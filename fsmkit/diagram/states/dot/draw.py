@@ -295,8 +295,8 @@ class Drawer:
         ink, soft = _ink(transition.origin), _soft(transition.origin)
         if len(parts.lines) == 1:
             words = [(parts.trigger, ink), (parts.guard, soft), (parts.actions, soft)]
-            spelled = [font(escaped(" ".join(t)), color, SMALL) for t, color in words if t]
-            return {"label": f"< {' '.join(spelled)} >"}
+            printed = [font(escaped(" ".join(t)), color, SMALL) for t, color in words if t]
+            return {"label": f"< {' '.join(printed)} >"}
         rest = (*parts.guard, *parts.actions)
         above = font(left(parts.trigger), ink, SMALL) if parts.trigger else ""
         below = font(left(rest), soft, SMALL) if rest else ""
@@ -306,14 +306,14 @@ class Drawer:
         }
 
 
-def _edge(tail: End, head: End, is_down: bool, given: dict[str, str]) -> str:
+def _edge(tail: End, head: End, is_down: bool, look: dict[str, str]) -> str:
     """Return an arrow; one that leads up is turned round."""
     first, second = (tail, head) if is_down else (head, tail)
     clips = {"ltail": first.clip, "lhead": second.clip}
-    given = {**{key: clip for key, clip in clips.items() if clip}, **given}
+    look = {**{key: clip for key, clip in clips.items() if clip}, **look}
     if not is_down:
-        given = {"dir": "back", **given}
-    return "  " + statement(f"{first.node} -> {second.node}", **given)
+        look = {"dir": "back", **look}
+    return "  " + statement(f"{first.node} -> {second.node}", **look)
 
 
 def _ink(origin: Origin) -> str:
