@@ -31,7 +31,7 @@ from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.document.document import Document
 from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.runtime.harness import Harness, InterpreterHarness, TargetHarness, harness, harnesses
+from fsmkit.runtime.harness import INTERPRETER, Harness, Runtime, harness, harnesses
 
 BATCH = 25
 """Charts that one process generates, builds and compares at a time."""
@@ -141,14 +141,14 @@ def first_difference(target: str, expected: Trace, got: Trace) -> Divergence | N
 
 def compare(case: Case, target: Harness) -> Divergence | None:
     """Run a case on the interpreter and on a target; where they part, if they do."""
-    expected = InterpreterHarness().run(case.chart, case.script)
+    expected = INTERPRETER.run(case.chart, case.script)
     return first_difference(target.name, expected, _attempt(target, case))
 
 
 def compare_all(cases: Sequence[Case], targets: Sequence[Harness]) -> Totals:
     """Compare several cases on several targets, in batches where a target likes that."""
     totals = Totals(charts=len(cases))
-    expected = [_attempt(InterpreterHarness(), case) for case in cases]
+    expected = [_attempt(INTERPRETER, case) for case in cases]
     for trace in expected:
         totals.macrosteps += sum(line.startswith("@") for line in trace)
     for target in targets:
@@ -163,7 +163,7 @@ def compare_all(cases: Sequence[Case], targets: Sequence[Harness]) -> Totals:
 
 
 def _traces(target: Harness, cases: Sequence[Case]) -> list[list[str] | None]:
-    if isinstance(target, TargetHarness) and isinstance(target.target, Batched):
+    if isinstance(target, Runtime) and isinstance(target.target, Batched):
         jobs = [(case.chart, case.script) for case in cases]
         try:
             return list(target.target.harness_run_all(jobs))
@@ -204,7 +204,7 @@ def reduced(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, Dive
     def attempt(documents: Documents, script: Script) -> Divergence | None:
         try:
             smaller = Case(documents, elaborated(documents), script)
-            expected = InterpreterHarness().run(smaller.chart, script)
+            expected = INTERPRETER.run(smaller.chart, script)
         except FsmkitError:  # no valid chart, or a script that is not one for it
             return None
         got = _attempt_or_refuse(target, smaller)

@@ -394,7 +394,7 @@ def machine(path: str | Path, clock: Callable[[], Clock] | None = None) -> Calla
 
     """
     from fsmkit.runtime.clock import SimulatedClock
-    from fsmkit.runtime.decorate import bind
+    from fsmkit.runtime.session import bind
 
     frame = inspect.currentframe()
     caller = frame.f_back if frame is not None else None

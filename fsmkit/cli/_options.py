@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
+from pathlib import Path
 from typing import Any
 
 import click
 
 from fsmkit.cli.console import WrongOptionError
 from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
-from fsmkit.diagnostics.nearest import nearest
+from fsmkit.diagnostics.suggest import nearest
 
 
 class OneOf(click.Choice[str]):
@@ -121,3 +123,61 @@ def _read_allowed(
         if rule.name in names and rule.severity is Severity.ERROR:
             raise click.BadParameter(f"`{rule.name}` is an error, which stays one", ctx, param)
     return names
+
+
+# --- sizes, spans of time, charts in place of others ----------------------------------------------
+
+SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([KMGT]?)B?", re.IGNORECASE)
+SPAN = re.compile(r"(\d+(?:\.\d+)?)\s*(ms|s|m|min|h)?")
+UNITS = {"": 0, "K": 10, "M": 20, "G": 30, "T": 40}
+SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, None: 1.0}
+
+
+def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
+    """Read ``4G``, ``512M`` as bytes."""
+    match = SIZE.fullmatch(value)
+    if match is None:
+        raise click.BadParameter(f"`{value}` is no size such as 4G or 512M", ctx, param)
+    return int(float(match[1]) * (1 << UNITS[match[2].upper()]))
+
+
+def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """Read ``10m``, ``30s`` as seconds."""
+    match = SPAN.fullmatch(value)
+    if match is None:
+        raise click.BadParameter(
+            f"`{value}` is no duration such as 30s or 10m; units are ms, s, m, h", ctx, param
+        )
+    return float(match[1]) * SECONDS[match[2]]
+
+
+def read_replacements(
+    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
+) -> dict[str, Path]:
+    """Read ``feeder=other.yaml``."""
+    found: dict[str, Path] = {}
+    for text in value:
+        name, equals, path = text.partition("=")
+        if not (name and equals and path) or name in found:
+            raise click.BadParameter(f"`{text}` is not `MACHINE=CHART`, once", ctx, param)
+        found[name] = Path(path)
+    return found
+
+
+SILENT = click.option(
+    "--assume-watchdogs-silent",
+    "silent",
+    is_flag=True,
+    help="Transitions marked `watchdog` never fire (untimed only).",
+)
+TIMEOUT = click.option(
+    "--timeout", callback=read_span, default="0", help="Give up after that long."
+)
+REPLACE = click.option(
+    "--replace",
+    "replacing",
+    multiple=True,
+    callback=read_replacements,
+    metavar="MACHINE=CHART",
+    help="Let a machine of the system run this chart; can be repeated.",
+)

@@ -11,8 +11,16 @@ import click
 from rich.markup import escape
 
 from fsmkit.cli._interrupts import began
-from fsmkit.cli._options import OneOf, Reading, option_value, reading_options
-from fsmkit.cli._quantities import read_size, read_span
+from fsmkit.cli._options import (
+    REPLACE,
+    SILENT,
+    TIMEOUT,
+    OneOf,
+    Reading,
+    option_value,
+    read_size,
+    reading_options,
+)
 from fsmkit.cli._refines import compare
 from fsmkit.cli._several import check_several
 from fsmkit.cli._spin import show_trail
@@ -43,19 +51,6 @@ Examples:
 """
 
 
-def read_replacements(
-    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
-) -> dict[str, Path]:
-    """Read ``feeder=other.yaml``."""
-    found: dict[str, Path] = {}
-    for text in value:
-        name, equals, path = text.partition("=")
-        if not (name and equals and path) or name in found:
-            raise click.BadParameter(f"`{text}` is not `MACHINE=CHART`, once", ctx, param)
-        found[name] = Path(path)
-    return found
-
-
 @click.command(epilog=EPILOG)
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--property", "names", multiple=True, help="Judge this property; can be repeated.")
@@ -67,12 +62,7 @@ def read_replacements(
     help="Zones: time is dense. Discrete: it passes by the greatest common divisor of all delays. "
     "Untimed: an armed timer may fire at any time.",
 )
-@click.option(
-    "--assume-watchdogs-silent",
-    "silent",
-    is_flag=True,
-    help="Transitions marked `watchdog` never fire (untimed only).",
-)
+@SILENT
 @click.option(
     "--engine", type=OneOf("engine", ("c", "python")), help="What explores.  [default: c]"
 )
@@ -95,7 +85,7 @@ def read_replacements(
     show_default=True,
     help="The most cores to use; only spaces that are large need more than one.",
 )
-@click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
+@TIMEOUT
 @click.option(
     "--no-reduction",
     "without",
@@ -104,14 +94,7 @@ def read_replacements(
     help="Switch a reduction off; verdicts stay the same. Dead: data that nothing can read any "
     "more count as at their start. Sleep: of steps that do not see each other one order is taken.",
 )
-@click.option(
-    "--replace",
-    "replacing",
-    multiple=True,
-    callback=read_replacements,
-    metavar="MACHINE=CHART",
-    help="Let a machine of the system run this chart; can be repeated.",
-)
+@REPLACE
 @click.option("--save-trace", type=click.Path(path_type=Path), help="A folder for the traces.")
 @click.option(
     "--draw",

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
-
 import click
 from rich.markdown import Markdown
 from rich.text import Text
 
 from fsmkit.cli.console import STYLES, print_json, result
 from fsmkit.diagnostics import Rule, rule, rules
+from fsmkit.diagnostics.suggest import suggest
 
 EPILOG = """\b
 Examples:
@@ -47,10 +46,8 @@ def find(code: str) -> Rule:
         return rule(code.strip().upper()) if code[:2].upper() == "FK" else rule(code.lower())
     except LookupError:
         known = [name for r in rules() for name in (r.name, r.code)]
-        close = get_close_matches(code.lower(), known, 1) or get_close_matches(
-            code.upper(), known, 1
-        )
-        advice = f"did you mean `{close[0]}`?" if close else "`fsmkit explain` lists all"
+        advice = suggest(code.lower(), known) or suggest(code.upper(), known)
+        advice = advice or "`fsmkit explain` lists all"
         raise click.BadParameter(
             f"there is no finding `{code}`; {advice}", param_hint="CODE"
         ) from None

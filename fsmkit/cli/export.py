@@ -10,9 +10,7 @@ from pathlib import Path
 import click
 
 from fsmkit.cli._interrupts import began
-from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli._quantities import read_span
-from fsmkit.cli.check import read_replacements
+from fsmkit.cli._options import REPLACE, SILENT, TIMEOUT, OneOf, Reading, reading_options
 from fsmkit.cli.console import out, print_json, progress, report
 from fsmkit.cli.writing import write_files
 from fsmkit.export.exporter import (
@@ -54,27 +52,15 @@ Examples:
     help="Discrete: time passes by the greatest common divisor of all delays. Untimed: an armed "
     "timer may fire at any time.",
 )
-@click.option(
-    "--assume-watchdogs-silent",
-    "silent",
-    is_flag=True,
-    help="Transitions marked `watchdog` never fire (untimed only).",
-)
+@SILENT
 @click.option(
     "--property", "names", multiple=True, help="Carry over this property only; can be repeated."
 )
-@click.option(
-    "--replace",
-    "replacing",
-    multiple=True,
-    callback=read_replacements,
-    metavar="MACHINE=CHART",
-    help="Let a machine of the system run another chart; can be repeated.",
-)
+@REPLACE
 @click.option(
     "--most", type=click.IntRange(1), default=1_000_000, show_default=True, help="States to write."
 )
-@click.option("--timeout", callback=read_span, default="0", help="Give up after that long.")
+@TIMEOUT
 @click.option(
     "--refines",
     "base",

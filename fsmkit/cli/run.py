@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TextIO
 
 import click
 
@@ -11,9 +12,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli.console import print_json, report, result
 from fsmkit.cli.stepping.chart import Stepper, script_lines
-from fsmkit.cli.stepping.conversation import converse
 from fsmkit.cli.stepping.system import SystemStepper
-from fsmkit.diagnostics import Severity
+from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.loading import read_bytes
 from fsmkit.runtime import replaying
 from fsmkit.runtime.harness import harness, harnesses
@@ -131,7 +131,7 @@ def _step(stepper: Stepper | SystemStepper, events: str | None, script: list[str
         return
     stepper.start()
     if events is None:
-        converse(stepper, sys.stdin)
+        _converse(stepper, sys.stdin)
         return
     for item in events.replace("\n", ";").split(";"):
         stepper.do(item)
@@ -142,3 +142,26 @@ def _read(script: Path | None) -> list[str] | None:
         return None
     text = read_bytes(script).decode("utf-8", errors="replace")
     return [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+
+
+def _converse(stepper: Stepper | SystemStepper, file: TextIO) -> None:
+    """Read what to do until the end; on a terminal a wrong line is reported and forgotten."""
+    is_terminal = file.isatty()
+    if is_terminal:
+        result.print("type an event, or help", style="dim")
+    while True:
+        if is_terminal:
+            result.print("> ", end="")
+        line = file.readline()
+        word = line.strip()
+        if not line or word in ("quit", "exit"):
+            return
+        try:
+            if word in ("help", "?"):
+                result.print(stepper.help, markup=False)
+            elif not stepper.answer(word):
+                stepper.do(word)
+        except FsmkitError as error:
+            if not is_terminal:
+                raise
+            report(error.diagnostics)

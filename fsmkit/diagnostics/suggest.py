@@ -1,10 +1,25 @@
-"""What was probably meant: the help of a finding about an unknown name."""
+"""What was probably meant by a name that is not known."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from difflib import get_close_matches
 
-from fsmkit.diagnostics.nearest import nearest
+LONGEST = 100
+"""Characters; longer names are not compared, for comparing takes the square of their length."""
+MOST = 1_000
+"""So many names are compared in full; of more only those that begin alike."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is most like one, None if none is."""
+    if len(name) > LONGEST:
+        return None
+    candidates = sorted(k for k in known if len(k) <= LONGEST)
+    if len(candidates) > MOST:
+        candidates = [k for k in candidates if k[:2] == name[:2]][:MOST]
+    near = get_close_matches(name, candidates, n=1)
+    return near[0] if near else None
 
 
 def suggest(name: str, known: Iterable[str], otherwise: str | None = None) -> str | None:

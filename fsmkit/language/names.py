@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Severity, Span, Text
-from fsmkit.diagnostics.nearest import nearest
+from fsmkit.diagnostics.suggest import nearest
 from fsmkit.language.scope import Scope
 from fsmkit.language.types import EnumType, Type
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -14,6 +14,17 @@ from fsmkit.document.document import Trigger
 from fsmkit.language import Literal
 from fsmkit.plugins import Target, plugins
 from fsmkit.runtime.script import run_script
+
+
+@runtime_checkable
+class Harnessed(Protocol):
+    """A target that brings a harness: what makes the differential test cover it."""
+
+    name: str
+
+    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
+        """Generate, build and run a machine by a script; return its trace."""
+        ...
 
 
 class Harness(Protocol):
@@ -29,48 +40,32 @@ class Harness(Protocol):
         ...
 
 
-@runtime_checkable
-class Harnessed(Protocol):
-    """A target that brings a harness: what makes the differential test cover it."""
+@dataclass(frozen=True, slots=True)
+class Runtime:
+    """The harness of the interpreter, or of a target."""
 
     name: str
-
-    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
-        """Generate, build and run a machine by a script; return its trace."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class InterpreterHarness:
-    """The reference."""
-
-    name: str = "interpreter"
+    runner: Callable[[Chart, Sequence[str]], list[str]]
+    target: Harnessed | None = None
 
     def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
-        """Run the interpreter."""
-        return run_script(chart, script)
+        """Run the chart by the script."""
+        return self.runner(chart, script)
 
 
-@dataclass(frozen=True, slots=True)
-class TargetHarness:
-    """The harness of a target."""
+INTERPRETER = Runtime("interpreter", run_script)
+"""The reference."""
 
-    target: Harnessed
 
-    @property
-    def name(self) -> str:
-        """Return the name of the target."""
-        return self.target.name
-
-    def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
-        """Generate, build and run.
-
-        A circle of timers without delay ends in the interpreter (``livelock``) and nowhere else, so
-        a chart that can have one runs there first.
-        """
+def _of_target(target: Harnessed) -> Runtime:
+    def run(chart: Chart, script: Sequence[str]) -> list[str]:
+        # A circle of timers without delay ends in the interpreter (``livelock``) and nowhere else,
+        # so a chart that can have one runs there first.
         if can_stand_still(chart):
             run_script(chart, script)
-        return list(self.target.harness_run(chart, script))
+        return list(target.harness_run(chart, script))
+
+    return Runtime(target.name, run, target)
 
 
 def can_stand_still(chart: Chart) -> bool:
@@ -83,7 +78,7 @@ def can_stand_still(chart: Chart) -> bool:
 
 def harnesses() -> tuple[Harness, ...]:
     """Return the reference and a harness for each target that brings one."""
-    return (InterpreterHarness(), *(TargetHarness(target) for target in plugins(Harnessed)))
+    return (INTERPRETER, *map(_of_target, plugins(Harnessed)))
 
 
 def target_harnesses() -> tuple[Harness, ...]:
@@ -94,9 +89,8 @@ def target_harnesses() -> tuple[Harness, ...]:
 
 def harness(name: str) -> Harness:
     """Return the harness of that name; `FsmkitError` that lists those there are."""
-    reference = InterpreterHarness()
-    if name == reference.name:
-        return reference
+    if name == INTERPRETER.name:
+        return INTERPRETER
     found = {candidate.name: candidate for candidate in harnesses()}
     if name in found:
         return found[name]

@@ -54,32 +54,31 @@ def pack(chart: Chart, snapshot: Snapshot) -> bytes:
 def unpack(chart: Chart, data: bytes, now: int) -> Snapshot:
     """Return the snapshot; `FsmkitError` for damaged bytes and for those of another chart."""
     if not is_sealed(data) or not data.startswith(MAGIC):
-        raise _broken(chart, "its checksum is wrong, or it is none")
+        raise damaged(chart, "its checksum is wrong, or it is none")
     if not data.startswith(head(chart)):
-        raise fail(
-            "foreign-snapshot",
-            f"the snapshot is of another chart than `{chart.name}` as it is now",
-            help="restore it with the chart that it was saved from, or start anew",
-        )
+        raise foreign(chart)
     image = image_of(chart)
     if len(data) != image.total:
-        raise _broken(chart, f"it has {len(data)} bytes, not {image.total}")
+        raise damaged(chart, f"it has {len(data)} bytes, not {image.total}")
     reader = _Reader(image, data[len(head(chart)) : -4], now)
     try:
         return reader.machine()
     except (ValueError, IndexError) as error:
-        raise _broken(chart, str(error)) from error
+        raise damaged(chart, error) from error
 
 
-def _broken(chart: Chart, why: str) -> FsmkitError:
+def damaged(chart: Chart, why: object) -> FsmkitError:
+    """Return the error for a snapshot that cannot be read."""
     return fail("foreign-snapshot", f"the snapshot of `{chart.name}` is damaged: {why}")
 
 
-def pack_values(image: Image, declared: Sequence[Field], values: Sequence[Value]) -> bytes:
-    """Return values of fields as bytes."""
-    writer = _Writer(image)
-    writer.values(declared, values)
-    return bytes(writer.data)
+def foreign(chart: Chart) -> FsmkitError:
+    """Return the error for a snapshot of another chart."""
+    return fail(
+        "foreign-snapshot",
+        f"the snapshot is of another chart than `{chart.name}` as it is now",
+        help="restore it with the chart that it was saved from, or start anew",
+    )
 
 
 def unpack_values(image: Image, declared: Sequence[Field], data: bytes) -> tuple[Value, ...]:

@@ -14,7 +14,6 @@ from fsmkit.language import Field, Type, Value
 from fsmkit.language.microseconds import duration_text
 from fsmkit.language.values import show
 from fsmkit.runtime.cycles import cycle_text, taken_by
-from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
     Cancellation,
@@ -44,6 +43,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Unhandled,
     Within,
 )
+from fsmkit.runtime.interpreter.trace import active_leaves
 
 INDENT = " " * 10
 
@@ -100,8 +100,7 @@ class Printer:
 
     def active(self, snapshot: Snapshot) -> str:
         """Say what is active, and whether the machine has stopped."""
-        leaves = sorted(index_of(self.chart).leaves & snapshot.configuration)
-        names = ", ".join(self.chart.states[leaf].id for leaf in leaves)
+        names = ", ".join(active_leaves(self.chart, snapshot))
         if snapshot.fault is not None:
             return f"= {names}  (stopped: {snapshot.fault})"
         return f"= {names}{'  (finished)' if snapshot.finished else ''}"

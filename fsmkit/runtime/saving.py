@@ -7,12 +7,12 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.statements import Destination
-from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.language import Field, Value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
 from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.packing import damaged, foreign
 
 __all__ = ["fingerprint", "restore", "save"]
 
@@ -52,15 +52,11 @@ def _save(chart: Chart, snapshot: Snapshot, now: int) -> dict[str, Any]:
 def restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
     """Return the snapshot that was saved; `FsmkitError` for another chart's or a broken one."""
     if saved.get("fsmkit") != FORMAT or saved.get("hash") != fingerprint(chart):
-        raise fail(
-            "foreign-snapshot",
-            f"the snapshot is of another chart than `{chart.name}` as it is now",
-            help="restore it with the chart that it was saved from, or start anew",
-        )
+        raise foreign(chart)
     try:
         return _restore(chart, saved, now)
     except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise _broken(chart, error) from error
+        raise damaged(chart, error) from error
 
 
 def _restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
@@ -87,10 +83,6 @@ def _restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
             for invocation, child in invoked
         ),
     )
-
-
-def _broken(chart: Chart, error: Exception) -> FsmkitError:
-    return fail("foreign-snapshot", f"the snapshot of `{chart.name}` is damaged: {error}")
 
 
 def _ids(chart: Chart, states: frozenset[int]) -> list[str]:

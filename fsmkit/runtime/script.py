@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from typing import assert_never
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text, fail
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -252,20 +252,19 @@ def _in_order(words: list[str], names: list[str]) -> Iterator[str]:
 
 def unknown_name(line: Text, kind: str, name: str, known: Sequence[str]) -> FsmkitError:
     """Return the error for a name that the chart does not have."""
-    close = get_close_matches(name, known, 1)
-    listed = ", ".join(known) or "none"
-    help_ = f"did you mean `{close[0]}`?" if close else f"there are: {listed}"
-    help_ = help_of_prefix(kind, name, known) or help_
-    return wrong_line(line, f"there is no {kind} `{name}`", help_)
+    return wrong_line(line, f"there is no {kind} `{name}`", help_for(kind, name, known))
 
 
-def help_of_prefix(kind: str, name: str, known: Sequence[str]) -> str | None:
-    """Return a way out for an event below one that the chart matches as a prefix of tokens."""
+def help_for(kind: str, name: str, known: Sequence[str]) -> str | None:
+    """Return a way out for an unknown name.
+
+    An event may lie below one that the chart matches as a prefix of tokens.
+    """
     tokens = name.split(".")
     above = [".".join(tokens[:length]) for length in range(len(tokens) - 1, 0, -1)]
     prefix = next((each for each in above if each in known), None)
     if kind != "event" or prefix is None:
-        return None
+        return suggest(name, known, f"there are: {', '.join(known) or 'none'}")
     return (
         f"post `{prefix}`, or declare the event in the chart: "
         f'`<fk:event direction="in" signature="{name}"/>`, in YAML under `events: in:`'

@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
-from typing import Any
+from functools import wraps
+from typing import Any, TypeVar
 
 from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.diagnostics import FsmkitError, fail
@@ -16,12 +16,20 @@ from fsmkit.language import Value
 from fsmkit.language.microseconds import read_microseconds
 from fsmkit.language.values import from_python, to_python
 from fsmkit.runtime import interpreter, packing, saving
-from fsmkit.runtime.binding import BoundHost, Delivery, deliver
+from fsmkit.runtime.binding import (
+    BoundHost,
+    Delivery,
+    deliver,
+    every_operation,
+    find,
+    missing_operations,
+)
 from fsmkit.runtime.clock import Clock, SimulatedClock
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
-from fsmkit.runtime.interpreter.trace import trace_lines
-from fsmkit.runtime.script import help_of_prefix
+from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines
+from fsmkit.runtime.script import help_for
 
+Class = TypeVar("Class", bound=type)
 KEPT = 10_000
 """Macrosteps that a session remembers unless it is told otherwise."""
 
@@ -163,8 +171,7 @@ class Session:
     @property
     def active(self) -> tuple[str, ...]:
         """The active atomic states in document order."""
-        states = (self.chart.states[state] for state in sorted(self.snapshot.configuration))
-        return tuple(state.id for state in states if state.is_leaf)
+        return tuple(active_leaves(self.chart, self.snapshot))
 
     def is_in(self, state: str) -> bool:
         """Whether a state is active."""
@@ -385,11 +392,31 @@ def _shown(variables: Sequence[Data], values: Sequence[Value]) -> dict[str, obje
 
 
 def _unknown(kind: str, name: str, known: Sequence[str]) -> FsmkitError:
-    close = get_close_matches(name, known, 1)
-    listed = f"there are: {', '.join(known) or 'none'}"
-    return fail(
-        "unknown-at-run-time",
-        f"the chart has no {kind} `{name}`",
-        help=help_of_prefix(kind, name, known)
-        or (f"did you mean `{close[0]}`?" if close else listed),
-    )
+    help_ = help_for(kind, name, known)
+    return fail("unknown-at-run-time", f"the chart has no {kind} `{name}`", help=help_)
+
+
+def bind(chart: Chart, clock: Callable[[], Clock] = SimulatedClock) -> Callable[[Class], Class]:
+    """Return a class decorator: each object gets a running `Session` as its ``machine``.
+
+    The machine starts when ``__init__`` has returned, on a clock made by ``clock``. Operations
+    without a method are an error when the class is defined.
+    """
+
+    def decorate(cls: Class) -> Class:
+        missing = [one for one in every_operation(chart).values() if find(cls, one.name) is None]
+        if missing:
+            raise missing_operations(chart, missing)
+        initialise: Callable[..., None] = cls.__init__  # type: ignore[misc]
+
+        @wraps(initialise)
+        def with_machine(self: Any, *args: Any, **kwargs: Any) -> None:
+            initialise(self, *args, **kwargs)
+            if type(self).__init__ is with_machine:
+                self.machine = Session(chart, self, clock(), start=False)
+                self.machine.start()
+
+        cls.__init__ = with_machine  # type: ignore[misc]
+        return cls
+
+    return decorate

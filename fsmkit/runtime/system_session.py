@@ -23,6 +23,7 @@ from fsmkit.runtime.interpreter.run import (
     step_eventless,
 )
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
+from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.system.readiness import tries_eventless
 from fsmkit.system.shared import driven, kept_at_start, written_value
 from fsmkit.system.system import System
@@ -101,9 +102,7 @@ class SystemSession:
     def active(self, machine: str) -> tuple[str, ...]:
         """Return the active leaves of a machine, in document order."""
         index = self._names.index(machine)
-        chart = self._charts[index]
-        found = sorted(self._snapshots[index].configuration)
-        return tuple(chart.states[s].id for s in found if chart.states[s].is_leaf)
+        return tuple(active_leaves(self._charts[index], self._snapshots[index]))
 
     def is_in(self, machine: str, state: str) -> bool:
         """Whether a state of a machine is active."""

@@ -9,7 +9,7 @@ from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.diagnostics.nearest import nearest
+from fsmkit.diagnostics.suggest import nearest
 from fsmkit.system.properties.property import AtStates, Builtin
 from fsmkit.system.reading import load_any
 from fsmkit.system.system import System

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 
 from rich.text import Text
 from rich.tree import Tree
@@ -132,14 +133,8 @@ class _Maker:
         return f"{directions(event):8} {signature}", Where(event.origin, event.span)
 
     def _capacities(self, tree: Tree) -> None:
-        bounds = self.chart.capacities
-        values = {
-            "queue": bounds.queue,
-            "internal": bounds.internal,
-            "delayed": bounds.delayed,
-            "microsteps": bounds.microsteps,
-            "tick": f"{bounds.tick}us",
-        }
+        values = asdict(self.chart.capacities)
+        values["tick"] = f"{values['tick']}us"
         group = tree.add(Text("capacities", "bold"))
         for name, value in values.items():
             if name in self.origins.capacities:

@@ -22,7 +22,7 @@ from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 from tests.boards.conftest import HOSTS, ROOT, RUNTIME
 
 CELL = ROOT / "machines/production_cell"
@@ -108,7 +108,7 @@ def random_jobs(count: int, seed: int = 11) -> list[Job]:
 
 def expected(jobs: Sequence[Job]) -> list[list[str]]:
     """Return the traces of the interpreter."""
-    return [list(InterpreterHarness().run(job.chart, job.script)) for job in jobs]
+    return [list(INTERPRETER.run(job.chart, job.script)) for job in jobs]
 
 
 def write_player(folder: Path, jobs: Sequence[Job], *, board: bool) -> str:

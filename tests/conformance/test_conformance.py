@@ -15,7 +15,7 @@ from fsmkit.conformance.suites import find_cases, w3c_cases
 from fsmkit.conformance.traces import configurations, ends_in, faults
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.loading import load
-from fsmkit.runtime.harness import InterpreterHarness, harness, harnesses
+from fsmkit.runtime.harness import INTERPRETER, harness, harnesses
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"'
 PASS = f'{HEAD} initial="s"><state id="s"><onentry><send event="e" delay="30s"/></onentry>'
@@ -50,7 +50,7 @@ def suite(tmp_path: Path, charts: dict[str, str], table: str = "") -> Path:
 
 
 def results(folder: Path) -> dict[str, tuple[str, str]]:
-    verdicts = [v for c in find_cases(folder) for v in judge(c, (InterpreterHarness(),), 20)]
+    verdicts = [v for c in find_cases(folder) for v in judge(c, (INTERPRETER,), 20)]
     return {verdict.name: (verdict.result.value, verdict.reason) for verdict in verdicts}
 
 
@@ -186,7 +186,7 @@ def test_reasons_are_one_line() -> None:
 
 def test_the_reference_is_first_and_unknown_ones_are_told() -> None:
     assert harnesses()[0].name == "interpreter"
-    assert harness("interpreter") == InterpreterHarness()
+    assert harness("interpreter") == INTERPRETER
     with pytest.raises(FsmkitError, match="cobol"):
         harness("cobol")
 

@@ -23,7 +23,7 @@ from fsmkit.language.statements.tree import (
     DocSuper,
     DocUnreadable,
 )
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 
 CHARTS = 200
 FEWEST = 2
@@ -204,7 +204,7 @@ FEATURES: dict[str, Has] = {
 @cache
 def cases() -> tuple[tuple[Case, Trace], ...]:
     made = [random_case(7, number) for number in range(CHARTS)]
-    return tuple((case, tuple(InterpreterHarness().run(case.chart, case.script))) for case in made)
+    return tuple((case, tuple(INTERPRETER.run(case.chart, case.script))) for case in made)
 
 
 @pytest.mark.slow
@@ -223,5 +223,5 @@ def test_a_chart_of_one_state_has_no_feature() -> None:
     child = DocState(name, Kind.ATOMIC, place)
     documents = (Document(source, name, DocState(None, only.kind, place, children=(child,))),)
     plain = Case(documents, elaborated(documents), ("start 0",))
-    trace = tuple(InterpreterHarness().run(plain.chart, plain.script))
+    trace = tuple(INTERPRETER.run(plain.chart, plain.script))
     assert [name for name, has in FEATURES.items() if has(plain, trace)] == []

@@ -14,7 +14,7 @@ from devtools.differential import Case, elaborated, random_case
 from devtools.random_charts.charts import documents
 from fsmkit.diagnostics import Span
 from fsmkit.document.document import Document, Trigger
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 
 CASES = 250
 
@@ -22,7 +22,7 @@ CASES = 250
 @cache
 def cases() -> tuple[tuple[Case, tuple[str, ...]], ...]:
     made = [random_case(7, number) for number in range(CASES)]
-    return tuple((case, tuple(InterpreterHarness().run(case.chart, case.script))) for case in made)
+    return tuple((case, tuple(INTERPRETER.run(case.chart, case.script))) for case in made)
 
 
 def nodes(tree: Any) -> list[Any]:

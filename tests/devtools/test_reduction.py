@@ -9,7 +9,7 @@ from devtools.differential import compare, explain, first_difference, random_cas
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.document.document import Kind
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 
 
 @dataclass
@@ -19,7 +19,7 @@ class Deaf:
     name: str = "deaf"
 
     def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
-        told = InterpreterHarness().run(chart, script)
+        told = INTERPRETER.run(chart, script)
         return [line for line in told if not line.startswith("raise")]
 
 
@@ -42,7 +42,7 @@ class Choosy(Deaf):
 
     def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
         told = super().run(chart, script)
-        if told == InterpreterHarness().run(chart, script):
+        if told == INTERPRETER.run(chart, script):
             raise fail("c-limit", "on purpose")
         return told
 

@@ -10,7 +10,7 @@ import pytest
 from fsmkit.chart.chart import Chart
 from fsmkit.loading import load
 from fsmkit.runtime import packing, saving
-from fsmkit.runtime.harness import Harness, InterpreterHarness, harnesses
+from fsmkit.runtime.harness import INTERPRETER, Harness, harnesses
 from fsmkit.runtime.script import Player, script_texts
 
 CHART = """
@@ -75,7 +75,7 @@ def script() -> tuple[str, ...]:
 def held(chart: Chart, runtime: Harness) -> list[set[str]]:
     """Return the histories that hold something in each save, which are those of the interpreter."""
     trace = runtime.run(chart, script())
-    assert trace == InterpreterHarness().run(chart, script())
+    assert trace == INTERPRETER.run(chart, script())
     saved = (line.removeprefix("saved ") for line in trace if line.startswith("saved "))
     snapshots = (packing.unpack(chart, bytes.fromhex(text), 0) for text in saved)
     return [{chart.states[state].id for state, _ in found.history} for found in snapshots]

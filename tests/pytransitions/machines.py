@@ -15,7 +15,7 @@ from devtools.random_charts.choices import Choices, SeededChoices
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.pytransitions import chart_of
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 from fsmkit.runtime.script import SeededHost
 
 Configuration = dict[str, Any]
@@ -213,7 +213,7 @@ def _knows(machine: Any, trigger: str) -> bool:
 def run_chart(chart: Chart, triggers: list[str]) -> list[str]:
     """Return what the interpreter calls, and where it is."""
     known = [trigger for trigger in triggers if trigger in chart.event_index]
-    trace = iter(InterpreterHarness().run(chart, ["start 0", *(f"dispatch {t}" for t in known)]))
+    trace = iter(INTERPRETER.run(chart, ["start 0", *(f"dispatch {t}" for t in known)]))
     steps: list[list[str]] = []
     here: list[str] = []
     for line in trace:

@@ -16,7 +16,7 @@ from fsmkit.codegen.transitions.limits import check
 from fsmkit.diagnostics import Findings, FsmkitError, Source
 from fsmkit.pytransitions import chart_of
 from fsmkit.pytransitions.plugin import PLUGIN
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 from tests.pytransitions.machines import random_configuration
 
 pytestmark = pytest.mark.slow
@@ -67,6 +67,6 @@ def test_there_and_back() -> None:
         if check(chart, Findings()):
             written += 1
             script = random_script(choices, chart, 30)
-            expected = InterpreterHarness().run(chart, script)
+            expected = INTERPRETER.run(chart, script)
             assert TransitionsHarness().run(chart, script) == expected
     assert written > 40

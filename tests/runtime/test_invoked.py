@@ -15,8 +15,7 @@ from fsmkit.loading import load
 from fsmkit.runtime import saving
 from fsmkit.runtime.binding import Delivery
 from fsmkit.runtime.clock import SimulatedClock
-from fsmkit.runtime.decorate import bind
-from fsmkit.runtime.session import Session
+from fsmkit.runtime.session import Session, bind
 
 SHOP = Path(__file__).parents[1] / "golden/shop.yaml"
 TWINS = """\

@@ -10,8 +10,7 @@ import pytest
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime.clock import SimulatedClock, WallClock
-from fsmkit.runtime.decorate import bind
-from fsmkit.runtime.session import Session
+from fsmkit.runtime.session import Session, bind
 
 FEEDER = """\
 chart: Feeder

@@ -12,7 +12,7 @@ from fsmkit.language import Field
 from fsmkit.language.microseconds import read_microseconds
 from fsmkit.language.values import show, to_python, tokens
 from fsmkit.runtime.interpreter import Macrostep, Snapshot
-from fsmkit.runtime.interpreter.trace import trace_lines, value_text
+from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text
 from fsmkit.runtime.pretty import Printer, pretty
 from fsmkit.runtime.script import Player, read_event, read_input, script_texts, wrong_line
 from fsmkit.runtime.session import is_received
@@ -150,12 +150,6 @@ def macrostep_document(chart: Chart, step: Macrostep) -> dict[str, Any]:
         "trace": trace,
         "active": active_leaves(chart, step.after),
     }
-
-
-def active_leaves(chart: Chart, snapshot: Snapshot) -> list[str]:
-    """Return the ids of the active atomic states, in document order."""
-    found = (chart.states[state] for state in sorted(snapshot.configuration))
-    return [state.id for state in found if state.is_leaf]
 
 
 def variables(chart: Chart, snapshot: Snapshot) -> Iterable[tuple[str, Any, Field]]:

@@ -103,7 +103,7 @@ def _build(chart: Chart) -> Index:
         forgotten=forgotten_histories(chart),
         leaves=frozenset(state.index for state in states if state.is_leaf),
         domains=tuple(
-            None if dynamic else static_domain(chart, transition)
+            None if dynamic else domain_of(chart, transition)
             for transition, dynamic in zip(chart.transitions, has_history_target, strict=True)
         ),
         has_history_target=has_history_target,
@@ -134,8 +134,8 @@ def _invocations(chart: Chart) -> tuple[tuple[int, ...], ...]:
     return tuple(found)
 
 
-def static_domain(chart: Chart, transition: Transition) -> int | None:
-    """Return the domain of a transition whose targets are its effective targets."""
+def domain_of(chart: Chart, transition: Transition) -> int | None:
+    """Return the domain of a transition whose targets are its effective targets (findLCCA)."""
     if not transition.targets:
         return None
     if is_internal(chart, transition):

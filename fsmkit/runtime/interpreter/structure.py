@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
-from fsmkit.chart.chart import Chart, Transition
-from fsmkit.chart.structure import lcca
+from fsmkit.chart.chart import Transition
 from fsmkit.document.document import Kind
 from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.index import domain_of
 
 
 def get_transition_domain(g: Globals, transition: Transition) -> int | None:
@@ -19,21 +20,7 @@ def get_transition_domain(g: Globals, transition: Transition) -> int | None:
     if not g.index.has_history_target[transition.index]:
         return g.index.domains[transition.index]
     targets = get_effective_target_states(g, transition)
-    if not targets:
-        return None
-    source = transition.source
-    if (
-        transition.internal
-        and g.chart.states[source].kind is Kind.COMPOUND
-        and all(g.chart.is_descendant(target, source) for target in targets)
-    ):
-        return source
-    return find_lcca(g.chart, (source, *targets))
-
-
-def find_lcca(chart: Chart, states: Sequence[int]) -> int:
-    """Return the least common compound ancestor (Appendix D, findLCCA)."""
-    return lcca(chart, states)
+    return domain_of(g.chart, replace(transition, targets=tuple(targets)))
 
 
 def get_effective_target_states(g: Globals, transition: Transition) -> list[int]:

@@ -79,10 +79,15 @@ def dump_lines(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
                 yield f"{invocation.id}: {line}"
 
 
+def active_leaves(chart: Chart, snapshot: Snapshot) -> list[str]:
+    """Return the ids of the active atomic states, in document order."""
+    leaves = sorted(index_of(chart).leaves & snapshot.configuration)
+    return [chart.states[state].id for state in leaves]
+
+
 def configuration_line(chart: Chart, snapshot: Snapshot) -> str:
     """Return the active atomic states in document order, and whether the machine is finished."""
-    leaves = sorted(index_of(chart).leaves & snapshot.configuration)
-    names = [chart.states[state].id for state in leaves]
+    names = active_leaves(chart, snapshot)
     return " ".join(("=", *names, *(("finished",) if snapshot.finished else ())))
 
 

@@ -17,7 +17,7 @@ from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
 LAMP = """
@@ -157,7 +157,7 @@ def test_like_the_interpreter_under_sanitizers(
     assert cases
     traces = PLUGIN.harness_run_all([(case.chart, case.script) for case in cases])
     for case, trace in zip(cases, traces, strict=True):
-        assert trace == InterpreterHarness().run(case.chart, case.script)
+        assert trace == INTERPRETER.run(case.chart, case.script)
 
 
 def test_no_compiler_is_a_finding(lamp: Chart, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.codegen.transitions.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 from fsmkit.yaml.reader import read_document
 
 HEAD = """\
@@ -235,6 +235,6 @@ def test_is_accepted_and_means_the_same(name: str) -> None:
     chart = chart_of(text)
     assert check(chart, Findings())
     script = ["start 0", "post go", "run 1", "post back", "post go", "run 2", "dump"]
-    expected = InterpreterHarness().run(chart, script)
+    expected = INTERPRETER.run(chart, script)
     assert TransitionsHarness().run(chart, script) == expected
     assert any(line.startswith("t ") for line in expected) or "entry" in text

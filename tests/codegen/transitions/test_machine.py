@@ -17,7 +17,7 @@ from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.order import Order
 from fsmkit.codegen.transitions.plugin import PLUGIN
 from fsmkit.diagnostics import Findings
-from fsmkit.runtime.harness import InterpreterHarness
+from fsmkit.runtime.harness import INTERPRETER
 
 DOOR = """\
 chart: Door
@@ -212,7 +212,7 @@ def test_the_order_of_marks_hides_nothing(door: Path, monkeypatch: pytest.Monkey
     """Content at the wrong side of an entry is seen."""
     chart = fsmkit.read_chart(door)
     script = ["start 0", "dispatch open", "dump"]
-    expected = InterpreterHarness().run(chart, script)
+    expected = INTERPRETER.run(chart, script)
     assert TransitionsHarness().run(chart, script) == expected
     monkeypatch.setattr(Order, "place_of_content", lambda *_: "after")
     assert sorted(TransitionsHarness().run(chart, script)) == sorted(expected)
@@ -243,4 +243,4 @@ def test_another_region_goes_on_after_the_last_one_has_ended(tmp_path: Path) -> 
     path.write_text(ENDED)
     chart = fsmkit.read_chart(path)
     script = ["start 0", "dispatch end", "dispatch go", "dispatch go", "dump"]
-    assert TransitionsHarness().run(chart, script) == InterpreterHarness().run(chart, script)
+    assert TransitionsHarness().run(chart, script) == INTERPRETER.run(chart, script)
