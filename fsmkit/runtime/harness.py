@@ -46,7 +46,8 @@ class Runtime:
 
     name: str
     runner: Callable[[Chart, Sequence[str]], list[str]]
-    target: Harnessed | None = None
+    target: object = None
+    """The plug-in; None for the interpreter."""
 
     def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
         """Run the chart by the script."""
