@@ -7,14 +7,13 @@ passes when the active atomic states are the expected ones at first and after ea
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.structure import is_internal
 from fsmkit.conformance.conformance import Contradicted, Unmet
-from fsmkit.conformance.traces import configurations, ends_in, faults
 from fsmkit.document.document import Kind
 from fsmkit.runtime.harness import Harness
 
@@ -134,3 +133,32 @@ def read_script(path: Path) -> dict[str, Any] | None:
         return None
     is_script = isinstance(script, dict) and {"initialConfiguration", "events"} <= set(script)
     return script if is_script else None
+
+
+# --- what a trace shows ---------------------------------------------------------------------------
+
+
+def configurations(trace: Iterable[str]) -> list[tuple[int, tuple[str, ...]]]:
+    """Return the time and the active atomic states after each macrostep."""
+    found: list[tuple[int, tuple[str, ...]]] = []
+    now = 0
+    for line in trace:
+        if line.startswith("@"):
+            now = int(line[1:].partition(" ")[0])
+        elif line == "=" or line.startswith("= "):
+            found.append((now, tuple(name for name in line.split()[1:] if name != "finished")))
+    return found
+
+
+def ends_in(trace: Iterable[str]) -> tuple[str, ...] | None:
+    """Return the atomic states in which the machine finished, if it did."""
+    for line in trace:
+        words = line.split()
+        if words[:1] == ["="] and words[-1:] == ["finished"]:
+            return tuple(words[1:-1])
+    return None
+
+
+def faults(trace: Iterable[str]) -> list[str]:
+    """Return the reasons of faults."""
+    return [line.removeprefix("fault ") for line in trace if line.startswith("fault ")]

@@ -18,6 +18,12 @@ from fsmkit.plugins import FrontEnd, plugins
 
 RECOMMENDATION = "https://www.w3.org/TR/scxml/"
 
+SKIPPED = (
+    ("manual", "yes", "a person must judge it"),
+    ("mandatory", "no", "optional"),
+    ("judgement", "dynamic", "needs what is known at run time only"),
+)
+"""Columns and values of the classification for which a failure does not count, and why."""
 SHOWN = {"test178": "send event1 2 3"}
 """Tests that a person must judge, and the line of a trace in which that person would look."""
 
@@ -68,15 +74,7 @@ def w3c_cases(suite: Path) -> Iterator[Case]:
             continue
         row = known.get(path.stem, {})
         note = row.get("note", "")
-        reasons = [
-            *(["a person must judge it"] if row.get("manual") == "yes" else []),
-            *(["optional"] if row.get("mandatory") == "no" else []),
-            *(
-                ["needs what is known at run time only"]
-                if row.get("judgement") == "dynamic"
-                else []
-            ),
-        ]
+        reasons = [why for key, value, why in SKIPPED if row.get(key) == value]
         anchor = row.get("specid", "").removeprefix("#")
         yield Case(
             path.stem,

@@ -14,33 +14,16 @@ from fsmkit.language import Field, Type, Value
 from fsmkit.language.microseconds import duration_text
 from fsmkit.language.values import show
 from fsmkit.runtime.cycles import cycle_text, taken_by
+from fsmkit.runtime.interpreter import snapshot as effects
 from fsmkit.runtime.interpreter.snapshot import (
-    Called,
     Cancellation,
-    Cancelled,
-    Deferred,
     Delayed,
     Effect,
-    Emitted,
-    Entered,
-    Erred,
-    Exited,
-    Faulted,
-    Logged,
     Macrostep,
     Occurrence,
-    Overflowed,
-    Postponed,
-    Raised,
-    Ran,
-    Replied,
-    Sent,
     Snapshot,
-    Spent,
     Start,
-    Taken,
     Timeout,
-    Unhandled,
     Within,
 )
 from fsmkit.runtime.interpreter.trace import active_leaves
@@ -56,19 +39,21 @@ def pretty(chart: Chart, macrostep: Macrostep) -> Iterator[Text]:
     invocation.
     """
     printer = Printer(chart)
-    effects = macrostep.effects
+    done = macrostep.effects
     is_whole = not isinstance(macrostep.event, Delayed | Within | Cancellation)
-    if is_whole or (isinstance(macrostep.event, Delayed) and effects):
+    if is_whole or (isinstance(macrostep.event, Delayed) and done):
         time = duration_text(macrostep.at * chart.capacities.tick)
         yield Text.assemble((f"{time:>8}  ", "cyan"), (printer.cause(macrostep), "bold"))
-    for effect in effects:
-        if isinstance(effect, Ran):
+    for effect in done:
+        if isinstance(effect, effects.Ran):
             invocation = chart.invocations[effect.invocation]
             for within in pretty(invocation.chart, effect.macrostep):
                 yield Text.assemble((f"{INDENT}{invocation.id}: ", "blue"), within)
         else:
             yield Text(INDENT).append(*printer.effect(effect))
-        if effect == Faulted("microsteps") and (cycle := cycle_text(chart, taken_by(macrostep))):
+        if effect == effects.Faulted("microsteps") and (
+            cycle := cycle_text(chart, taken_by(macrostep))
+        ):
             yield Text(f"{INDENT}round and round: {cycle}", "bold red")
     if is_whole:
         yield Text.assemble(INDENT, (printer.active(macrostep.after), "green"))
@@ -109,44 +94,44 @@ class Printer:
         """Return the line of an effect, and its style."""
         states, events = self.chart.states, self.chart.events
         match effect:
-            case Exited(state):
+            case effects.Exited(state):
                 return f"- {states[state].id}", "dim"
-            case Entered(state):
+            case effects.Entered(state):
                 return f"+ {states[state].id}", ""
-            case Taken(transition):
+            case effects.Taken(transition):
                 return self.transition(self.chart.transitions[transition]), ""
-            case Called(operation, arguments, result):
+            case effects.Called(operation, arguments, result):
                 return self._call(operation, arguments, result), "magenta"
-            case Emitted(occurrence, peer):
+            case effects.Emitted(occurrence, peer):
                 to = "" if peer is None else f" to {peer}"
                 return f"out {self.event(occurrence)}{to}", "magenta"
-            case Raised(occurrence):
+            case effects.Raised(occurrence):
                 return f"raise {self.event(occurrence)}", "dim"
-            case Sent(occurrence):
+            case effects.Sent(occurrence):
                 return f"send {self.event(occurrence)}", "dim"
-            case Postponed(what, delay):
+            case effects.Postponed(what, delay):
                 after = duration_text(delay * self.chart.capacities.tick)
                 return f"send {self.event(what.occurrence)} after {after}", "dim"
-            case Cancelled(name):
+            case effects.Cancelled(name):
                 return f"cancel {name}", "dim"
-            case Logged(label, values):
+            case effects.Logged(label, values):
                 return " ".join(("log", label, *map(str, values))), "yellow"
-            case Replied(value):
+            case effects.Replied(value):
                 return f"reply {value}", "magenta"
-            case Erred(name, reason):
+            case effects.Erred(name, reason):
                 return f"{name}: {reason}", "red"
-            case Unhandled(event):
+            case effects.Unhandled(event):
                 return f"nothing reacts to {events[event].name}", "yellow"
-            case Deferred(event):
+            case effects.Deferred(event):
                 return f"{events[event].name} is kept for later", "yellow"
-            case Spent(transition):
+            case effects.Spent(transition):
                 trigger = self.trigger(self.chart.transitions[transition])
                 return f"{trigger}: spent, its guard is false", "yellow"
-            case Overflowed(queue):
+            case effects.Overflowed(queue):
                 return f"the {QUEUES[queue]} is full: an event is lost", "red"
-            case Faulted(reason):
+            case effects.Faulted(reason):
                 return f"the machine stops: {reason}", "bold red"
-            case Ran():
+            case effects.Ran():
                 return "", ""
             case _:
                 assert_never(effect)

@@ -24,8 +24,7 @@ from fsmkit.runtime.interpreter.run import (
 )
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.system.readiness import tries_eventless
-from fsmkit.system.shared import driven, kept_at_start, written_value
+from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
 from fsmkit.system.system import System
 
 Answer = Callable[[tuple[Value, ...]], Value]
@@ -98,6 +97,10 @@ class SystemSession:
         )
 
     # --- looking -------------------------------------------------------------------------------
+
+    def snapshot(self, machine: str) -> Snapshot:
+        """Return a machine as it is."""
+        return self._snapshots[self._names.index(machine)]
 
     def active(self, machine: str) -> tuple[str, ...]:
         """Return the active leaves of a machine, in document order."""

@@ -90,22 +90,16 @@ class _Connector:
     def _port(self, end: _End) -> tuple[int, tuple[Field, ...]] | None:
         """Return the port of a source and the fields that leave by it."""
         machine = self.machines[end.machine]
-        chart, name = machine.chart, end.name.value
-        for operation in chart.operations:
-            if operation.name == name:
-                return operation_port(chart, name), operation.parameters
-        index = chart.event_index.get(name)
-        if index is not None and Direction.OUT in chart.events[index].directions:
-            return index, chart.events[index].fields
-        known = [e.name for e in chart.events if Direction.OUT in e.directions]
-        known += [o.name for o in chart.operations] + [o.name for o in chart.outputs]
-        self._not_there(machine, end.name, "leaves", known, chart)
-        return None
+        chart = machine.chart
+        found = port_of(chart, end.name.value)
+        if found is None:
+            known = [*names_of_events(chart, Direction.OUT), *(o.name for o in chart.operations)]
+            known += [o.name for o in chart.outputs]
+            self._not_there(machine, end.name, "leaves", known)
+        return found
 
-    def _not_there(
-        self, machine: Machine, name: Text, verb: str, known: Iterable[str], chart: Chart
-    ) -> None:
-        what = ""
+    def _not_there(self, machine: Machine, name: Text, verb: str, known: Iterable[str]) -> None:
+        chart, what = machine.chart, ""
         if name.value in chart.event_index:
             what = " (it is an event of another direction)"
         elif any(d.name == name.value for d in (*chart.data, *chart.inputs, *chart.outputs)):
@@ -130,8 +124,8 @@ class _Connector:
         chart = machine.chart
         index = chart.event_index.get(target.name.value)
         if index is None or Direction.IN not in chart.events[index].directions:
-            known = [e.name for e in chart.events if Direction.IN in e.directions]
-            self._not_there(machine, target.name, "enters", known, chart)
+            known = names_of_events(chart, Direction.IN)
+            self._not_there(machine, target.name, "enters", known)
             return
         wanted = chart.events[index].fields
         arguments = arguments_of(sent, wanted, source.name, target.name, self.findings)
@@ -159,7 +153,7 @@ class _Connector:
         output = [o.name for o in writer.chart.outputs].index(source.name.value)
         inputs = [i.name for i in reader.chart.inputs]
         if target.name.value not in inputs:
-            self._not_there(reader, target.name, "is an input of", inputs, reader.chart)
+            self._not_there(reader, target.name, "is an input of", inputs)
             return
         place = inputs.index(target.name.value)
         reason = misfit(writer.chart.outputs[output].type, reader.chart.inputs[place].type)
@@ -176,6 +170,22 @@ class _Connector:
             report_duplicate("connected", text, self.inputs[key][1], self.findings)
             return
         self.inputs[key] = InputLink(source.machine, output, target.machine, place), text
+
+
+def names_of_events(chart: Chart, direction: Direction) -> list[str]:
+    """Return the names of the events that go in a direction."""
+    return [event.name for event in chart.events if direction in event.directions]
+
+
+def port_of(chart: Chart, name: str) -> tuple[int, tuple[Field, ...]] | None:
+    """Return the port by which an operation or an event leaves, and the fields that it carries."""
+    for operation in chart.operations:
+        if operation.name == name:
+            return operation_port(chart, name), operation.parameters
+    index = chart.event_index.get(name)
+    if index is None or Direction.OUT not in chart.events[index].directions:
+        return None
+    return index, chart.events[index].fields
 
 
 def arguments_of(

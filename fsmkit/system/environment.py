@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
 from fsmkit.language import Field, Literal, Scope, Value, fold, type_expression
-from fsmkit.system.connections import find_machine
+from fsmkit.system.connections import find_machine, names_of_events
 from fsmkit.system.indices import INDEXED, each
 from fsmkit.system.system import Machine, Possible
 from fsmkit.yaml.nodes import Node, require_record, texts_of
@@ -82,7 +82,7 @@ def _item(
     name = text.part(*match.span(2))
     index = chart.event_index.get(name.value)
     if index is None or Direction.IN not in chart.events[index].directions:
-        known = [e.name for e in chart.events if Direction.IN in e.directions]
+        known = names_of_events(chart, Direction.IN)
         findings.add(
             "unknown-name",
             f"no event `{name}` enters `{machines[machine].name}`",

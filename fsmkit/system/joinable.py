@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fsmkit.diagnostics import Findings
 from fsmkit.language import SymbolType
+from fsmkit.system.schedule import unit_of
 from fsmkit.system.system import System
-from fsmkit.system.ticks import unit_of
 
 
 def report_limits(system: System, findings: Findings) -> bool:

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping as Dictionary
 from dataclasses import replace
+from math import gcd
 
+from fsmkit.analysis.alphabet import delays_of
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.diagnostics import Findings, Source, Text
+from fsmkit.diagnostics import Findings, Source, Text, fail
 from fsmkit.document.keys import SCHEDULE
 from fsmkit.language import Scope, read_duration
 from fsmkit.language.microseconds import duration_text
@@ -146,6 +148,20 @@ def require_room(system: System, findings: Findings) -> None:
             system.schedule.span,
             help=f"keep to {MOST_ELEMENTS - 1}, monitors among them",
         )
+
+
+def unit_of(system: System) -> int:
+    """Return the greatest common divisor of all delays, in ticks; 0 where there is none."""
+    ticks = {machine.chart.capacities.tick for machine in system.machines}
+    if len(ticks) > 1:
+        raise fail(
+            "different-ticks",
+            "the machines of this system count time in different ticks",
+            system.machines[-1].span,
+            help="give all charts the same `capacity: {tick: ...}`",
+        )
+    delays = [d for machine in system.machines for d in delays_of(machine.chart)]
+    return gcd(*(1 if delay is None else delay for delay in delays)) if delays else 0
 
 
 # --- in an exploration ----------------------------------------------------------------------------

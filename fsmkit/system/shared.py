@@ -13,6 +13,7 @@ from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.content import all_statements, written
 from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import (
     ArrayType,
     Element,
@@ -31,6 +32,7 @@ from fsmkit.language import (
 from fsmkit.language.constants import start_value
 from fsmkit.language.statements.reading import read_typed
 from fsmkit.language.walk import root
+from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import InputLink, Machine, Slot
 from fsmkit.yaml.nodes import Node, entries_of, require_text
@@ -228,4 +230,26 @@ def reads_shared(machine: Machine, guards: Iterable[Expr | None]) -> bool:
     names = {slot.name for slot in machine.shared}
     return any(
         isinstance(n, Variable) and n.name in names for guard in guards for n in nodes(guard)
+    )
+
+
+def tries_eventless(machine: Machine, chart: Chart) -> bool:
+    """Whether an eventless guard reads what others change, so that a change matters at once."""
+    return index_of(chart).samples_inputs or reads_shared(
+        machine, [t.guard for t in chart.transitions if t.trigger is Trigger.EVENTLESS]
+    )
+
+
+def resting(chart: Chart, machine: Machine) -> frozenset[int]:
+    """Return the leaves where a machine may wait for ever: marked, in a marked one, or final.
+
+    A monitor may wait anywhere.
+    """
+    if machine.is_monitor:
+        return frozenset(range(len(chart.states)))
+    marked = [False] * len(chart.states)
+    for state in chart.states:  # parents come before their children
+        marked[state.index] = state.rest or (state.parent is not None and marked[state.parent])
+    return frozenset(
+        state.index for state in chart.states if state.kind is Kind.FINAL or marked[state.index]
     )

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from fsmkit.conformance.traces import ends_in
+from fsmkit.conformance.expectations import ends_in
 from fsmkit.language import FLOAT64, INT32, ArrayType
 from fsmkit.runtime.harness import harness
 

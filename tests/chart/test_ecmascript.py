@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.statements import Send
-from fsmkit.conformance.traces import ends_in
+from fsmkit.conformance.expectations import ends_in
 from fsmkit.language import INT32, SYMBOL
 from fsmkit.runtime.harness import harness
 

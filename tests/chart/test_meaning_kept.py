@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from fsmkit.conformance.expectations import configurations, ends_in
 from fsmkit.conformance.meaning import replaced
-from fsmkit.conformance.traces import configurations, ends_in
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.mathematics import evaluate
 from fsmkit.language.words import parse_with_names

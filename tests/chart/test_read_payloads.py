@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.statements import Assign
-from fsmkit.conformance.traces import configurations
+from fsmkit.conformance.expectations import configurations
 from fsmkit.language import BOOL, FLOAT64, INT32, SYMBOL, Field, Type
 from fsmkit.runtime.harness import harness
 

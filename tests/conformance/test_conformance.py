@@ -10,9 +10,15 @@ import pytest
 from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
 from fsmkit.conformance.conformance import Case, Result, judge, reason_of
-from fsmkit.conformance.expectations import ends_in_pass, follows, nearest_is_parallel
+from fsmkit.conformance.expectations import (
+    configurations,
+    ends_in,
+    ends_in_pass,
+    faults,
+    follows,
+    nearest_is_parallel,
+)
 from fsmkit.conformance.suites import find_cases, w3c_cases
-from fsmkit.conformance.traces import configurations, ends_in, faults
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.loading import load
 from fsmkit.runtime.harness import INTERPRETER, harness, harnesses

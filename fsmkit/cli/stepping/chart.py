@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.cli.console import result
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
-from fsmkit.language import Field
+from fsmkit.language import Value
 from fsmkit.language.microseconds import read_microseconds
 from fsmkit.language.values import show, to_python, tokens
 from fsmkit.runtime.interpreter import Macrostep, Snapshot
@@ -77,7 +77,7 @@ class Stepper:
             case "state":
                 result.print(Printer(self.chart).active(self.snapshot), style="green")
             case "data":
-                self._print_data()
+                print_data(self.chart, self.snapshot)
             case "events":
                 self._print_events()
             case _:
@@ -90,10 +90,7 @@ class Stepper:
             "chart": self.chart.name,
             "steps": [d for step in self._steps if (d := macrostep_document(self.chart, step))],
             "active": active_leaves(self.chart, self.snapshot),
-            "data": {
-                name: to_python(value, field.type)
-                for name, value, field in variables(self.chart, self.snapshot)
-            },
+            "data": data_document(self.chart, self.snapshot),
             "finished": self.snapshot.finished,
             "fault": self.snapshot.fault,
         }
@@ -113,11 +110,6 @@ class Stepper:
                 for styled in pretty(self.chart, told):
                     result.print(styled)
 
-    def _print_data(self) -> None:
-        for name, value, field in variables(self.chart, self.snapshot):
-            text = show(value, field.type, self.chart.capacities.tick)
-            result.print(f"  {name} = {text}", markup=False)
-
     def _print_events(self) -> None:
         active = [self.chart.states[state] for state in self.snapshot.configuration]
         transitions = [self.chart.transitions[t] for state in active for t in state.transitions]
@@ -125,10 +117,7 @@ class Stepper:
         for event in self.chart.events:
             if is_received(event):
                 mark = "*" if event.index in wanted else " "
-                fields = ", ".join(f"{field.name} {field.type}" for field in event.fields)
-                result.print(
-                    f"  {mark} {event.name}{f'({fields})' if fields else ''}", markup=False
-                )
+                result.print(f"  {mark} {event_text(event)}", markup=False)
 
 
 def macrostep_document(chart: Chart, step: Macrostep) -> dict[str, Any]:
@@ -152,11 +141,36 @@ def macrostep_document(chart: Chart, step: Macrostep) -> dict[str, Any]:
     }
 
 
-def variables(chart: Chart, snapshot: Snapshot) -> Iterable[tuple[str, Any, Field]]:
-    """Yield name, value and type of data, outputs and inputs."""
+def variables(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Data, Value]]:
+    """Yield data, outputs and inputs with their values."""
     declared = (*chart.data, *chart.outputs, *chart.inputs)
-    for one, value in zip(declared, (*snapshot.data, *snapshot.inputs), strict=True):
-        yield one.name, value, Field(one.name, one.type)
+    return zip(declared, (*snapshot.data, *snapshot.inputs), strict=True)
+
+
+def data_document(chart: Chart, snapshot: Snapshot) -> dict[str, object]:
+    """Return the values of data, outputs and inputs by name, for JSON."""
+    return {one.name: to_python(value, one.type) for one, value in variables(chart, snapshot)}
+
+
+def print_data(chart: Chart, snapshot: Snapshot, prefix: str = "") -> None:
+    """Print a line for each of data, outputs and inputs."""
+    for one, value in variables(chart, snapshot):
+        text = show(value, one.type, chart.capacities.tick)
+        result.print(f"  {prefix}{one.name} = {text}", markup=False)
+
+
+def event_text(event: Event) -> str:
+    """Return an event with the types of its fields."""
+    fields = ", ".join(f"{field.name} {field.type}" for field in event.fields)
+    return f"{event.name}({fields})" if fields else event.name
+
+
+def read_wait(text: str, line: Text, tick: int) -> int:
+    """Return for how many ticks to wait."""
+    try:
+        return read_microseconds(text) // tick
+    except ValueError as error:
+        raise wrong_line(line, f"the time to wait {error}", "write `wait 500ms`") from error
 
 
 def script_lines(chart: Chart, events: str | None, script: list[str] | None) -> list[str]:
@@ -189,11 +203,7 @@ def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
 
 def _steps(chart: Chart, word: str, rest: str, line: Text) -> tuple[str, ...]:
     if word == "wait":
-        try:
-            microseconds = read_microseconds(rest)
-        except ValueError as error:
-            raise wrong_line(line, f"the time to wait {error}", "write `wait 500ms`") from error
-        return (f"wait {microseconds // chart.capacities.tick}", "run {now}")
+        return (f"wait {read_wait(rest, line, chart.capacities.tick)}", "run {now}")
     words = iter(tokens(line.value))
     if word == "set":
         next(words)

@@ -10,18 +10,24 @@ from rich.text import Text as Styled
 
 from fsmkit.chart.chart import Chart
 from fsmkit.cli.console import result
-from fsmkit.cli.stepping.chart import at_line, macrostep_document
+from fsmkit.cli.stepping.chart import (
+    at_line,
+    data_document,
+    event_text,
+    macrostep_document,
+    print_data,
+    read_wait,
+)
 from fsmkit.diagnostics import Text
 from fsmkit.language import Value
-from fsmkit.language.microseconds import read_microseconds
-from fsmkit.language.values import from_python, show, to_python, tokens
+from fsmkit.language.values import to_python, tokens
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.pretty import pretty
 from fsmkit.runtime.script import SeededHost, read_event, script_texts, unknown_name, wrong_line
 from fsmkit.runtime.session import is_received
 from fsmkit.runtime.system_session import Answer, Happening, SystemSession
+from fsmkit.system.schedule import unit_of
 from fsmkit.system.system import System
-from fsmkit.system.ticks import unit_of
 
 HELP = """\
   MACHINE.EVENT a=1 b=2   post an event and run, as does `post MACHINE.EVENT`
@@ -67,12 +73,7 @@ class SystemStepper:
         if not word:
             return
         if word == "wait":
-            try:
-                ticks = read_microseconds(rest) // self._tick
-            except ValueError as error:
-                message = f"the time to wait {error}"
-                raise wrong_line(line, message, "write `wait 500ms`") from error
-            self._run(self._session.now + ticks)
+            self._run(self._session.now + read_wait(rest, line, self._tick))
         else:
             words = iter(tokens(line.value))
             if word == "post":
@@ -107,14 +108,12 @@ class SystemStepper:
                 for name in self._charts:
                     result.print(f"{name}: {', '.join(self._session.active(name))}", style="green")
             case "data":
-                for machine, name, text in self._variables():
-                    result.print(f"  {machine}.{name} = {text}", markup=False)
+                for machine, chart in self._charts.items():
+                    print_data(chart, self._session.snapshot(machine), f"{machine}.")
             case "events":
                 for machine, chart in self._charts.items():
                     for event in filter(is_received, chart.events):
-                        fields = ", ".join(f"{field.name} {field.type}" for field in event.fields)
-                        shown = f"({fields})" if fields else ""
-                        result.print(f"  {machine}.{event.name}{shown}", markup=False)
+                        result.print(f"  {machine}.{event_text(event)}", markup=False)
             case _:
                 return False
         return True
@@ -131,10 +130,7 @@ class SystemStepper:
             ],
             "active": {name: list(self._session.active(name)) for name in self._charts},
             "data": {
-                name: {
-                    variable.name: self._session.value(name, variable.name)
-                    for variable in (*chart.data, *chart.outputs, *chart.inputs)
-                }
+                name: data_document(chart, self._session.snapshot(name))
                 for name, chart in self._charts.items()
             },
             "faults": self.faults,
@@ -185,12 +181,6 @@ class SystemStepper:
     def _print(self, lines: Iterable[str]) -> None:
         for line in lines if not self._is_quiet else ():
             result.print(line, markup=False)
-
-    def _variables(self) -> Iterator[tuple[str, str, str]]:
-        for machine, chart in self._charts.items():
-            for variable in (*chart.data, *chart.outputs, *chart.inputs):
-                value = from_python(self._session.value(machine, variable.name), variable.type)
-                yield machine, variable.name, show(value, variable.type, self._tick)
 
 
 def _answers(charts: Mapping[str, Chart], seed: int) -> dict[str, dict[str, Answer]]:

@@ -12,7 +12,7 @@ from fsmkit.export.uppaal.terms import refuse
 from fsmkit.language import Literal, Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout
-from fsmkit.system.readiness import tries_eventless
+from fsmkit.system.shared import tries_eventless
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 MOST_LOCATIONS = 20_000

@@ -17,7 +17,7 @@ from fsmkit.export.uppaal.space import Space
 from fsmkit.export.uppaal.terms import both, refuse, safety
 from fsmkit.language import Expr, Fragment, Variable
 from fsmkit.system.properties.property import Builtin, Condition, Property
-from fsmkit.system.readiness import resting
+from fsmkit.system.shared import resting
 
 MANY = 6
 """A state that is active in more locations has a variable of its own."""

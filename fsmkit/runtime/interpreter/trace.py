@@ -10,34 +10,17 @@ from typing import assert_never
 
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
+from fsmkit.runtime.interpreter import snapshot as effects
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
-    Called,
     Cancellation,
-    Cancelled,
-    Deferred,
     Delayed,
     Effect,
-    Emitted,
-    Entered,
-    Erred,
-    Exited,
-    Faulted,
-    Logged,
     Macrostep,
     Occurrence,
-    Overflowed,
-    Postponed,
-    Raised,
-    Ran,
-    Replied,
-    Sent,
     Snapshot,
-    Spent,
     Start,
-    Taken,
     Timeout,
-    Unhandled,
     Within,
 )
 
@@ -57,7 +40,7 @@ def trace_lines(chart: Chart, macrosteps: Iterable[Macrostep]) -> Iterator[str]:
         if is_whole:
             yield f"@{macrostep.at % CLOCK} > {_cause(chart, macrostep.event)}"
         for effect in macrostep.effects:
-            if isinstance(effect, Ran):
+            if isinstance(effect, effects.Ran):
                 invocation = chart.invocations[effect.invocation]
                 for told in trace_lines(invocation.chart, (effect.macrostep,)):
                     yield f"{invocation.id}: {told}"
@@ -94,39 +77,39 @@ def configuration_line(chart: Chart, snapshot: Snapshot) -> str:
 def effect_line(chart: Chart, effect: Effect) -> str | None:
     """Return the line of an effect; None for those that a trace leaves out."""
     match effect:
-        case Exited(state):
+        case effects.Exited(state):
             return f"- {chart.states[state].id}"
-        case Taken(transition):
+        case effects.Taken(transition):
             return f"t {transition}"
-        case Entered(state):
+        case effects.Entered(state):
             return f"+ {chart.states[state].id}"
-        case Called(operation, arguments, result):
+        case effects.Called(operation, arguments, result):
             tail = () if result is None else ("=", value_text(result))
             return " ".join(("op", operation, *map(value_text, arguments), *tail))
-        case Emitted(occurrence, peer):
+        case effects.Emitted(occurrence, peer):
             tail = () if peer is None else ("to", peer)
             return " ".join(("out", _event(chart, occurrence), *tail))
-        case Raised(occurrence):
+        case effects.Raised(occurrence):
             return f"raise {_event(chart, occurrence)}"
-        case Sent(occurrence):
+        case effects.Sent(occurrence):
             return f"send {_event(chart, occurrence)}"
-        case Postponed(what, delay):
+        case effects.Postponed(what, delay):
             return f"delay {_event(chart, what.occurrence)} in {delay}"
-        case Cancelled(name):
+        case effects.Cancelled(name):
             return f"cancel {name}"
-        case Logged(label, values):
+        case effects.Logged(label, values):
             return " ".join(("log", label, *map(value_text, values)))
-        case Replied(value):
+        case effects.Replied(value):
             return f"reply {value_text(value)}"
-        case Erred(name):
+        case effects.Erred(name):
             return f"error {name}"
-        case Unhandled(event):
+        case effects.Unhandled(event):
             return f"unhandled {chart.events[event].name}"
-        case Overflowed(queue):
+        case effects.Overflowed(queue):
             return f"full {queue}"
-        case Faulted(reason):
+        case effects.Faulted(reason):
             return f"fault {reason}"
-        case Deferred() | Spent() | Ran():
+        case effects.Deferred() | effects.Spent() | effects.Ran():
             return None
         case _:
             assert_never(effect)

@@ -66,9 +66,8 @@ from fsmkit.language import Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
-from fsmkit.system.schedule import turns_of, with_scheduler
+from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
 from fsmkit.system.system import Machine, Possible, System
-from fsmkit.system.ticks import unit_of
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 

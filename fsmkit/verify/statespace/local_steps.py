@@ -38,8 +38,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 )
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
-from fsmkit.system.readiness import resting, tries_eventless
-from fsmkit.system.shared import driven, kept_at_start, written_value
+from fsmkit.system.shared import driven, kept_at_start, resting, tries_eventless, written_value
 from fsmkit.system.system import OBSERVED, Machine
 from fsmkit.verify.statespace.actions import (
     FAULT,

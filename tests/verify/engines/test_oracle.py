@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.ticks import unit_of
+from fsmkit.system.schedule import unit_of
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.actions import Action

@@ -30,6 +30,8 @@ from fsmkit.system.connections import (
     arguments_of,
     find_machine,
     misfit,
+    names_of_events,
+    port_of,
     report_duplicate,
     report_unconnected,
 )
@@ -44,7 +46,6 @@ from fsmkit.system.system import (
     Machine,
     Monitor,
     System,
-    operation_port,
 )
 from fsmkit.yaml.nodes import Node, require_record, texts_of
 
@@ -99,32 +100,23 @@ class _Watch:
         self._event(machine, OBSERVED + number, chart.events[number].fields, name, target, text)
 
     def _leaving(self, machine: int, name: Text, target: Text, text: Text) -> None:
-        chart = self.machines[machine].chart
+        chart, instance = self.machines[machine].chart, self.machines[machine].name
         values = {v.name: v.type for v in (*chart.outputs, *chart.data)}
         if name.value in values:
             self._value(machine, name, values[name.value], target, text)
-            return
-        operation = next((o for o in chart.operations if o.name == name.value), None)
-        if operation is not None:
-            port = operation_port(chart, operation.name)
-            self._event(machine, port, operation.parameters, name, target, text)
-            return
-        number = chart.event_index.get(name.value)
-        if number is not None and Direction.OUT in chart.events[number].directions:
-            self._event(machine, number, chart.events[number].fields, name, target, text)
-            return
-        instance = self.machines[machine].name
-        if number is not None:
+        elif (port := port_of(chart, name.value)) is not None:
+            self._event(machine, *port, name, target, text)
+        elif name.value in chart.event_index:
             self.findings.add(
                 "wrong-direction",
                 f"`{name}` does not leave `{instance}`",
                 name,
                 help=f"write `occurs({instance}.{name})` for when it is handed that event",
             )
-            return
-        known = [*values, *(o.name for o in chart.operations)]
-        known += [e.name for e in chart.events if Direction.OUT in e.directions]
-        self._unknown(f"`{instance}` has nothing to watch called", name, known)
+        else:
+            known = [*values, *(o.name for o in chart.operations)]
+            known += names_of_events(chart, Direction.OUT)
+            self._unknown(f"`{instance}` has nothing to watch called", name, known)
 
     def _event(
         self,
@@ -138,7 +130,7 @@ class _Watch:
         chart = self.monitor.chart
         number = chart.event_index.get(target.value)
         if number is None or Direction.IN not in chart.events[number].directions:
-            known = [e.name for e in chart.events if Direction.IN in e.directions]
+            known = names_of_events(chart, Direction.IN)
             self._unknown(f"`{chart.name}` waits for no event", target, known)
             return
         wanted = chart.events[number].fields

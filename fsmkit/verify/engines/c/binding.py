@@ -21,7 +21,7 @@ from fsmkit.emit import Emitter, snake
 from fsmkit.language import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
-from fsmkit.system.readiness import resting, tries_eventless
+from fsmkit.system.shared import resting, tries_eventless
 from fsmkit.system.system import OBSERVED
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment, quoted
