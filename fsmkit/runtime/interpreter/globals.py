@@ -30,34 +30,6 @@ class Globals:
     It is also the environment in which the expressions of the chart are evaluated.
     """
 
-    __slots__ = (
-        "budget",
-        "chart",
-        "configuration",
-        "data",
-        "deferred",
-        "effects",
-        "event",
-        "fault",
-        "finished",
-        "guards",
-        "history",
-        "host",
-        "index",
-        "inputs",
-        "internal",
-        "invoked",
-        "is_cancelled",
-        "microsteps",
-        "now",
-        "queue",
-        "returned",
-        "room",
-        "running",
-        "states_to_invoke",
-        "timers",
-    )
-
     def __init__(self, chart: Chart, snapshot: Snapshot, host: Host, room: int = 0) -> None:
         self.chart = chart
         self.index = index_of(chart)

@@ -11,7 +11,7 @@ from fsmkit.chart.deferral import shared_deferral
 from fsmkit.chart.histories import forgotten_histories
 from fsmkit.chart.structure import is_internal, lcca
 from fsmkit.document.document import Trigger
-from fsmkit.language import Value, default_value
+from fsmkit.language import default_value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 
 MEMO = "_interpreter_index"
@@ -34,97 +34,71 @@ class EntrySet:
         return any(state < other <= last for other in self.to_enter)
 
 
-@dataclass(frozen=True, slots=True)
 class Index:
     """Tables by state, transition and event index; nothing here depends on a snapshot."""
 
-    chain: tuple[tuple[int, ...], ...]
-    """Each state and its proper ancestors, innermost first."""
-    by_event: tuple[Mapping[int, tuple[Transition, ...]], ...]
-    """For each state the transitions that match an event, in priority order."""
-    eventless: tuple[tuple[Transition, ...], ...]
-    timed: tuple[tuple[Transition, ...], ...]
-    defers: tuple[frozenset[int], ...]
-    shared_deferral: tuple[frozenset[int], ...]
-    """Of these events those that regions below a state may answer instead."""
-    invocations: tuple[tuple[int, ...], ...]
-    """For each state the invocations that leaving it cancels."""
-    children: tuple[tuple[int, ...], ...]
-    """getChildStates: without histories."""
-    histories: tuple[tuple[int, ...], ...]
-    forgotten: tuple[tuple[int, ...], ...]
-    """For each state those of its histories that entering it makes forget."""
-    leaves: frozenset[int]
-    domains: tuple[int | None, ...]
-    """The domain of each transition without a history among its targets; else None."""
-    has_history_target: tuple[bool, ...]
-    slots: Mapping[str, int]
-    """Where a variable is in ``Snapshot.data``, or in ``inputs`` as ``-1 - index``."""
-    field_slots: tuple[Mapping[str, int], ...]
-    samples_inputs: bool
-    """Whether the guard of an eventless transition reads an input."""
-    initial: Snapshot
-    has_history: bool
-    blank: tuple[tuple[Value, ...], ...]
-    """The payload of each event that nobody has given one."""
-    entry_sets: dict[tuple[int, ...], EntrySet] = field(default_factory=dict)
-    """Known results of computeEntrySet, by transitions."""
+    def __init__(self, chart: Chart) -> None:
+        """Compute the tables of a chart."""
+        states = chart.states
+        values = [*chart.data, *chart.outputs]
+        self.chain = tuple((state.index, *chart.ancestors(state.index)) for state in states)
+        """Each state and its proper ancestors, innermost first."""
+        self.by_event = tuple(_by_event(chart, state) for state in states)
+        """For each state the transitions that match an event, in priority order."""
+        self.eventless = tuple(_of(chart, state, Trigger.EVENTLESS) for state in states)
+        self.timed = tuple(_of(chart, state, Trigger.AFTER, Trigger.EVERY) for state in states)
+        self.defers = tuple(frozenset(state.defer) for state in states)
+        self.shared_deferral = shared_deferral(chart)
+        """Of these events those that regions below a state may answer instead."""
+        self.invocations = _invocations(chart)
+        """For each state the invocations that leaving it cancels."""
+        self.children = tuple(_children(chart, state, histories=False) for state in states)
+        """getChildStates: without histories."""
+        self.histories = tuple(_children(chart, state, histories=True) for state in states)
+        self.has_history = any(self.histories)
+        self.forgotten = forgotten_histories(chart)
+        """For each state those of its histories that entering it makes forget."""
+        self.leaves = frozenset(state.index for state in states if state.is_leaf)
+        self.has_history_target = tuple(
+            any(states[target].is_history for target in transition.targets)
+            for transition in chart.transitions
+        )
+        self.domains = tuple(
+            None if dynamic else domain_of(chart, transition)
+            for transition, dynamic in zip(chart.transitions, self.has_history_target, strict=True)
+        )
+        """The domain of each transition without a history among its targets; else None."""
+        self.slots = {variable.name: place for place, variable in enumerate(values)}
+        """Where a variable is in ``Snapshot.data``, or in ``inputs`` as ``-1 - index``."""
+        self.slots |= {variable.name: -1 - place for place, variable in enumerate(chart.inputs)}
+        self.field_slots = tuple(
+            {part.name: place for place, part in enumerate(event.fields)} for event in chart.events
+        )
+        self.blank = tuple(
+            tuple(default_value(part.type) for part in event.fields) for event in chart.events
+        )
+        """The payload of each event that is raised without one."""
+        self.samples_inputs = any(
+            reads_input(transition.guard) for found in self.eventless for transition in found
+        )
+        """Whether the guard of an eventless transition reads an input."""
+        self.initial = Snapshot(
+            frozenset(),
+            tuple(variable.init.value for variable in values),
+            tuple(variable.init.value for variable in chart.inputs),
+            invoked=(None,) * len(chart.invocations),
+        )
+        self.entry_sets: dict[tuple[int, ...], EntrySet] = {}
+        """Known results of computeEntrySet, by transitions."""
 
 
 def index_of(chart: Chart) -> Index:
     """Return the tables of a chart; they live as long as it does, like a cached property."""
     found = chart.__dict__.get(MEMO)
     if found is None:
-        found = chart.__dict__[MEMO] = _build(chart)
+        found = chart.__dict__[MEMO] = Index(chart)
     assert isinstance(found, Index)  # noqa: S101  (narrows what the dictionary holds)
     return found
-
-
-def _build(chart: Chart) -> Index:
-    states = chart.states
-    values = [*chart.data, *chart.outputs]
-    slots = {variable.name: place for place, variable in enumerate(values)}
-    slots |= {variable.name: -1 - place for place, variable in enumerate(chart.inputs)}
-    eventless = tuple(_of(chart, state, Trigger.EVENTLESS) for state in states)
-    has_history_target = tuple(
-        any(states[target].is_history for target in transition.targets)
-        for transition in chart.transitions
-    )
-    return Index(
-        chain=tuple((state.index, *chart.ancestors(state.index)) for state in states),
-        by_event=tuple(_by_event(chart, state) for state in states),
-        eventless=eventless,
-        timed=tuple(_of(chart, state, Trigger.AFTER, Trigger.EVERY) for state in states),
-        defers=tuple(frozenset(state.defer) for state in states),
-        shared_deferral=shared_deferral(chart),
-        invocations=_invocations(chart),
-        children=tuple(_children(chart, state, histories=False) for state in states),
-        histories=tuple(_children(chart, state, histories=True) for state in states),
-        forgotten=forgotten_histories(chart),
-        leaves=frozenset(state.index for state in states if state.is_leaf),
-        domains=tuple(
-            None if dynamic else domain_of(chart, transition)
-            for transition, dynamic in zip(chart.transitions, has_history_target, strict=True)
-        ),
-        has_history_target=has_history_target,
-        slots=slots,
-        field_slots=tuple(
-            {part.name: place for place, part in enumerate(event.fields)} for event in chart.events
-        ),
-        blank=tuple(
-            tuple(default_value(part.type) for part in event.fields) for event in chart.events
-        ),
-        samples_inputs=any(
-            reads_input(transition.guard) for found in eventless for transition in found
-        ),
-        initial=Snapshot(
-            frozenset(),
-            tuple(variable.init.value for variable in values),
-            tuple(variable.init.value for variable in chart.inputs),
-            invoked=(None,) * len(chart.invocations),
-        ),
-        has_history=any(state.is_history for state in states),
-    )
 
 
 def _invocations(chart: Chart) -> tuple[tuple[int, ...], ...]:

@@ -292,6 +292,9 @@ class Cancellation:
     """The invoker left the state that holds this machine."""
 
 
+Cause = Occurrence | Timeout | Delayed | Start | Within | Cancellation | None
+
+
 @dataclass(frozen=True, slots=True)
 class Macrostep:
     """From one stable configuration to the next (SCXML 3.13).
@@ -304,7 +307,7 @@ class Macrostep:
     """
 
     before: Snapshot
-    event: Occurrence | Timeout | Delayed | Start | Within | Cancellation | None
+    event: Cause
     microsteps: tuple[Microstep, ...]
     after: Snapshot
     at: int

@@ -14,6 +14,7 @@ from fsmkit.runtime.interpreter import snapshot as effects
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Cancellation,
+    Cause,
     Delayed,
     Effect,
     Macrostep,
@@ -24,7 +25,6 @@ from fsmkit.runtime.interpreter.snapshot import (
     Within,
 )
 
-Cause = Occurrence | Timeout | Delayed | Start | Within | Cancellation | None
 CLOCK = 2**32
 """Times in traces are modulo this, as in the 32 bits of a generated machine."""
 
