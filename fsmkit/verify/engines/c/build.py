@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import shlex
 import signal
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,6 +18,8 @@ from fsmkit.verify.resources.children import run
 from fsmkit.verify.resources.deadline import Deadline, Stage
 
 PROGRAM = "explore"
+END = "[ $code -gt 128 ] && kill -$((code - 128)) $$\nexit $code"
+"""Of a shell that ends as one of its children did, if by a signal."""
 
 
 class Builder:
@@ -56,7 +60,7 @@ class Builder:
             headers = {name: text for name, text in core.items() if name.endswith(".h")}
             sources = _write({**headers, **files}, folder)
             arguments = [*options, *sources, *map(str, objects), "-o", PROGRAM]
-            self._compile(arguments, folder, [PROGRAM])
+            self._compile([arguments], folder, [PROGRAM])
             return self._keep(name, {PROGRAM: folder / PROGRAM}) / PROGRAM
 
     def _objects(self, core: Mapping[str, str]) -> list[Path]:
@@ -68,7 +72,8 @@ class Builder:
             made = {
                 f"{Path(source).stem}.o": folder / f"{Path(source).stem}.o" for source in sources
             }
-            self._compile(["-c", *sources], folder, made)
+            shares = [sources[at :: self._processors] for at in range(self._processors)]
+            self._compile([["-c", *share] for share in shares if share], folder, made)
             kept = self._keep(name, made)
         return sorted(kept.glob("*.o"))
 
@@ -113,12 +118,16 @@ class Builder:
             raise _no_room(error) from error
         return Path(self._held.enter_context(made))
 
-    def _compile(self, arguments: list[str], folder: Path, made: Iterable[str]) -> None:
-        """Run the compiler; its own temporary files are in the folder, too."""
+    @property
+    def _processors(self) -> int:
+        return os.cpu_count() or 1
+
+    def _compile(self, tasks: Sequence[Sequence[str]], folder: Path, made: Iterable[str]) -> None:
+        """Run the compiler, for all tasks at once; its temporary files are in the folder, too."""
         command = self._compiler[0]
         try:
             done = run(
-                [*self._compiler, "-I.", *arguments],
+                _at_once([[*self._compiler, "-I.", *arguments] for arguments in tasks]),
                 seconds=self._deadline.left,
                 folder=folder,
                 environment={"TMPDIR": str(folder), "LC_ALL": "C"},
@@ -138,6 +147,15 @@ class Builder:
             help="free memory and disk space, name another compiler in CC, or use "
             "`--engine python`; if it is none of that, please report it",
         )
+
+
+def _at_once(commands: Sequence[Sequence[str]]) -> Sequence[str]:
+    """Return the command that runs several and ends when all have, with the code of a failure."""
+    if len(commands) == 1:
+        return commands[0]
+    begin = [f"{shlex.join(command)} & p{n}=$!" for n, command in enumerate(commands)]
+    end = [f"wait $p{n} || code=$?" for n in range(len(commands))]
+    return ("sh", "-c", "\n".join(["code=0", *begin, *end, END]))
 
 
 def _said(code: int, words: str) -> str:
