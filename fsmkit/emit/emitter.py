@@ -53,6 +53,14 @@ class Emitter:
         self.line(closing)
 
     @contextmanager
+    def function(self, head: str) -> Iterator[None]:
+        """Add a function of C, whose body is added inside, and an empty line."""
+        self.line(head)
+        with self.block("{"):
+            yield
+        self.line()
+
+    @contextmanager
     def indented(self) -> Iterator[None]:
         """Indent what is added inside."""
         self._depth += 1

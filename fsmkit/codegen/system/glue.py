@@ -159,8 +159,7 @@ class GluePrinter:
         """Print how an event comes to a machine: at once, but not while it cannot take it."""
         s, member = self.prefix, part.member
         count = f"s->count_to_{member}"
-        out.line(f"static void {s}_to_{member}({s} *s, const {part.prefix}_event *e)")
-        with out.block("{"):
+        with out.function(f"static void {s}_to_{member}({s} *s, const {part.prefix}_event *e)"):
             out.open(f"if (s->starting || s->working == {self._number(part)}u) {{")
             with out.block(f"if ({count} < {part.prefix.upper()}_QUEUE) {{"):
                 out.lines([f"s->to_{member}[{count}] = *e;", f"{count}++;", "return;"])
@@ -169,7 +168,6 @@ class GluePrinter:
             out.close()
             out.line("if (s->lost < 65535u)")
             out.line("    s->lost++;")
-        out.line()
 
     def _ports(self, out: Emitter, part: Part) -> None:
         """Print what events and operations of a machine do that are connected."""
@@ -183,8 +181,7 @@ class GluePrinter:
                 continue
             name, fields = self._port(part, port)
             machine = f"{part.prefix} *m{parameters(fields, part.names)}"
-            out.line(f"void {part.prefix}_{name}({machine})")
-            with out.block("{"):
+            with out.function(f"void {part.prefix}_{name}({machine})"):
                 s = self.prefix
                 offset = f"offsetof({s}, {part.member})"
                 out.line(f"{s} *s = ({s} *)(void *)((unsigned char *)m - {offset});")
@@ -196,7 +193,6 @@ class GluePrinter:
                 for link in found:
                     self._pass_on(out, part, fields, link)
                 self._send(out, part, port, fields)
-            out.line()
 
     def _port(self, part: Part, port: int) -> tuple[str, tuple[Field, ...]]:
         """Return the function of a port, without the prefix, and the fields it is given."""
@@ -228,8 +224,7 @@ class GluePrinter:
             links = [link for link in self.system.input_links if link.source == part.index]
             if not links:
                 continue
-            out.line(f"static void {self.prefix}_tell_{part.member}({self.prefix} *s)")
-            with out.block("{"):
+            with out.function(f"static void {self.prefix}_tell_{part.member}({self.prefix} *s)"):
                 for link in links:
                     target = self.by_index[link.target]
                     output = part.chart.outputs[link.output]
@@ -240,7 +235,6 @@ class GluePrinter:
                         out.line(f"if ({written} != {read})")
                         out.line(f"    s->changed_{target.member} = true;")
                     out.line(f"{written} = {self._cast(output.type, variable.type)}{read};")
-            out.line()
 
     def _cast(self, given: Type, wanted: Type) -> str:
         """Return the conversion from one scalar to another, of which the values fit."""
@@ -263,20 +257,17 @@ class GluePrinter:
             if not part.is_fed:
                 continue
             count = f"s->count_to_{part.member}"
-            out.line(f"static void {s}_deliver_to_{part.member}({s} *s)")
-            with out.block("{"):
+            with out.function(f"static void {s}_deliver_to_{part.member}({s} *s)"):
                 out.line(f"for (uint8_t i = 0u; i < {count}; i++)")
                 out.line(f"    {s}_to_{part.member}(s, &s->to_{part.member}[i]);")
                 out.line(f"{count} = 0u;")
-            out.line()
 
     def _steps(self, out: Emitter) -> None:
         """Print how the next machine runs that has anything to do."""
         s = self.prefix
         for part in self.parts:
             p, member = part.prefix, f"s->{part.member}"
-            out.line(f"static bool {s}_has_work_{part.member}(const {s} *s)")
-            with out.block("{"):
+            with out.function(f"static bool {s}_has_work_{part.member}(const {s} *s)"):
                 out.line("uint32_t due = 0u;")
                 tests = [f"{member}.queue_count > 0u"] if part.has_queue else []
                 if part.samples:
@@ -287,9 +278,7 @@ class GluePrinter:
                 for test in tests:
                     out.lines([f"if ({test})", "    return true;"])
                 out.line(f"return {due};")
-            out.line()
-        out.line(f"static bool {s}_step({s} *s)")
-        with out.block("{"):
+        with out.function(f"static bool {s}_step({s} *s)"):
             for part in self.parts:
                 with out.block(f"if ({s}_has_work_{part.member}(s)) {{"):
                     if part.samples:
@@ -301,7 +290,6 @@ class GluePrinter:
                         out.line(f"{s}_deliver_to_{part.member}(s);")
                     out.lines([*self._tell(part), "return true;"])
             out.line("return false;")
-        out.line()
         out.text(f"""
         /* Let one machine after the other run until all rest; false if that takes too long. */
         static bool {s}_settle({s} *s)
@@ -319,23 +307,14 @@ class GluePrinter:
     def _calls(self, out: Emitter) -> None:
         """Print what the host calls."""
         s, upper = self.prefix, self.prefix.upper()
-        out.line(f"void {s}_init({s} *s)")
-        with out.block("{"):
+        with out.function(f"void {s}_init({s} *s)"):
             out.line("unsigned char *bytes = (unsigned char *)s;")
             out.line("for (size_t i = 0u; i < sizeof *s; i++)")
             out.line("    bytes[i] = 0u;")
             out.lines(f"{part.prefix}_init(&s->{part.member});" for part in self.parts)
-        out.line()
-        out.line(f"bool {s}_start({s} *s, uint32_t now)")
-        with out.block("{"):
-            out.lines(
-                [
-                    "s->now = now;",
-                    f"s->steps = {upper}_STEPS;",
-                    "s->lost = 0u;",
-                    "s->starting = true;",
-                ]
-            )
+        with out.function(f"bool {s}_start({s} *s, uint32_t now)"):
+            out.lines(["s->now = now;", f"s->steps = {upper}_STEPS;"])
+            out.lines(["s->lost = 0u;", "s->starting = true;"])
             out.lines(f"s->count_to_{part.member} = 0u;" for part in self.parts if part.is_fed)
             out.lines([*self._first_inputs(), *self._more_first_inputs()])
             for part in self.parts:
@@ -344,9 +323,7 @@ class GluePrinter:
             out.line("s->starting = false;")
             out.lines(f"{s}_deliver_to_{part.member}(s);" for part in self.parts if part.is_fed)
             out.line(f"return {s}_settle(s);")
-        out.line()
-        out.line(f"bool {s}_run({s} *s, uint32_t now)")
-        with out.block("{"):
+        with out.function(f"bool {s}_run({s} *s, uint32_t now)"):
             out.line("uint32_t due = 0u;")
             out.line(f"s->steps = {upper}_STEPS;")
             out.lines(f"s->changed_{part.member} = true;" for part in self.parts if part.samples)
@@ -356,7 +333,6 @@ class GluePrinter:
                 out.line(f"if (!{s}_settle(s))")
                 out.line("    return false;")
             out.lines(["s->now = now;", f"return {s}_settle(s);"])
-        out.line()
         self._next_deadline(out)
 
     def _first_inputs(self) -> list[str]:
@@ -372,8 +348,7 @@ class GluePrinter:
 
     def _next_deadline(self, out: Emitter) -> None:
         s = self.prefix
-        out.line(f"bool {s}_next_deadline(const {s} *s, uint32_t *deadline)")
-        with out.block("{"):
+        with out.function(f"bool {s}_next_deadline(const {s} *s, uint32_t *deadline)"):
             out.lines(["bool found = false;", "uint32_t due = 0u;"])
             for part in self.parts:
                 p, member = part.prefix, f"s->{part.member}"

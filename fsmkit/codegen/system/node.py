@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.system.parts import named_charts
 from fsmkit.emit import Namer, snake
 from fsmkit.runtime.links import EventMap
 from fsmkit.system.deployment import Deployment
@@ -54,3 +55,33 @@ def node_words(nodes: Iterable[str]) -> tuple[str, ...]:
     """Return the ends of identifiers of nodes: different without regard to case, in capitals."""
     namer = Namer()
     return tuple(namer.name(name.upper()) for name in nodes)
+
+
+def nodes_of(deployment: Deployment) -> tuple[Node, ...]:
+    """Return the nodes."""
+    return tuple(_node(deployment, place) for place in range(len(deployment.nodes)))
+
+
+def _node(deployment: Deployment, place: int) -> Node:
+    whole = deployment.system
+    numbers = tuple(n for n, node in enumerate(deployment.placed) if node == place)
+    events = tuple(
+        replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
+        for link in whole.event_links
+        if link.source in numbers and link.target in numbers
+    )
+    inputs = tuple(
+        replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
+        for link in whole.input_links
+        if link.source in numbers and link.target in numbers
+    )
+    machines = tuple(whole.machines[number] for number in numbers)
+    name = whole.name + "_" + deployment.nodes[place]
+    system = System(name, machines, events, inputs, source=whole.source)
+    begins = tuple(
+        replace(link, source=numbers.index(link.source))
+        for link in deployment.wires.events
+        if link.source in numbers
+    )
+    named = replace(system, event_links=(*events, *begins))
+    return Node(deployment, place, system, numbers, named_charts(named))

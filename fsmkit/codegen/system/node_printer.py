@@ -1,17 +1,70 @@
-"""Prints the source of a node: what leaves it, what comes in, and its cycle."""
+"""The C of a node: its machines joined, and what crosses to others over a link.
+
+It is the C of a system (`glue`) in which some connections end at ``fsm_link.h``: a message is
+written into the ring to the worker, and what came in is posted at the beginning of a cycle.
+"""
 
 from __future__ import annotations
 
-from fsmkit.codegen.system.glue import GluePrinter, literal
+from collections.abc import Mapping, Sequence
+
+from fsmkit.codegen.c.header import parameters
+from fsmkit.codegen.system.glue import GluePrinter, header, literal
 from fsmkit.codegen.system.node import Node
-from fsmkit.codegen.system.node_tables import print_tables, print_validity
-from fsmkit.codegen.system.parts import Part
-from fsmkit.codegen.system.payload import getter, places, putter
+from fsmkit.codegen.system.parts import Part, parts_of
+from fsmkit.codegen.system.payload import checks, getter, places, putter, size_of
 from fsmkit.emit import Emitter
 from fsmkit.language import Field
-from fsmkit.runtime.links.event_map import LevelType, MessageType
+from fsmkit.runtime.links.event_map import LEVELS, EventMap, LevelType, MessageType
 from fsmkit.system.system import EventLink, InputLink
-from fsmkit.texts.c import comment
+from fsmkit.texts import printing
+from fsmkit.texts.c import comment, quoted
+
+
+@printing
+def compose_node(node: Node, headers: Mapping[str, str]) -> dict[str, str]:
+    """Return header and source; ``headers``: of the machines, by file name."""
+    parts = parts_of(node.system, node.charts, headers)
+    return {
+        f"{node.prefix}.h": _header(node, parts),
+        f"{node.prefix}.c": NodePrinter(node, parts).text(),
+    }
+
+
+def _header(node: Node, parts: tuple[Part, ...]) -> str:
+    prefix, upper = node.prefix, node.prefix.upper()
+    deployment = node.deployment
+    lines = ["", "/* The nodes of the deployment, for fsm_link_count and the like. */"]
+    lines += [f"#define {upper}_NODE_{word} {place}u" for place, word in enumerate(node.words)]
+    lines += [
+        "",
+        "/* What crosses the nodes. */",
+        f"extern const fsm_link_map {prefix}_map;",
+    ]
+    if deployment.map.endpoints:
+        lines += [
+            "",
+            "/* Where each node publishes, as the deployment says. */",
+            f"extern const char *const {prefix}_endpoints[{len(deployment.nodes)}];",
+        ]
+    lines += [
+        "",
+        "/* A cycle: post what other nodes sent, run all machines until `now`, let out what they",
+        " * send, and the levels. False as X_run. Without a link: only the run. */",
+        f"bool {prefix}_cycle({prefix} *s, uint32_t now);",
+    ]
+    told = NodePrinter(node, parts).told()
+    if told:
+        lines += ["", "/* Connected both to other machines and to the environment: the host's. */"]
+        lines += [f"void {name}({prefix} *s{parameters(f, p.names)});" for name, p, f in told]
+    return header(
+        node.system,
+        prefix,
+        parts,
+        includes=['#include "fsm_link.h"'],
+        members=["fsm_link *link; /* NULL: what goes to other nodes is lost */"],
+        calls="\n".join(lines),
+    )
 
 
 class NodePrinter(GluePrinter):
@@ -118,7 +171,6 @@ class NodePrinter(GluePrinter):
         return f"s->{part.member}.{part.names.variables[part.chart.outputs[link.output].name]}"
 
     def _more(self, out: Emitter) -> None:
-        out.line()
         print_validity(out, self.node)
         print_tables(out, self.node)
         self._take(out)
@@ -142,8 +194,7 @@ class NodePrinter(GluePrinter):
             "/* Post an event; false: the queue of its machine is full. A machine that does not"
         )
         out.line(" * run gets none. */")
-        out.line(f"static bool {s}_take({s} *s, const fsm_link_frame *frame)")
-        with out.block("{"):
+        with out.function(f"static bool {s}_take({s} *s, const fsm_link_frame *frame)"):
             out.line("const uint8_t *p = frame->bytes + FSM_LINK_HEADER;")
             out.line("(void)p;")
             with out.block("switch (fsm_link_message_of(frame)) {"):
@@ -151,7 +202,6 @@ class NodePrinter(GluePrinter):
                     self._post(out, message, link)
                 out.lines(["default:", "    break;"])
             out.lines(["if (s->lost < 65535u)", "    s->lost++;", "return true;"])
-        out.line()
 
     def _post(self, out: Emitter, message: MessageType, link: EventLink) -> None:
         part = self.by_index[self.node.here(link.target)]
@@ -172,14 +222,14 @@ class NodePrinter(GluePrinter):
         """Print how the levels of a node become inputs here."""
         all_of_them = self.map.levels_of(sender)
         at = dict(zip(all_of_them, places([level.type for level in all_of_them]), strict=True))
-        out.line(f"static void {self._sample_name(sender)}({self.prefix} *s, const uint8_t *p)")
-        with out.block("{"):
+        with out.function(
+            f"static void {self._sample_name(sender)}({self.prefix} *s, const uint8_t *p)"
+        ):
             for level, link in self._levels(receives=True):
                 if level.sender == sender:
                     target = self.node.deployment.system.machines[link.target].chart
                     wanted = target.inputs[link.input].type
                     out.line(f"{self._input(link)} = {getter(level.type, wanted, at[level])};")
-        out.line()
 
     def _sample_name(self, sender: int) -> str:
         return f"{self.prefix}_sample_{self.node.words[sender].lower()}"
@@ -189,18 +239,15 @@ class NodePrinter(GluePrinter):
         levels = self._levels(receives=False)
         if not levels:
             return
-        out.line(f"static void {self.prefix}_publish(const {self.prefix} *s, uint8_t *p)")
-        with out.block("{"):
+        with out.function(f"static void {self.prefix}_publish(const {self.prefix} *s, uint8_t *p)"):
             for at, (level, link) in zip(
                 places([level.type for level, _ in levels]), levels, strict=True
             ):
                 out.line(putter(level.type, at, self._output(link)))
-        out.line()
 
     def _cycle(self, out: Emitter, senders: list[int]) -> None:
         s = self.prefix
-        out.line(f"bool {s}_cycle({s} *s, uint32_t now)")
-        with out.block("{"):
+        with out.function(f"bool {s}_cycle({s} *s, uint32_t now)"):
             out.line("const fsm_link_frame *frame;")
             if senders:
                 out.line("const uint8_t *levels;")
@@ -227,3 +274,91 @@ class NodePrinter(GluePrinter):
             else:
                 out.line("(void)payload; /* none here: the frame says that this node is alive */")
             out.lines(["fsm_link_end(s->link);", "return rests;"])
+
+
+# --- the map as constants, and what is valid ------------------------------------------------------
+
+HEADER_BYTES = 22
+"""As ``FSM_LINK_HEADER``."""
+
+
+def print_validity(out: Emitter, node: Node) -> None:
+    """Print whether the values of a payload are of their types."""
+    s = node.prefix
+    with out.function(
+        f"static bool {s}_is_valid(uint8_t sender, uint16_t message, const uint8_t *p)"
+    ):
+        out.lines(["(void)sender;", "(void)p;"])
+        with out.block("switch (message) {"):
+            for message in node.map.messages:
+                found = checks([field.type for field in message.fields])
+                if found:
+                    out.line(f"case {message.number}u: /* {comment(message.name)} */")
+                    out.line(f"    return {' && '.join(found)};")
+            for sender in range(len(node.map.nodes)):
+                found = checks([level.type for level in node.map.levels_of(sender)])
+                if found and sender != node.place:
+                    _levels_validity(out, node)
+                    break
+            out.lines(["default:", "    return true;"])
+
+
+def _levels_validity(out: Emitter, node: Node) -> None:
+    out.line(f"case {LEVELS}u:")
+    with out.indented(), out.block("switch (sender) {"):
+        for sender, name in enumerate(node.map.nodes):
+            found = checks([level.type for level in node.map.levels_of(sender)])
+            if found:
+                out.line(f"case {sender}u: /* {comment(name)} */")
+                out.line(f"    return {' && '.join(found)};")
+        out.lines(["default:", "    return true;"])
+
+
+def print_tables(out: Emitter, node: Node) -> None:
+    """Print the map as the library wants it."""
+    s, upper, nodes = node.prefix, node.prefix.upper(), len(node.map.nodes)
+    largest = max([*_sizes(node.map), *_level_sizes(node.map)], default=0) + HEADER_BYTES
+    out.line(f"#if FSM_LINK_BYTES < {largest}")
+    out.line(f'#error "define FSM_LINK_BYTES as at least {largest}"')
+    out.lines(["#endif", f"#if FSM_LINK_NODES < {nodes}"])
+    out.line(f'#error "define FSM_LINK_NODES as at least {nodes}"')
+    out.lines(["#endif", ""])
+    with out.block(f"static const fsm_link_message {s}_messages[] = {{", "};"):
+        for message, size in zip(node.map.messages, _sizes(node.map), strict=True):
+            ends = f"{message.sender}u, {message.receiver}u, {size}u"
+            out.line(f"{{{ends}}}, /* {message.number}: {comment(message.name)} */")
+        if not node.map.messages:
+            out.line("{0u, 0u, 0u}")
+    sizes = ", ".join(f"{size}u" for size in _level_sizes(node.map))
+    names = ", ".join(map(quoted, node.map.nodes))
+    out.line(f"static const uint16_t {s}_levels[] = {{{sizes}}};")
+    out.line(f"static const char *const {s}_nodes[] = {{{names}}};")
+    out.line()
+    out.text(f"""
+    const fsm_link_map {s}_map = {{
+        0x{node.map.hash:08x}u,
+        {upper}_NODE_{node.words[node.place]},
+        {nodes}u,
+        {len(node.map.messages)}u,
+        {s}_messages,
+        {s}_levels,
+        {s}_nodes,
+        {s}_is_valid,
+        {node.deployment.every}u,
+        {str(node.map.is_insecure).lower()}
+    }};
+    """)
+    out.line()
+    if node.map.endpoints:
+        with out.block(f"const char *const {s}_endpoints[{nodes}] = {{", "};"):
+            out.lines(f"{quoted(endpoint)}," for endpoint in node.map.endpoints)
+        out.line()
+
+
+def _sizes(map_: EventMap) -> Sequence[int]:
+    return [size_of([field.type for field in m.fields]) for m in map_.messages]
+
+
+def _level_sizes(map_: EventMap) -> Sequence[int]:
+    nodes = range(len(map_.nodes))
+    return [size_of([level.type for level in map_.levels_of(node)]) for node in nodes]

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.system.glue import compose
-from fsmkit.codegen.system.node import Node
-from fsmkit.codegen.system.nodes import compose_node, nodes_of
+from fsmkit.codegen.system.node import Node, nodes_of
+from fsmkit.codegen.system.node_printer import compose_node
 from fsmkit.codegen.system.parts import named_charts
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.plugins import Generated, Target, plugin, plugins

@@ -10,8 +10,7 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
-from fsmkit.codegen.system.node import Node
-from fsmkit.codegen.system.nodes import nodes_of
+from fsmkit.codegen.system.node import Node, nodes_of
 from fsmkit.emit import snake
 from fsmkit.runtime.links.codec import Codec, Frame
 from fsmkit.system.deployment import Deployment
