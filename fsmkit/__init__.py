@@ -92,7 +92,7 @@ sys.modules[__name__].__class__ = _PublicAPI
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name of the public API when it is first asked for."""
+    """Import a name of the public API when it is first used."""
     if name not in HOME_OF:
         raise AttributeError(f"module `fsmkit` has no attribute `{name}`")
     found = getattr(import_module(f"fsmkit.{HOME_OF[name]}"), name)

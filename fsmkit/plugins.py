@@ -65,7 +65,7 @@ class Generated:
     figures: Mapping[str, int]
     """For instance ``struct_bytes``, ``timers``; printed by ``compile`` and its JSON."""
     built: Mapping[str, bytes] = field(default_factory=dict)
-    """What was built of the texts, by relative path, where that was asked for."""
+    """What was built of the texts, by relative path, if requested."""
 
 
 @runtime_checkable

@@ -90,7 +90,7 @@ class Verbs(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the verb and the rest of the line; a wrong verb is told with the nearest one."""
+        """Return the verb and the rest of the line; the error for a wrong one names the nearest."""
         if args and not args[0].startswith("-") and args[0] not in self.list_commands(ctx):
             raise click.UsageError(no_such("verb", args[0], self.list_commands(ctx)), ctx)
         return super().resolve_command(ctx, args)

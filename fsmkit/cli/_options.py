@@ -1,4 +1,4 @@
-"""Options that several verbs have, and values of options that are told when they are wrong."""
+"""Options that several verbs have, and the errors for their values."""
 
 from __future__ import annotations
 

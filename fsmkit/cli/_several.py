@@ -49,7 +49,7 @@ class Answer:
 def check_several(paths: Sequence[Path], judge: Judge, document: Document | None) -> int:
     """Check all charts and systems that paths name; return the worst exit code.
 
-    A bug of ours in one is told, and the others go on; an interrupt ends all. ``document``: how
+    A bug of ours in one is reported, and the others go on; an interrupt ends all. ``document``: how
     a report is made data; then one JSON document with all of them is printed.
     """
     named = tuple(dict.fromkeys(file for path in paths for file in models(path)))
@@ -121,7 +121,7 @@ def is_abstract(file: Path) -> bool:
 
 
 def _answer(file: Path, judge: Judge, *, is_shown: bool) -> Answer:
-    """Check one file, tell its findings and its line."""
+    """Check one file; print its findings and its line."""
     try:
         _, found = judge(file)
         report(found.findings)

@@ -87,7 +87,7 @@ def run(
     limit: float,
     told: Container[Result],
 ) -> tuple[list[Verdict], list[Reading]]:
-    """Run each test and try each chart; print a line for those that end in a way to be told."""
+    """Run each test and try each chart; print a line for the results in ``told``."""
     verdicts: list[Verdict] = []
     readings: list[Reading] = []
     with Progress(console=err.console, transient=True, disable=not err.is_terminal) as progress:

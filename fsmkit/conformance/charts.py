@@ -19,7 +19,7 @@ from fsmkit.plugins import Target, plugin
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 NO_CHART = frozenset({"not-scxml", "not-a-chart"})
-"""Rules that tell of a file which looked like a chart by its suffix only."""
+"""Rules broken by files that look like charts by their suffix only."""
 
 
 class Stage(IntEnum):

@@ -1,4 +1,4 @@
-"""One test of a public suite, judged on any runtime.
+"""One test of a public suite, run on any runtime.
 
 What is expected of a chart is its case's own: see `conformance_expectations`. A test that does not
 pass says why: what happened, what the suite notes of it, else what reading it had to leave out.
@@ -39,7 +39,7 @@ class Unmet(Exception):  # noqa: N818  (an expectation, not an error)
 
 
 class Contradicted(Exception):  # noqa: N818  (a fact about a test, not an error)
-    """A test wants what the recommendation does not; the message says where they differ."""
+    """A test demands what the recommendation does not; the message says where they differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +162,7 @@ def reason_of(error: Exception) -> str:
 def told(diagnostic: Diagnostic) -> str:
     """Return the rule, the message and the place of a finding in one line.
 
-    Of what a compiler says, that is the first error. A file is told by its name alone.
+    Of what a compiler says, that is the first error. A file is named without its folders.
     """
     first, *others = diagnostic.message.splitlines()
     message = " ".join([first, *[line for line in others if "error:" in line][:1]])

@@ -63,7 +63,7 @@ def replaced(findings: Iterable[Diagnostic]) -> tuple[str, ...]:
 
 
 def cause(message: str) -> str:
-    """Return the cause that a message tells of, `other` where none is known."""
+    """Return the cause of a message, `other` where none is known."""
     return next((name for name, told in CAUSES.items() if told.search(message)), "other")
 
 

@@ -1,4 +1,4 @@
-"""What a stage has to tell the user: a value with a rule, places and a way out."""
+"""A finding of a stage: a value with a rule, places and a way out."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Policy:
 
 
 class Findings:
-    """Collects diagnostics through a stage, so that all of them are told before it stops."""
+    """Collects diagnostics through a stage, so that all are reported before it stops."""
 
     def __init__(self, policy: Policy | None = None) -> None:
         """Start with none; what is added counts as the policy says."""

@@ -104,7 +104,7 @@ def find(operations: object, name: str) -> Callable[..., Any] | None:
 
 
 def deliver(operations: object, delivery: Delivery) -> None:
-    """Tell a method ``on_<event>`` of an out-event, if there is one."""
+    """Call the method ``on_<event>`` with an out-event, if there is one."""
     handler = find(operations, f"on_{delivery.event}")
     if handler is not None:
         handler(**delivery.fields)

@@ -15,7 +15,7 @@ class Clock(Protocol):
 
 
 class SimulatedClock:
-    """A clock that stands still until it is told to go on."""
+    """A clock that stands still until `advance` is called."""
 
     def __init__(self) -> None:
         self._now = 0

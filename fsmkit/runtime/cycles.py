@@ -27,7 +27,7 @@ def cycle_text(chart: Chart, taken: Sequence[int]) -> str:
     found = list(round_of(taken))
     first = found.index(min(found)) if found else 0
     turned = [chart.transitions[number] for number in found[first:] + found[:first]]
-    return ", ".join(_spelled(chart, transition) for transition in turned)
+    return ", ".join(_text(chart, transition) for transition in turned)
 
 
 def taken_by(macrostep: Macrostep) -> tuple[int, ...]:
@@ -40,7 +40,7 @@ def taken_in(lines: Sequence[str]) -> tuple[int, ...]:
     return tuple(int(line[2:]) for line in lines if line.startswith("t "))
 
 
-def _spelled(chart: Chart, transition: Transition) -> str:
+def _text(chart: Chart, transition: Transition) -> str:
     line, _ = transition.span.source.position(transition.span.start)
     targets = ", ".join(chart.states[target].id for target in transition.targets)
     source = chart.states[transition.source].id

@@ -35,7 +35,7 @@ def pretty(chart: Chart, macrostep: Macrostep) -> Iterator[Text]:
     """Yield a macrostep as styled lines; the last one says what is active then.
 
     A delayed event that only changes place, into the queue, has no line; one that leaves the
-    machine is told with its time. What an invoked machine does stands behind the id of its
+    machine has a line with its time. What an invoked machine does stands behind the id of its
     invocation.
     """
     printer = Printer(chart)
@@ -137,13 +137,13 @@ class Printer:
                 assert_never(effect)
 
     def event(self, occurrence: Occurrence) -> str:
-        """Spell an event with its payload by name."""
+        """Format an event with its payload by name."""
         event = self.chart.events[occurrence.event]
         values = zip(event.fields, occurrence.payload, strict=True)
         return " ".join((event.name, *(f"{f.name}={self._value(v, f.type)}" for f, v in values)))
 
     def transition(self, transition: Transition) -> str:
-        """Spell a transition with where it stands."""
+        """Format a transition with its place."""
         source = self.chart.states[transition.source].id
         targets = ", ".join(self.chart.states[target].id for target in transition.targets)
         arrow = f" -> {targets}" if targets else ""
@@ -152,7 +152,7 @@ class Printer:
         return f"{source}{arrow} on {self.trigger(transition)}   {place(transition.span)}"
 
     def trigger(self, transition: Transition) -> str:
-        """Spell what makes a transition be looked at."""
+        """Format the trigger of a transition."""
         match transition.trigger:
             case Trigger.EVENT:
                 return " ".join(transition.descriptors)

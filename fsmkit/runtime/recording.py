@@ -22,7 +22,7 @@ START, RUN, DISPATCH, POST, CALLED, TAKEN, END, RESTORE = range(1, 9)
 
 @dataclass(frozen=True, slots=True)
 class Happened:
-    """What a step told: an operation that was called with its result, or a transition taken."""
+    """An item of the log of a step: an operation called, with its result, or a transition taken."""
 
     machine: int
     """0, or the number of a machine in a slot (see `machines_of`)."""

@@ -51,13 +51,13 @@ def replay(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[s
         refused = False
         try:
             for line in script_texts(call.lines, "<log>"):
-                for told in player.play(line):
-                    if isinstance(told, str):
-                        refused = told == "full queue"
-                        yield told
+                for result in player.play(line):
+                    if isinstance(result, str):
+                        refused = result == "full queue"
+                        yield result
                     else:
-                        steps.append(told)
-                        yield from trace_lines(chart, (told,))
+                        steps.append(result)
+                        yield from trace_lines(chart, (result,))
         except PartedError as parted:
             done = [each for each in call.happened if each.operation is not None]
             made = len(done) - len(host.left)
@@ -69,9 +69,9 @@ def replay(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[s
 def _compare(chart: Chart, call: Call, steps: Sequence[Macrostep], *, refused: bool) -> None:
     """Stop at the first thing that the machine in C did differently in one call of the host."""
     if refused != call.was_refused:
-        told = ("took the event", "refused the event")
-        _part(call, told[refused], told[call.was_refused])
-    here = [each for step in steps for each in told_by(chart, step)]
+        reaction = ("took the event", "refused the event")
+        _part(call, reaction[refused], reaction[call.was_refused])
+    here = [each for step in steps for each in recorded_of(chart, step)]
     there = call.happened
     for place in range(max(len(here), len(there))):
         one = here[place] if place < len(here) else None
@@ -89,8 +89,8 @@ def _part(call: Call, here: str, there: str) -> None:
     )
 
 
-def told_by(chart: Chart, step: Macrostep, first: int = 0) -> Iterator[Happened]:
-    """Yield what a log would tell of a macrostep; ``first``: the number of the machine."""
+def recorded_of(chart: Chart, step: Macrostep, first: int = 0) -> Iterator[Happened]:
+    """Yield the items of a log for a macrostep; ``first``: the number of the machine."""
     numbers = []
     number = first + 1
     for invocation in chart.invocations:
@@ -103,6 +103,6 @@ def told_by(chart: Chart, step: Macrostep, first: int = 0) -> Iterator[Happened]
             case Called(operation, _, result):
                 yield Happened(first, operation, result)
             case Ran(slot, within):
-                yield from told_by(chart.invocations[slot].chart, within, numbers[slot])
+                yield from recorded_of(chart.invocations[slot].chart, within, numbers[slot])
             case _:
                 pass

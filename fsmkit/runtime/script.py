@@ -1,7 +1,7 @@
 """Scripts: what a host does with a machine, line by line, the same for every runtime.
 
 Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``ask EVENT v1``
-(which tells what came of it, too), ``input NAME VALUE``,
+(which also returns how it was handled), ``input NAME VALUE``,
 ``run NOW``, ``at NOW`` (for the next ``dispatch``), ``seed N``, ``dump``, ``save``, ``restore NOW``
 (a new machine takes the place of the one that was saved last). Times are ticks modulo 2^32.
 Operations return pseudo-random values, the same in every harness.
@@ -153,7 +153,7 @@ class Player:
         return ()
 
     def _dispatch(self, event: Occurrence, *, is_asking: bool) -> tuple[Macrostep | str, ...]:
-        """Dispatch an event; who asks is told what came of it, and the value of a reply or 0."""
+        """Dispatch an event; ``ask`` returns how it was handled, and the value of a reply or 0."""
         if not self.snapshot.running:
             return ("answer stopped",) if is_asking else ()
         one, is_handled, reply = interpreter.dispatch(

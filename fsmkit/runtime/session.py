@@ -31,12 +31,12 @@ from fsmkit.runtime.script import help_for
 
 Class = TypeVar("Class", bound=type)
 KEPT = 10_000
-"""Macrosteps that a session remembers unless it is told otherwise."""
+"""Macrosteps that a session remembers by default."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What `Session.dispatch` tells: whether the event enabled a transition, and the reply."""
+    """The result of `Session.dispatch`: whether the event enabled a transition, and the reply."""
 
     handled: bool
     reply: object = None
@@ -49,7 +49,7 @@ class Session:
     """A machine that runs a chart.
 
     ``operations`` performs the chart's operations: an object with a method for each, or a mapping
-    of functions. Events that leave the machine are told to its methods ``on_<event>`` (the payload
+    of functions. Events that leave the machine go to its methods ``on_<event>`` (the payload
     by name), to ``on_event``, and kept in ``sent``. ``clock`` gives the time (simulated unless
     given). ``inputs`` holds values by name to begin with. The machine is started unless ``start``
     is False.
@@ -262,7 +262,7 @@ class Session:
             self._is_stepping = False
 
     def _finish(self, done: tuple[Macrostep, ...]) -> tuple[Macrostep, ...]:
-        """Keep what a step gave, then tell the world of it."""
+        """Keep the result of a step, then deliver its events."""
         if done:
             self.snapshot = done[-1].after
         self.trace.extend(done)

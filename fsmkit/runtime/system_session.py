@@ -126,7 +126,7 @@ class SystemSession:
     def start(self) -> list[Happening]:
         """Start all machines, and let them come to rest."""
         for index in self._order:
-            self._tell_changes(index, None)
+            self._drive(index, None)
         done: list[Happening] = []
         pending: list[tuple[int, Macrostep]] = []
         for index in self._order:
@@ -135,7 +135,7 @@ class SystemSession:
             kept = kept_at_start(self.system.machines[index], before.data)
             first = start(chart, self.now, host, before.inputs, given=kept)
             self._snapshots[index] = first.after
-            self._tell_changes(index, before)
+            self._drive(index, before)
             done.append(Happening(self._names[index], first))
             pending.append((index, first))
         for index, first in pending:
@@ -194,7 +194,7 @@ class SystemSession:
         for macrostep in macrosteps:
             self._pass_on(index, macrostep)
             yield Happening(self._names[index], macrostep)
-        self._tell_changes(index, before)
+        self._drive(index, before)
 
     def _macrosteps(self, index: int) -> tuple[Macrostep, ...]:
         chart, host = self._charts[index], self._hosts[index]
@@ -205,7 +205,7 @@ class SystemSession:
                 return (tried,)
         return run(chart, snapshot, self.now, host)
 
-    def _tell_changes(self, source: int, before: Snapshot | None) -> None:
+    def _drive(self, source: int, before: Snapshot | None) -> None:
         """Give the outputs and shared data that a machine changed to all that read them."""
         machine, chart = self.system.machines[source], self._charts[source]
         for link in self.system.input_links:

@@ -89,7 +89,7 @@ class _Reader:
         )
 
     def _shared(self, match: re.Match[str], text: Text) -> str | None:
-        """Return the variable for a shared one: that of a machine which holds what is asked for."""
+        """Return the variable for a shared one: that of a machine which holds the element."""
         name = match["shared"]
         holders = [n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)]
         if not holders:

@@ -32,7 +32,7 @@ from fsmkit.yaml.nodes import (
 )
 
 MOST_NODES = 8
-"""As many as ``FSM_LINK_NODES`` of the library in C, unless it is told otherwise."""
+"""As many as ``FSM_LINK_NODES`` of the library in C, by default."""
 
 
 @dataclass(frozen=True)

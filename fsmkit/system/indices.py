@@ -33,7 +33,7 @@ Bindings = Mapping[str, int]
 
 
 def integer(text: Text, findings: Findings, bindings: Bindings | None = None) -> int | None:
-    """Return the value of a constant expression over indices; None after telling it is none."""
+    """Return the value of a constant expression over indices; None after a finding."""
     text = substituted(text, bindings or {}).stripped()
     own = Findings()
     expression = type_expression(text, Scope(), own)
@@ -133,7 +133,7 @@ def joined(parts: Sequence[Text], span: Span) -> Text:
 
 
 def unquantified(text: Text, machines: Sequence[Machine], findings: Findings) -> Text | None:
-    """Return a condition with its quantifiers written out; None after telling what is wrong."""
+    """Return a condition with its quantifiers written out; None after a finding."""
     match = QUANTIFIER.search(text.value)
     if match is None:
         return text

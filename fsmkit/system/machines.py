@@ -24,7 +24,7 @@ from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
 @dataclass(frozen=True, slots=True)
 class _Declared:
-    """What a line under ``machines`` asks for: the chart and values of its constants."""
+    """A line under ``machines``: the chart and values of its constants."""
 
     chart: Text
     given: tuple[tuple[Text, Text], ...] = ()

@@ -36,7 +36,7 @@ EXAMPLE = "write `schedule: {cyclic: [feeder, molder], period: 10ms}`, or `inter
 def read_schedule(
     node: Node | None, machines: tuple[Machine, ...], findings: Findings
 ) -> Schedule | None:
-    """Read the schedule of a system; None where it is interleaved, or after telling what is wrong.
+    """Read the schedule of a system; None where it is interleaved, or after a finding.
 
     ``machines``: those of the file, of which it is known which are of the environment.
     """
@@ -211,7 +211,7 @@ def _lines(schedule: Schedule, tick: int, *, untimed: bool) -> list[str]:
     return [*lines, f"      over: {{{again}}}"]
 
 
-def spelled_schedule(system: System) -> str:
+def schedule_text(system: System) -> str:
     """Return what a cyclic schedule lets a verdict assume."""
     schedule = system.schedule
     if schedule is None:

@@ -17,7 +17,7 @@ from fsmkit.system.properties.property import Property
 from fsmkit.texts import guard, telling
 
 OBSERVED = 1 << 16
-"""The port of a machine by which monitors hear of its first event, whenever it occurs."""
+"""The port of a machine by which monitors observe its first event, whenever it occurs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class Machine:
 class EventLink:
     """From a port to the queue of a machine.
 
-    ``arguments`` tells for each field of the event which value of the port it takes.
+    ``arguments`` gives for each field of the event which value of the port it takes.
     """
 
     source: int
@@ -121,7 +121,7 @@ class Monitor:
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """The machines that run once a period, in this order; `system.schedule` tells more.
+    """The machines that run once a period, in this order; see `system.schedule`.
 
     ``period`` and ``jitter`` are ticks: a period begins up to the jitter later than it should.
     """

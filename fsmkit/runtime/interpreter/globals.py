@@ -101,7 +101,7 @@ class Globals:
             self.stop("internal")
 
     def enqueue_external(self, occurrence: Occurrence) -> None:
-        """Append to the own external queue; when it is full, the event is dropped and told."""
+        """Append to the own external queue; when it is full, the event is dropped."""
         if len(self.queue) + len(self.deferred) < self.chart.capacities.queue:
             self.queue.append(occurrence)
         else:
@@ -118,7 +118,7 @@ class Globals:
             self.effects.append(Overflowed("queue"))
 
     def raise_platform(self, name: str) -> None:
-        """Append a platform event (``done.state.x``), if anything in the chart can tell it."""
+        """Append a platform event (``done.state.x``), if the chart mentions it."""
         event = self.chart.event_index.get(name)
         if event is not None:
             self.enqueue_internal(Occurrence(event, self.index.blank[event]))
@@ -175,5 +175,5 @@ class Globals:
         return result
 
     def range_error(self) -> None:
-        """Tell that a value was brought to the nearest bound of its range."""
+        """Report that a value was brought to the nearest bound of its range."""
         self.error("error.range", "a value outside its range was brought to the nearest bound")

@@ -74,7 +74,7 @@ def pass_on(g: Globals, slots: tuple[int, ...], occurrence: Occurrence) -> bool:
 
 
 def forward(g: Globals, occurrence: Occurrence) -> None:
-    """Give an external event to every running machine that wants all of them (6.4.1)."""
+    """Give an external event to every running machine with ``autoforward`` (6.4.1)."""
     for invocation in g.chart.invocations:
         if invocation.autoforward:
             pass_on(g, (invocation.index,), occurrence)

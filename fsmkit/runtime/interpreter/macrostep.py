@@ -188,7 +188,7 @@ def end_macrostep(g: Globals) -> None:
 
 
 def react(g: Globals, event: Occurrence, *, may_defer: bool) -> None:
-    """Take what an event enables; else keep it for later, or tell that nobody wants it."""
+    """Take what an event enables; else keep it for later, or report that nothing takes it."""
     g.event = event
     enabled, is_deferred = select_transitions(g, event.event)
     if is_deferred and may_defer:
@@ -225,7 +225,7 @@ def microstep(g: Globals, event: Occurrence | Timeout | None, enabled: Enabled) 
 def exit_interpreter(g: Globals) -> None:
     """Leave all states, innermost first (Appendix D, exitInterpreter).
 
-    The configuration stays, to tell in which final state the machine ended.
+    The configuration stays: it shows in which final state the machine ended.
     """
     left = sorted(g.configuration - {0}, reverse=True)
     for state in left:

@@ -116,7 +116,7 @@ def effect_line(chart: Chart, effect: Effect) -> str | None:
 
 
 def value_text(value: Value) -> str:
-    """Return a value as traces and scripts spell it, in every runtime alike."""
+    """Return a value as traces and scripts write it, the same in every runtime."""
     match value:
         case bool():
             return str(int(value))

@@ -13,7 +13,7 @@ from fsmkit.runtime.links.faults import Faults
 Item = TypeVar("Item")
 WORD = 2**32
 WINDOW = 64
-"""So many frames back a doubled frame is told from one that is late."""
+"""So many frames back a doubled frame is distinguished from a late one."""
 SESSIONS = 2**28
 """A peer that has shown no key can go on by so many sessions at once."""
 QUIET = 200
@@ -62,7 +62,7 @@ class Counters:
     """What is counted of a peer since the link was made."""
 
     session: int = 0
-    """The present one; 0: never heard."""
+    """The present one; 0: no frame yet."""
     frames: int = 0
     """Came in, in the present session; those that seeded faults drop count as well."""
     lost_frames: int = 0
@@ -83,7 +83,7 @@ class Counters:
 
 @dataclass(slots=True)
 class Peer:
-    """Another node, as this one hears it."""
+    """What is known of another node."""
 
     counters: Counters
     taken: int = 0

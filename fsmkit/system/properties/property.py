@@ -68,7 +68,7 @@ class OverGraph:
 
 
 class Builtin(Enum):
-    """Decided of every system, asked for or not."""
+    """Decided of every system, whether listed or not."""
 
     DEADLOCK = "deadlock"
     LIVELOCK = "livelock"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.system.schedule import spelled_schedule
+from fsmkit.system.schedule import schedule_text
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 
 
@@ -17,6 +17,6 @@ def assumptions(closed: ClosedSystem) -> Iterator[str]:
     if closed.untimed:
         yield "an armed timer may fire at any time"
     if closed.system.schedule is not None:
-        yield spelled_schedule(closed.system)
+        yield schedule_text(closed.system)
     for sample in closed.samples:
         yield f"{sample} takes sample values only"

@@ -16,11 +16,11 @@ import struct
 from dataclasses import dataclass
 
 HELLO = struct.Struct("<BBIQQ")
-"""A mark, the sender, its session, its token for the receiver, the receiver's as it was heard."""
+"""A mark, the sender, its session, its token for the receiver, the receiver's as received."""
 MARK = 0x3F
 """No frame begins with it."""
 ROUTE = 5
-"""Bytes of the route that ZeroMQ gives a connection that asks for none of its own."""
+"""Bytes of the route that ZeroMQ gives a connection that names none of its own."""
 GONE = 2.0
 """Seconds without a hello after which a peer listens no more."""
 
