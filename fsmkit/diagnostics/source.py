@@ -107,6 +107,10 @@ class Text:
         offsets = None if self.offsets is None else self.offsets[start:end]
         return Text(self.value[start:end], self.span_of(start, end), offsets)
 
+    def instead(self, value: str) -> Text:
+        """Return another text at this place as a whole."""
+        return Text(value, self.span, ())
+
     def stripped(self) -> Text:
         """Return the text without white space at its ends."""
         size = len(self.value.strip())

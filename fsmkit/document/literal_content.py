@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 from fsmkit.diagnostics import Text
 
@@ -22,7 +21,7 @@ def content_value(text: Text) -> Text:
 
 def string(value: str, at: Text) -> Text:
     """Return the literal of a string, at the place of what it stands for."""
-    return replace(at, value=json.dumps(value, ensure_ascii=False), offsets=())
+    return at.instead(json.dumps(value, ensure_ascii=False))
 
 
 def members(text: Text) -> dict[str, Text] | None:
@@ -33,4 +32,4 @@ def members(text: Text) -> dict[str, Text] | None:
         return None
     if not isinstance(value, dict):
         return None
-    return {name: replace(text, value=json.dumps(v), offsets=()) for name, v in value.items()}
+    return {name: text.instead(json.dumps(v)) for name, v in value.items()}

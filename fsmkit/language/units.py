@@ -1,8 +1,9 @@
-"""Units of time, and which one is probably meant by a word that is none."""
+"""Units of time, spans of time as scripts and options write them, and words that are no unit."""
 
 from __future__ import annotations
 
 import re
+from fractions import Fraction
 
 MICROSECONDS = {
     "us": 1,
@@ -24,6 +25,9 @@ MEANT = {
     }.items()
     for word in words.split()
 }
+IN_OPTIONS = {**MICROSECONDS, "min": MICROSECONDS["m"]}
+"""The same for scripts and options."""
+DURATION = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*([a-zA-Z]*)\s*")
 LONGEST_NUMBER = 40
 NUMBER_AND_WORD = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([^\W\d_]+)(?!\w)")
 
@@ -46,3 +50,26 @@ def meant(number: str, word: str) -> str:
     unit = MEANT.get(word.lower())
     written = [f"`{number}{each}`" for each in ([unit] if unit else ["ms", "s"])]
     return f"write {' or '.join(written)}"
+
+
+def read_microseconds(text: str) -> int:
+    """Return the microseconds of ``500ms``, ``2s``, ``.5s`` ...; `ValueError` for anything else."""
+    match = DURATION.fullmatch(text)
+    if match is not None and match[2] and match[2] not in IN_OPTIONS:
+        raise ValueError(f"is no duration: {no_unit(match[2])}")
+    if match is None or not match[2]:
+        raise ValueError(f"is no duration such as `500ms` or `2s`: `{text}`")
+    exact = Fraction(match[1]) * IN_OPTIONS[match[2]]
+    if exact.denominator != 1:
+        raise ValueError(f"is finer than a microsecond: `{text}`")
+    return int(exact)
+
+
+def duration_text(microseconds: int) -> str:
+    """Return a duration in the largest of us, ms and s that is exact, or seconds with a point."""
+    if microseconds >= 1_000_000 and microseconds % 1000 == 0:
+        seconds = f"{microseconds // 1_000_000}.{microseconds // 1000 % 1000:03}"
+        return f"{seconds.rstrip('0').rstrip('.')}s"
+    if microseconds % 1000 == 0:
+        return f"{microseconds // 1000}ms"
+    return f"{microseconds}us"

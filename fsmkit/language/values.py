@@ -24,7 +24,7 @@ from fsmkit.language import (
     Type,
     Value,
 )
-from fsmkit.language.microseconds import duration_text, read_microseconds
+from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.texts import telling
 
 BOOLS = {"0": False, "1": True, "false": False, "true": True, "False": False, "True": True}

@@ -11,7 +11,7 @@ from fsmkit.chart.chart import Chart, Transition
 from fsmkit.diagnostics import Span
 from fsmkit.document.document import Trigger
 from fsmkit.language import Field, Type, Value
-from fsmkit.language.microseconds import duration_text
+from fsmkit.language.units import duration_text
 from fsmkit.language.values import show
 from fsmkit.runtime.cycles import cycle_text, taken_by
 from fsmkit.runtime.interpreter import snapshot as effects

@@ -13,7 +13,7 @@ from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.document.document import Direction
 from fsmkit.language import Value
-from fsmkit.language.microseconds import read_microseconds
+from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import from_python, to_python
 from fsmkit.runtime import interpreter, packing, saving
 from fsmkit.runtime.binding import (

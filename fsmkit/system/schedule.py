@@ -20,7 +20,7 @@ from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source, Text, fail
 from fsmkit.document.keys import SCHEDULE
 from fsmkit.language import Scope, read_duration
-from fsmkit.language.microseconds import duration_text
+from fsmkit.language.units import duration_text
 from fsmkit.system.connections import find_machine
 from fsmkit.system.indices import MOST_ELEMENTS, each
 from fsmkit.system.system import Machine, Schedule, System

@@ -23,7 +23,7 @@ from rich.text import Text
 import fsmkit
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.language.microseconds import duration_text
+from fsmkit.language.units import duration_text
 from fsmkit.plugins import Drawing, Target, plugin
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.testgen.save import saved

@@ -15,7 +15,7 @@ from fsmkit.language import (
     Type,
     Value,
 )
-from fsmkit.language.microseconds import duration_text, read_microseconds
+from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.language.values import from_python, read_value, show, to_python, tokens
 from fsmkit.runtime.clock import SimulatedClock
 from fsmkit.runtime.interpreter.trace import value_text

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from fsmkit.chart.chart import Event
 from fsmkit.chart.passes.context import Context
@@ -151,7 +151,7 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
         if location is None:
             return ()
         value = type_expression(
-            replace(written.id_location, value=f"'{identity}'", offsets=()),
+            written.id_location.instead(f"'{identity}'"),
             context.scope,
             context.findings,
             location.type,

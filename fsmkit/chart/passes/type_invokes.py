@@ -249,7 +249,7 @@ def _stored_fields(event: Event, slot: Slot) -> DocBlock:
     return tuple(
         DocAssign(
             name,
-            replace(name, value=f"_event.data.{name.value.strip()}", offsets=()),
+            name.instead(f"_event.data.{name.value.strip()}"),
             slot.invoke.span,
         )
         for name in names

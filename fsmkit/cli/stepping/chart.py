@@ -9,7 +9,7 @@ from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.cli.console import result
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
 from fsmkit.language import Value
-from fsmkit.language.microseconds import read_microseconds
+from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import show, to_python, tokens
 from fsmkit.runtime.interpreter import Macrostep, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text

@@ -14,7 +14,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Destination
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.language import Value
-from fsmkit.language.microseconds import duration_text
+from fsmkit.language.units import duration_text
 from fsmkit.runtime.interpreter.content import deliver
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.index import index_of

@@ -130,7 +130,7 @@ class _Array:
         return replace(self.data, init=self._text(f"[{', '.join(texts)}]"))
 
     def _text(self, value: str) -> Text:
-        return replace(self.data.name, value=value, offsets=())
+        return self.data.name.instead(value)
 
     def _variable(self, name: str, value: str) -> DocData:
         type_ = f"0..{self.capacity}"

@@ -40,11 +40,11 @@ class _Step:
         """Return the text with something else in this place."""
         whole = self.text.value
         changed = f"{whole[: self.start]}{value}{whole[self.end :]}"
-        return replace(self.text, value=changed, offsets=())
+        return self.text.instead(changed)
 
     def statement(self, span: Span) -> DocAssign:
         """Return the step as a statement."""
-        name, one = (replace(self.text, value=v, offsets=()) for v in (self.name, "1"))
+        name, one = (self.text.instead(v) for v in (self.name, "1"))
         return DocAssign(name, one, span, self.operator)
 
 

@@ -116,9 +116,9 @@ class _Lowering:
             has_value = declared[flagged].init is not None or flagged in given
             data.append(
                 DocData(
-                    replace(at, value=flag_of(flagged), offsets=()),
-                    replace(at, value="bool", offsets=()),
-                    replace(at, value="true" if has_value else "false", offsets=()),
+                    at.instead(flag_of(flagged)),
+                    at.instead("bool"),
+                    at.instead("true" if has_value else "false"),
                 )
             )
         return replace(
@@ -126,10 +126,7 @@ class _Lowering:
             data=tuple(data),
             root=self._state(document.root),
             script=self._block(document.script),
-            posted=tuple(
-                replace(at, value=name, offsets=())
-                for name, at in sorted(self.joined.derived.items())
-            ),
+            posted=tuple(at.instead(name) for name, at in sorted(self.joined.derived.items())),
         )
 
     def _spelt(self, data: DocData) -> DocData:
@@ -217,7 +214,7 @@ class _Lowering:
         name = location.value.strip()
         if name not in self.flagged:
             return ()
-        made = [replace(location, value=v, offsets=()) for v in (flag_of(name), "true")]
+        made = [location.instead(v) for v in (flag_of(name), "true")]
         return (DocAssign(made[0], made[1], span),)
 
     def _invoke(self, invoke: DocInvoke) -> DocInvoke:
@@ -233,11 +230,7 @@ class _Lowering:
         """Return each string that an expression can be, behind the condition that it is."""
         if expression is None:
             return ()
-        at = expression
-
-        def text(value: str) -> Text:
-            return replace(at, value=value, offsets=())
-
+        text = expression.instead
         return tuple(
             (None if choice.condition is None else text(choice.condition), text(choice.value))
             for choice in self.strings.choices(expression)
@@ -278,9 +271,7 @@ class _Lowering:
             reason = f"`{expression}` joins more than {MOST_NAMES} names of events"
             return (DocUnreadable(reason, expression.span),)
 
-        def text(value: str) -> Text:
-            return replace(expression, value=value, offsets=())
-
+        text = expression.instead
         branches: list[DocBranch] = []
         if self.joined.may_lack_event(expression):
             failure = DocUnreadable(f"no event is at hand for `{expression}`", expression.span)
@@ -307,7 +298,7 @@ class _Lowering:
             return send
         if send.event.value in self._declared() or send.event.value.startswith("done."):
             return send
-        name = replace(send.id, value=SEND_ID, offsets=())
+        name = send.id.instead(SEND_ID)
         sent = DocArgument(name, string(send.id.value, send.id))
         return replace(send, arguments=(*send.arguments, sent))
 
@@ -322,12 +313,12 @@ class _Lowering:
         choices = self.strings.choices(expression, statement)
         branches: list[DocBranch] = []
         for choice in choices:
-            body = then(replace(expression, value=choice.value, offsets=()))
+            body = then(expression.instead(choice.value))
             if choice.condition is None and not branches:
                 return body
             condition = None
             if choice.condition is not None:
-                condition = replace(expression, value=choice.condition, offsets=())
+                condition = expression.instead(choice.condition)
             branches.append(DocBranch(condition, body))
         if branches and branches[-1].condition is not None:
             failure = DocUnreadable(f"`{expression}` has no value", span)
@@ -360,8 +351,5 @@ def _payload(content: Text) -> tuple[DocArgument, ...]:
     """Return a payload that is one value, or the members of an object."""
     inside = members(content)
     if inside is None:
-        return (DocArgument(replace(content, value=WHOLE_PAYLOAD, offsets=()), content),)
-    return tuple(
-        DocArgument(replace(content, value=name, offsets=()), value)
-        for name, value in inside.items()
-    )
+        return (DocArgument(content.instead(WHOLE_PAYLOAD), content),)
+    return tuple(DocArgument(content.instead(name), value) for name, value in inside.items())

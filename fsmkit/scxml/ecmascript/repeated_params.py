@@ -34,7 +34,7 @@ def apart(arguments: tuple[DocArgument, ...]) -> tuple[DocArgument, ...]:
         if left[name]:
             own = next(n for i in count(1) if (n := f"{name}_{i}") not in taken)
             taken.add(own)
-            found.append(replace(argument, name=replace(argument.name, value=own, offsets=())))
+            found.append(replace(argument, name=argument.name.instead(own)))
         else:
             found.append(argument)
     return tuple(found)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 from fsmkit.diagnostics import Text
 from fsmkit.language.syntax import NameNode, Node, SyntaxFault, children, parse
@@ -35,7 +34,7 @@ def respelt(text: Text, name: str, change: Change) -> Text:
             raise Unsuited
         return text
     value = spelt(node, text.value, change)
-    return text if value == text.value else replace(text, value=value, offsets=())
+    return text if value == text.value else text.instead(value)
 
 
 def spelt(node: Node, text: str, change: Change) -> str:

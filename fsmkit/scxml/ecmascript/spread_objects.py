@@ -107,7 +107,7 @@ class _Object:
         if known is None:
             raise Unsuited
         return tuple(
-            replace(data, name=replace(data.name, value=name, offsets=()), init=known.get(member))
+            replace(data, name=data.name.instead(name), init=known.get(member))
             for member, name in self.members.items()
         )
 
@@ -117,7 +117,7 @@ class _Object:
             raise Unsuited
         return tuple(
             DocAssign(
-                replace(statement.location, value=self.members[member], offsets=()),
+                statement.location.instead(self.members[member]),
                 value,
                 statement.span,
             )

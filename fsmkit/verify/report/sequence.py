@@ -17,7 +17,7 @@ from fsmkit.diagram.sequences.model import (
     Way,
     folded,
 )
-from fsmkit.language.microseconds import duration_text
+from fsmkit.language.units import duration_text
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Counterexample, Delivery, TraceStep
 from fsmkit.verify.report.verdict import Result, Verdict

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fsmkit.diagram.sequences import terminal
-from fsmkit.language.microseconds import duration_text
+from fsmkit.language.units import duration_text
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
 from fsmkit.verify.report.sequence import sequence
 from fsmkit.verify.report.verdict import Report, Result, Verdict

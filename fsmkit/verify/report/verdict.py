@@ -9,7 +9,7 @@ from typing import assert_never
 
 from fsmkit.analysis.alphabet import delays_of
 from fsmkit.diagnostics import Findings, Severity, Span
-from fsmkit.language.microseconds import duration_text
+from fsmkit.language.units import duration_text
 from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph, Property
 from fsmkit.verify.report.assumptions import assumptions
 from fsmkit.verify.report.counterexample import Counterexample
