@@ -96,6 +96,46 @@ static void all_places_can_be_used(void)
     CHECK(count == 0u);
 }
 
+static void first_of_timers(void)
+{
+    uint32_t deadline = 77u;
+    clear();
+    CHECK(!fsm_timers_first(timers, count, &deadline) && deadline == 77u);
+    (void)insert(0x00000010u, 1u);
+    (void)insert(0xFFFFFFF0u, 2u); /* time wraps around between them */
+    CHECK(fsm_timers_first(timers, count, &deadline) && deadline == 0xFFFFFFF0u);
+}
+
+static void counters_and_memory(void)
+{
+    uint16_t counter = 65533u;
+    fsm_count(&counter);
+    CHECK(counter == 65534u);
+    fsm_count(&counter);
+    fsm_count(&counter);
+    CHECK(counter == 65535u);
+    uint8_t bytes[4] = {1u, 2u, 3u, 4u};
+    fsm_clear(bytes, 3u);
+    CHECK(bytes[0] == 0u && bytes[1] == 0u && bytes[2] == 0u && bytes[3] == 4u);
+}
+
+static void ranges_of_kind_fault(void)
+{
+    uint8_t failed = FSM_FINE;
+    CHECK(fsm_within(&failed, -3, -3, 7) == -3 && fsm_within(&failed, 7, -3, 7) == 7);
+    CHECK(fsm_within_u(&failed, false, UINT64_MAX, 1u, UINT64_MAX) == UINT64_MAX);
+    CHECK(fsm_within_f(&failed, -2.9, -2, 7) == -2 && failed == FSM_FINE);
+    CHECK(fsm_within(&failed, 8, -3, 7) == -3 && failed == FSM_RANGE_FAULT);
+    failed = FSM_FINE;
+    CHECK(fsm_within_u(&failed, true, UINT64_MAX, 1u, UINT64_MAX) == 1u);
+    CHECK(failed == FSM_RANGE_FAULT);
+    failed = FSM_FINE;
+    CHECK(fsm_within_f(&failed, 8.0, -2, 7) == 7 && failed == FSM_RANGE_FAULT);
+    failed = FSM_CONTENT_ERROR; /* the first failure is the one that counts */
+    CHECK(fsm_within(&failed, 8, -3, 7) == -3 && failed == FSM_CONTENT_ERROR);
+    CHECK(fsm_whole(8.5, -2, 7) == 7 && fsm_whole(-1.5, -2, 7) == -1);
+}
+
 static void division(void)
 {
     uint8_t failed = FSM_FINE;
@@ -156,6 +196,9 @@ int main(void)
     timers_are_sorted_across_the_wrap();
     unused_timers_are_zero();
     all_places_can_be_used();
+    first_of_timers();
+    counters_and_memory();
+    ranges_of_kind_fault();
     division();
     shifts_and_places();
     wrapping();

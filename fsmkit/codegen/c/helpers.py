@@ -11,12 +11,6 @@ from fsmkit.emit import Emitter
 QUEUES = """
 static const @_event @_no_event = %_NO_EVENT;
 
-static void @_count(uint16_t *counter)
-{
-    if (*counter < 65535u)
-        (*counter)++;
-}
-
 static void @_stop(@ *m, fsm_fault fault, const char *why)
 {
     (void)why;
@@ -46,7 +40,7 @@ static bool @_has_room(const @ *m)
 static bool @_enqueue(@ *m, const @_event *e)
 {
     if (m->queue_count$DEFERRED_COUNT >= %_QUEUE) {
-[counted]        @_count(&m->rejected);
+[counted]        fsm_count(&m->rejected);
         return false;
     }
     m->queue[m->queue_count] = *e;
@@ -160,45 +154,6 @@ static int64_t @_clamp_f(@ *m, double value, int64_t lo, int64_t hi)
     return whole;
 }
 """,
-    "truncate_f": """
-static int64_t @_truncate_f(@ *m, double value, int64_t lo, int64_t hi)
-{
-    bool outside = false;
-    (void)m;
-    return fsm_truncate(value, lo, hi, &outside);
-}
-""",
-    "fault": """
-/* A value of a range of kind `fault`. */
-static int64_t @_fault_i(@ *m, int64_t value, int64_t lo, int64_t hi)
-{
-    if (value >= lo && value <= hi)
-        return value;
-    if (m->failed == FSM_FINE)
-        m->failed = FSM_RANGE_FAULT;
-    return lo;
-}
-""",
-    "fault_u": """
-static uint64_t @_fault_u(@ *m, bool below, uint64_t value, uint64_t lo, uint64_t hi)
-{
-    if (!below && value >= lo && value <= hi)
-        return value;
-    if (m->failed == FSM_FINE)
-        m->failed = FSM_RANGE_FAULT;
-    return lo;
-}
-""",
-    "fault_f": """
-static int64_t @_fault_f(@ *m, double value, int64_t lo, int64_t hi)
-{
-    bool outside = false;
-    int64_t whole = fsm_truncate(value, lo, hi, &outside);
-    if (outside && m->failed == FSM_FINE)
-        m->failed = FSM_RANGE_FAULT;
-    return whole;
-}
-""",
     "arm": """
 static void @_arm(@ *m, uint16_t transition, uint32_t delay)
 {
@@ -221,7 +176,7 @@ static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint1
     FSM_HOOK_EVENT(m, FSM_DELAYED, e);
     FSM_HOOK_TEXT(m, FSM_DELAYED, "", delay);
     if (m->delayed_count >= %_DELAYED || m->timer_count >= %_TIMERS) {
-[counted]        @_count(&m->rejected);
+[counted]        fsm_count(&m->rejected);
         FSM_HOOK_TEXT(m, FSM_FULL, "delayed", 0);
         return;
     }
@@ -298,10 +253,6 @@ ORDER = (
     "clamp",
     "clamp_u",
     "clamp_f",
-    "truncate_f",
-    "fault",
-    "fault_u",
-    "fault_f",
     "holds",
     "guard_holds",
     "arm",

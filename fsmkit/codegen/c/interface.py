@@ -61,10 +61,7 @@ class InterfacePrinter:
         printer = Printer(names)
         out.line(f"void {p}_init({p} *m)")
         with out.block("{"):
-            out.line("unsigned char *bytes = (unsigned char *)m;")
-            out.line("for (size_t i = 0u; i < sizeof *m; i++)")
-            with out.indented():
-                out.line("bytes[i] = 0u;")
+            out.line("fsm_clear(m, sizeof *m);")
             for variable in (*chart.inputs, *chart.outputs, *chart.data):
                 self._initialize(out, variable.name, variable.init.value, variable.type, printer)
             for inside, slot in zip(names.invoked, names.slots, strict=True):
@@ -84,11 +81,7 @@ class InterfacePrinter:
             if names.slots:
                 self._first_of_all(out)
             elif has_timers:
-                out.line("if (m->timer_count == 0u)")
-                with out.indented():
-                    out.line("return false;")
-                out.line("*deadline = m->timers[0].deadline;")
-                out.line("return true;")
+                out.line("return fsm_timers_first(m->timers, m->timer_count, deadline);")
             else:
                 out.lines(["(void)m;", "(void)deadline;", "return false;"])
         out.line()

@@ -68,9 +68,9 @@ MEMBERS = _words(
 
 FUNCTIONS = _words(
     "init start post run dispatch next_deadline in finished fault active rebase state event symbol "
-    "state_name event_name event_text delayed step_event step_timer step_eventless count stop "
+    "state_name event_name event_text delayed step_event step_timer step_eventless stop "
     "take_out has_room enqueue raise error end_block send holds guard_holds clamp clamp_u clamp_f "
-    "truncate_f fault_i fault_u fault_f arm delay undelay cancel add selection conflict "
+    "arm delay undelay cancel add selection conflict "
     "remove_conflicts microstep take take_eventless react settle begin macrostep unhandled leave "
     "act enter record domain domain_of answer_function answer_table not_running respond "
     "respond_any may_go_on rest emit take_one place_above region_of place_last path_places "

@@ -120,6 +120,21 @@ static inline uint16_t fsm_event_number(uint64_t event)
     return event > 0xFFFFu ? (uint16_t)0u : (uint16_t)event;
 }
 
+/* A counter that stands at its greatest value once it is there. */
+static inline void fsm_count(uint16_t *counter)
+{
+    if (*counter < 65535u)
+        (*counter)++;
+}
+
+/* Make bytes zero. Freestanding C has no memset. */
+static inline void fsm_clear(void *memory, size_t size)
+{
+    unsigned char *bytes = (unsigned char *)memory;
+    for (size_t i = 0u; i < size; i++)
+        bytes[i] = 0u;
+}
+
 /* ---- timers -----------------------------------------------------------------------------------
  * A list sorted by deadline, equal deadlines in the order in which they were armed. Times are ticks
  * modulo 2^32; no two deadlines are 2^31 or more apart. Unused entries are zero. */
@@ -146,6 +161,15 @@ void fsm_timers_remove(fsm_timer *timers, uint8_t *count, uint8_t place);
 
 /* Take out the timeout of a transition, if it is armed. */
 void fsm_timers_disarm(fsm_timer *timers, uint8_t *count, uint16_t what);
+
+/* The first deadline; false where nothing is armed. */
+static inline bool fsm_timers_first(const fsm_timer *timers, uint8_t count, uint32_t *deadline)
+{
+    if (count == 0u)
+        return false;
+    *deadline = timers[0].deadline;
+    return true;
+}
 
 /* ---- arithmetic -------------------------------------------------------------------------------
  * Division truncates toward zero; by zero it is an error of content. What fails leaves a note in
@@ -241,6 +265,44 @@ static inline int64_t fsm_wrap(int64_t value, int64_t lo, int64_t hi)
 
 /* The whole part of a floating-point number, brought into lo..hi; NaN gives 0, brought into it. */
 int64_t fsm_truncate(double value, int64_t lo, int64_t hi, bool *outside);
+
+/* The same where it does not matter whether the number was outside. */
+static inline int64_t fsm_whole(double value, int64_t lo, int64_t hi)
+{
+    bool outside = false;
+    return fsm_truncate(value, lo, hi, &outside);
+}
+
+/* A value of a range of kind `fault`: one outside lo..hi leaves FSM_RANGE_FAULT in `*failed`. */
+static inline int64_t fsm_within(uint8_t *failed, int64_t value, int64_t lo, int64_t hi)
+{
+    if (value >= lo && value <= hi)
+        return value;
+    if (*failed == FSM_FINE)
+        *failed = FSM_RANGE_FAULT;
+    return lo;
+}
+
+/* The same in 64 bits without a sign; below: the value is negative. */
+static inline uint64_t fsm_within_u(uint8_t *failed, bool below, uint64_t value, uint64_t lo,
+                                    uint64_t hi)
+{
+    if (!below && value >= lo && value <= hi)
+        return value;
+    if (*failed == FSM_FINE)
+        *failed = FSM_RANGE_FAULT;
+    return lo;
+}
+
+/* The same for a floating-point number, which is brought into lo..hi. */
+static inline int64_t fsm_within_f(uint8_t *failed, double value, int64_t lo, int64_t hi)
+{
+    bool outside = false;
+    int64_t whole = fsm_truncate(value, lo, hi, &outside);
+    if (outside && *failed == FSM_FINE)
+        *failed = FSM_RANGE_FAULT;
+    return whole;
+}
 
 #ifdef __cplusplus
 }

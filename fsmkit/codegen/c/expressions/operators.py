@@ -183,11 +183,9 @@ class Operators:
         """Bring a value into lo..hi, as its kind of overflow says."""
         ctype = computed(IntType(lo, hi)) or "int64_t"
         if isinstance(source, FloatType):
-            how = "fault" if overflow is Overflow.FAULT else "clamp"
-            how = "truncate" if overflow is Overflow.WRAP else how
+            call = "fsm_whole(" if overflow is Overflow.WRAP else self._bounding(overflow, "_f")
             low, high = integer(lo, "int64_t"), integer(min(hi, 2**63 - 1), "int64_t")
-            text = f"{self.names.prefix}_{how}_f(m, {self.as_double(fragment)}, {low}, {high})"
-            self.names.used.add(f"{how}_f")
+            text = f"{call}{self.as_double(fragment)}, {low}, {high})"
             return Fragment(f"({ctype}){text}", ctype, PREFIX)
         if overflow is Overflow.WRAP:
             unsigned = {8: "uint8_t", 16: "uint16_t", 32: "uint32_t", 64: "uint64_t"}
@@ -208,24 +206,26 @@ class Operators:
                 f"{integer(lo, 'int64_t')}, {integer(hi, 'int64_t')})"
             )
             return Fragment(f"({ctype}){text}", ctype, PREFIX)
-        how = "fault" if overflow is Overflow.FAULT else "clamp"
         if fragment.ctype == "uint64_t" or hi > 2**63 - 1:
-            how += "_u"
             unsigned_value = self.cast(fragment, "uint64_t")
             below = f"{fragment.at(COMPARE)} < 0" if fragment.ctype != "uint64_t" else "false"
             text = (
-                f"{self.names.prefix}_{how}(m, {below}, {unsigned_value}, "
+                f"{self._bounding(overflow, '_u')}{below}, {unsigned_value}, "
                 f"{integer(max(lo, 0), 'uint64_t')}, {integer(hi, 'uint64_t')})"
             )
-            self.names.used.add(how)
             return Fragment(f"({ctype}){text}", ctype, PREFIX)
-        self.names.used.add(how)
-        name = f"{self.names.prefix}_{how}{'_i' if how == 'fault' else ''}"
         text = (
-            f"{name}(m, {self.cast(fragment, 'int64_t')}, "
+            f"{self._bounding(overflow)}{self.cast(fragment, 'int64_t')}, "
             f"{integer(lo, 'int64_t')}, {integer(hi, 'int64_t')})"
         )
         return Fragment(f"({ctype}){text}", ctype, PREFIX)
+
+    def _bounding(self, overflow: Overflow, suffix: str = "") -> str:
+        """Return the beginning of a call that brings a value into a range."""
+        if overflow is Overflow.FAULT:
+            return f"fsm_within{suffix}(&m->failed, "
+        self.names.used.add(f"clamp{suffix}")
+        return f"{self.names.prefix}_clamp{suffix}(m, "
 
     def _widened(self, fragment: Fragment, ctype: str) -> Fragment:
         if fragment.ctype == ctype:

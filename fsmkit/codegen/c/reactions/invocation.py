@@ -160,7 +160,7 @@ class InvocationPrinter:
         names = self.names
         if "to_invoker" in names.used:
             symbol = str(names.symbol(INVOKER))
-            returned = RETURN if names.is_invoked else "    @_count(&m->rejected);"
+            returned = RETURN if names.is_invoked else "    fsm_count(&m->rejected);"
             out.lines(fill(names, TO_INVOKER, INVOKER=symbol, RETURN=returned))
             out.line()
         for slot in range(len(names.slots)):

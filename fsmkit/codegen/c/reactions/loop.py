@@ -14,7 +14,7 @@ static fsm_result @_react(@ *m, const @_event *e)
 UNHANDLED = """
 static fsm_result @_unhandled(@ *m, const @_event *e)
 {
-[counted]    @_count(&m->unhandled);
+[counted]    fsm_count(&m->unhandled);
 [!counted]    (void)m; /* for the hook alone */
     FSM_HOOK_EVENT(m, FSM_UNHANDLED, e);
 $STRICT
@@ -169,12 +169,12 @@ POST = """
 [queued]{
 [queued]#ifdef FSM_CHECKED
 [queued]    if (!@_is_allowed(e)) {
-[queued][counted]        @_count(&m->rejected);
+[queued][counted]        fsm_count(&m->rejected);
 [queued]        return false;
 [queued]    }
 [queued]#endif
 [queued]    if ($STOPPED) {
-[queued][counted]        @_count(&m->rejected);
+[queued][counted]        fsm_count(&m->rejected);
 [queued]        FSM_HOOK_POST(m, e, false);
 [queued]        return false;
 [queued]    }
@@ -201,8 +201,7 @@ RUN_INVOKED = """
     if (m->running && m->fault == FSM_NO_FAULT && @_run_invoked(m))
         acted = true;"""
 
-FORGET = """        for (size_t i = 0u; i < sizeof m->to_invoke_; i++)
-            m->to_invoke_[i] = 0u;"""
+FORGET = "        fsm_clear(m->to_invoke_, sizeof m->to_invoke_);"
 
 DUE_WITHIN = """
         uint32_t due = 0u;
