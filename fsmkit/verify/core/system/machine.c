@@ -313,9 +313,10 @@ void fsm_occur(const fsm_machine *of, void *m, uint32_t event, const fsm_value *
 {
     const fsm_list_info *queue = &of->info->queue;
     const uint32_t size = of->info->event_size, waiting = count_of(queue, m);
+    const uint32_t deferred = count_of(&of->info->deferred, m);
     uint64_t e[size / sizeof(uint64_t) + 1u];
     make_event(of, event, values, e);
-    if (waiting + count_of(&of->info->deferred, m) >= queue->room || recalled(of, m) > 0u) {
+    if (waiting + deferred >= queue->room || (deferred > 0u && recalled(of, m) > 0u)) {
         (void)of->driver->dispatch(m, e, 0u);
         return;
     }
@@ -554,12 +555,11 @@ static bool is_dead(const fsm_machine *of, const void *m, const fsm_resettable *
     return true;
 }
 
-void fsm_settle(const fsm_machine *of, void *m)
+/* What few machines have: inputs that are no state, machines in slots, timers without deadlines, dead data. */
+static void settle_more(const fsm_machine *of, void *m, bool is_running)
 {
     const fsm_machine_info *info = of->info;
     const uint32_t inputs = (uint32_t)info->data_count + info->output_count;
-    const bool is_running = fsm_is_running(info, m);
-    clear(of->cleared, of->cleared_count, m);
     for (uint32_t i = 0u; of->resets_inputs && i < info->input_count; i++)
         reset(of, m, inputs + i);
     if (!is_running)
@@ -574,6 +574,16 @@ void fsm_settle(const fsm_machine *of, void *m)
             reset(of, m, of->resettable[i].variable);
 }
 
+void fsm_settle(const fsm_machine *of, void *m)
+{
+    const fsm_machine_info *info = of->info;
+    const bool is_running = fsm_is_running(info, m);
+    clear(of->cleared, of->cleared_count, m);
+    if (!is_running || of->untimed || (of->resets_inputs && info->input_count > 0u) || info->slot_count > 0u
+        || of->resettable_count > 0u)
+        settle_more(of, m, is_running);
+}
+
 /* ---- looking ----------------------------------------------------------------------------------- */
 
 fsm_view fsm_look(const fsm_machine *of, const void *m)
@@ -586,8 +596,11 @@ fsm_view fsm_look(const fsm_machine *of, const void *m)
         return v;
     }
     v.queued = count_of(&info->queue, m);
-    v.waiting = v.queued + recalled(of, m);
-    v.queued += count_of(&info->deferred, m);
+    v.waiting = v.queued;
+    if (count_of(&info->deferred, m) > 0u) {
+        v.waiting += recalled(of, m);
+        v.queued += count_of(&info->deferred, m);
+    }
     v.armed = count_of(&info->timers, m);
     for (uint32_t i = 0u; i < v.armed; i++)
         v.awaited += !is_silent(of, timers_of(of, m)[i].what);
