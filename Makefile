@@ -12,7 +12,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer agreement fuzz injection fuzz-names clean
+.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -108,6 +108,12 @@ bench-scaling: $(VENV)/ready
 bench-explorer: $(VENV)/ready
 	$(BIN)/python -m benchmarks.explorer
 
+# Round trips of two nodes in real time, and the jitter of a loop beside cyclictest's; needs the right to SCHED_FIFO.
+latency: $(VENV)/ready
+	@$(BIN)/python -c 'import matplotlib' 2>/dev/null || \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
+	@$(BIN)/python -m benchmarks.latency $(LATENCY)
+
 # The explorer beside SPIN and Storm on the same systems: states, verdicts. Hours; AGREEMENT=examples
 # (or charts, cell, pairs, rings, mutants, random) is a part.
 agreement: $(VENV)/ready
@@ -149,7 +155,7 @@ bless: $(VENV)/ready
 
 TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
-  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind plantuml default-jre-headless
+  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests plantuml default-jre-headless
 tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
 	  echo 'stormpy could not be installed; Storm is left out'

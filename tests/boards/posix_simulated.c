@@ -2,17 +2,19 @@
  *
  * Usage: posix_simulated periodic|tickless < lines. What sleeps reads a line "late step": the host
  * wakes that much too late, in nanoseconds, and its step takes that long; 0 of "signal step" in the
- * place of `late` means that a signal comes first. Tickless, a line "wake after step" wakes the
+ * place of `late` means that a signal comes first. Two more numbers are preemptions and page faults of
+ * the step, a third page faults that waited for a disk. Tickless, a line "wake after step" wakes the
  * host after some time, and each step arms a timer 5 ticks ahead, but the fourth arms none. The
  * loop is stopped at the end of the lines.
- * Linked with --wrap for clock_gettime, clock_nanosleep and pselect. */
-#define _POSIX_C_SOURCE 200809L
+ * Linked with --wrap for clock_gettime, clock_nanosleep, getrusage and pselect. */
+#define _GNU_SOURCE
 #include "posix/fsm_posix.h"
 
 #include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/select.h>
 #include <time.h>
 #include <unistd.h>
@@ -21,6 +23,7 @@ static fsm_posix host;
 static uint64_t now_ns = UINT64_C(1700000000000000123);
 static uint64_t began_ns;
 static uint64_t step_ns;
+static long of_step[3], in_all[3]; /* preemptions, page faults, of these from disk */
 static unsigned steps;
 static bool armed;
 static uint32_t due;
@@ -28,6 +31,7 @@ static uint32_t due;
 int __wrap_clock_gettime(clockid_t clock, struct timespec *at);
 int __wrap_clock_nanosleep(clockid_t clock, int flags, const struct timespec *at,
                            struct timespec *left);
+int __wrap_getrusage(int who, struct rusage *used);
 int __wrap_pselect(int count, fd_set *readable, fd_set *writable, fd_set *other,
                    const struct timespec *wait, const sigset_t *mask);
 
@@ -56,12 +60,25 @@ static bool next_line(char *first, uint64_t *a, uint64_t *b)
 {
     char line[100];
     *a = *b = 0;
+    memset(of_step, 0, sizeof of_step);
     if (fgets(line, sizeof line, stdin) == NULL ||
         sscanf(line, "%19s %" SCNu64 " %" SCNu64, first, a, b) < 2) {
         fsm_posix_stop(&host);
         return false;
     }
+    (void)sscanf(line, "%*s %*u %ld %ld %ld", &of_step[0], &of_step[1], &of_step[2]);
     return true;
+}
+
+int __wrap_getrusage(int who, struct rusage *used)
+{
+    if (who != RUSAGE_THREAD)
+        wrong("the usage of others");
+    memset(used, 0, sizeof *used);
+    used->ru_nivcsw = in_all[0];
+    used->ru_minflt = in_all[1];
+    used->ru_majflt = in_all[2];
+    return 0;
 }
 
 int __wrap_clock_nanosleep(clockid_t clock, int flags, const struct timespec *at,
@@ -112,6 +129,8 @@ static void step(void *context, uint32_t now)
         wrong("the context");
     printf("step %" PRIu32 " at %" PRIu64 "\n", now, now_ns - began_ns);
     now_ns += step_ns;
+    for (int i = 0; i < 3; i++)
+        in_all[i] += of_step[i];
     armed = ++steps != 4;
     due = now + 5u;
 }
@@ -133,7 +152,7 @@ int main(int argc, char **argv)
     began_ns = now_ns;
     error = strcmp(argv[1], "periodic") == 0 ? fsm_posix_periodic(&host, step, &host)
                                              : fsm_posix_tickless(&host, step, next, &host);
-    fsm_posix_print(&host, stdout);
+    (argc > 2 ? fsm_posix_print_json : fsm_posix_print)(&host, stdout);
     printf("bytes left in the pipe: %d\n", (int)read(host.wake[0], &byte, 1));
     fsm_posix_close(&host);
     return error;

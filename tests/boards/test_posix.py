@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -16,16 +17,22 @@ from tests.boards.conftest import HOSTS, ROOT, Build, Run
 
 HOST = HOSTS / "posix/fsm_posix.c"
 TESTS = ROOT / "tests/boards"
-WRAPPED = "-Wl,--wrap=clock_gettime,--wrap=clock_nanosleep,--wrap=pselect"
+WRAPPED = "-Wl,--wrap=clock_gettime,--wrap=clock_nanosleep,--wrap=getrusage,--wrap=pselect"
 ADDRESS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
 THREADS = ("-fsanitize=thread", "-g", "-O1")
 
 
-def simulated(folder: Path, build: Build, kind: str, lines: Sequence[str]) -> list[str]:
+def simulated(
+    folder: Path, build: Build, kind: str, lines: Sequence[str], *options: str
+) -> list[str]:
     files = (HOST, TESTS / "posix_simulated.c")
     program = build(folder, "gcc", *ADDRESS, "-pthread", *files, WRAPPED)
     done = subprocess.run(
-        [program, kind], input="\n".join(lines), capture_output=True, text=True, check=False
+        [program, kind, *options],
+        input="\n".join(lines),
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.splitlines()
@@ -49,10 +56,13 @@ def test_periodic(tmp_path: Path, build: Build) -> None:
         "real-time priority: not asked for",
         "locked memory: not asked for",
         f"cycles 9, overruns 3, missed deadlines {2 + 1 + 2**32}",
+        "overruns by reason: step long 3",
+        "cycle 5: woken 1024 ns late, step 2500000 ns: step long",
+        "cycle 7: woken 0 ns late, step 1000001 ns: step long",
+        "cycle 8: woken 7 ns late, step 4294967296000000 ns: step long",
         "longest step 4294967296000000 ns, worst jitter 1024 ns",
-        "late by          0 ns or more: 5",
-        "late by          2 ns or more: 1",
-        "late by          4 ns or more: 1",
+        "jitter: p50 1 ns, p99 1024 ns, p99.9 1024 ns",
+        "late by          0 ns or more: 7",
         "late by        512 ns or more: 1",
         "late by       1024 ns or more: 1",
         "bytes left in the pipe: 1",
@@ -64,8 +74,81 @@ def test_no_jitter_is_beyond_the_histogram(tmp_path: Path, build: Build) -> None
     lines = [f"{2**k} 0" for k in range(34)]
     printed = simulated(tmp_path, build, "periodic", lines)
     buckets = [line for line in printed if line.startswith("late by")]
-    assert [line.split()[-1] for line in buckets] == ["1"] * 31 + ["3"]
+    assert [line.split()[-1] for line in buckets] == ["4"] + ["1"] * 27 + ["3"]
     assert buckets[-1].split()[2] == str(2**31)
+
+
+@pytest.mark.cc
+def test_a_bucket_is_at_most_a_sixteenth_wide(tmp_path: Path, build: Build) -> None:
+    late = [3, 16, 17, 31, 32, 33, 1000, 123_456, 99_999_999, 4_000_000_000, 2**34]
+    told = simulated(tmp_path, build, "periodic", [f"{n} 0" for n in late], "json")
+    report = json.loads(told[len(late)])
+    bounds = [(low, high) for low, high, count in report["jitter_ns"] for _ in range(count)]
+    assert len(bounds) == len(late)
+    for (low, high), at in zip(bounds[:-1], late[:-1], strict=True):
+        assert low <= at < high
+        assert high - low <= max(1, low / 16)
+
+
+@pytest.mark.cc
+def test_percentiles(tmp_path: Path, build: Build) -> None:
+    printed = simulated(tmp_path, build, "periodic", ["10 0"] * 98 + ["900 0", "90000 0"])
+    assert "jitter: p50 10 ns, p99 927 ns, p99.9 90000 ns" in printed
+
+
+@pytest.mark.cc
+def test_reasons_of_overruns(tmp_path: Path, build: Build) -> None:
+    lines = [
+        "1500000 400",  # the step alone would have been in time
+        "0 3000000",
+        "0 3000000 4",
+        "0 3000000 4 9",  # nine faults do not take so long
+        "0 3000000 0 9",  # but of large pages they may
+        "0 3000000 2 3000",
+        "0 3000000 2 0 1",  # a page came from disk
+        "10 20 9 9 9",  # in time
+    ]
+    report = json.loads(simulated(tmp_path, build, "periodic", lines, "json")[len(lines)])
+    reasons = {"woken late": 1, "step long": 1, "preempted": 2, "page fault": 3}
+    assert report["reasons"] == reasons
+    assert [(it["reason"], it["times"]) for it in report["last_overruns"]] == [
+        ("woken late", 0),
+        ("step long", 0),
+        ("preempted", 4),
+        ("preempted", 4),
+        ("page fault", 9),
+        ("page fault", 3000),
+        ("page fault", 1),
+    ]
+    assert report["overruns"] == 7
+    assert report["missed"] == 1 + 2 * 6
+
+
+@pytest.mark.cc
+def test_the_last_overruns_are_kept(tmp_path: Path, build: Build) -> None:
+    report = json.loads(simulated(tmp_path, build, "periodic", ["0 1500000"] * 40, "json")[40])
+    assert [it["cycle"] for it in report["last_overruns"]] == list(range(25, 41))
+    assert report["overruns"] == 40
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize(
+    ("kind", "reason"),
+    [
+        ("sleep", "step long"),
+        ("busy", "preempted"),
+        ("page", "page fault"),
+        ("suspend", "woken late"),
+    ],
+)
+def test_overruns_made_on_purpose(
+    kind: str, reason: str, tmp_path: Path, build: Build, run: Run
+) -> None:
+    program = build(tmp_path, "gcc", "-O2", "-pthread", HOST, TESTS / "posix_overruns.c")
+    report = json.loads(run(program, kind).splitlines()[-1])
+    # A busy computer adds overruns of its own, so not each of the ten need have the reason.
+    assert report["overruns"] >= 8
+    assert report["reasons"][reason] >= 6, report
 
 
 @pytest.mark.cc
@@ -82,6 +165,7 @@ def test_tickless(tmp_path: Path, build: Build) -> None:
         "locked memory: not asked for",
         "cycles 6, overruns 0, missed deadlines 0",
         "longest step 9000000 ns, worst jitter 4001500 ns",
+        "jitter: p50 1535 ns, p99 4001500 ns, p99.9 4001500 ns",
         "late by          0 ns or more: 1",
         "late by       1024 ns or more: 1",
         "late by    2097152 ns or more: 1",

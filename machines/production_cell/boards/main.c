@@ -10,7 +10,9 @@
  *                                deployment's
  *   --alone                      no links: the other boards are not there
  *   --seconds N                  of a real-time run; else until it is told to quit
- *   --priority N                 of SCHED_FIFO, and locked memory
+ *   --priority N                 of SCHED_FIFO for the loop, and locked memory; the threads of the links
+ *                                get N + 2, since a frame must not wait for a loop
+ *   --cpus 2,3                   the loop runs on the first, the threads of the links on the others
  *
  * Status 0; 2 for a command line or a set-up that does not do, with a line on stderr. */
 #include "recorder.h"
@@ -25,13 +27,24 @@
 #include <unistd.h>
 #include <zmq.h>
 
-enum { REQUEST_ROOM = 4096, REQUESTS_PER_CYCLE = 4, INPUTS_MS = 100, PATIENCE_MS = 1000, ENDPOINT_ROOM = 512 };
+enum {
+    REQUEST_ROOM = 4096,
+    REQUESTS_PER_CYCLE = 4,
+    INPUTS_MS = 100,
+    PATIENCE_MS = 1000,
+    ENDPOINT_ROOM = 512,
+    HIGHEST_PRIORITY = 99,
+    ABOVE_LOOP = 2, /* priority of the links */
+    CPUS = 64
+};
 
 typedef struct {
     const char *endpoint, *log;
     bool is_real_time, is_alone;
     long seconds;
     int priority;
+    int cpu;       /* of the loop; -1: any */
+    uint64_t cpus; /* of the links, a bit each; 0: any */
     char links[ENDPOINT_ROOM]; /* cut into pieces */
     const char *endpoints[FSM_LINK_NODES];
 } arguments;
@@ -64,6 +77,22 @@ static bool read_number(const char *value, long *number)
     return end != value && *end == '\0' && *number >= 0 && *number < 1000000;
 }
 
+static bool read_cpus(arguments *a, const char *value)
+{
+    for (bool is_first = true; *value != '\0'; is_first = false) {
+        char *end;
+        const long cpu = strtol(value, &end, 10);
+        if (end == value || cpu < 0 || cpu >= CPUS || (*end != ',' && *end != '\0'))
+            return false;
+        if (is_first)
+            a->cpu = (int)cpu;
+        else
+            a->cpus |= UINT64_C(1) << cpu;
+        value = *end == ',' ? end + 1 : end;
+    }
+    return a->cpu >= 0;
+}
+
 static bool read_option(arguments *a, const char *name, const char *value)
 {
     long number;
@@ -77,9 +106,11 @@ static bool read_option(arguments *a, const char *name, const char *value)
     } else if (strcmp(name, "--seconds") == 0) {
         return read_number(value, &a->seconds);
     } else if (strcmp(name, "--priority") == 0) {
-        if (!read_number(value, &number) || number > 99)
+        if (!read_number(value, &number) || number > HIGHEST_PRIORITY)
             return false;
         a->priority = (int)number;
+    } else if (strcmp(name, "--cpus") == 0) {
+        return read_cpus(a, value);
     } else {
         return false;
     }
@@ -89,6 +120,7 @@ static bool read_option(arguments *a, const char *name, const char *value)
 static bool read_arguments(arguments *a, int argc, char **argv)
 {
     memset(a, 0, sizeof *a);
+    a->cpu = -1;
     for (uint8_t node = 0; node < board_this.map->nodes; node++)
         a->endpoints[node] = board_this.endpoints[node];
     for (int i = 1; i < argc; i++) {
@@ -124,12 +156,22 @@ static bool open_links(const arguments *a)
         return true;
     options.endpoints = a->endpoints;
     options.is_deterministic = !a->is_real_time;
+    if (a->is_real_time && a->priority > 0) {
+        const int above = a->priority + ABOVE_LOOP;
+        options.send_priority = above < HIGHEST_PRIORITY ? above : HIGHEST_PRIORITY;
+        options.receive_priority = options.io_priority = options.send_priority;
+    }
+    options.cpus = a->is_real_time ? a->cpus : 0u;
     error = fsm_link_zmq_open(&it.zmq, &it.link, &options);
     if (error != 0) {
         fprintf(stderr, "links: %s: %s\n", it.zmq.failed, zmq_strerror(error));
         return false;
     }
     it.is_linked = true;
+    if (it.zmq.priority_error != 0)
+        fprintf(stderr, "priority of the links: %s\n", strerror(it.zmq.priority_error));
+    if (it.zmq.cpus_error != 0)
+        fprintf(stderr, "processors of the links: %s\n", strerror(it.zmq.cpus_error));
     return true;
 }
 
@@ -198,23 +240,34 @@ static void cycle(void *unused, uint32_t now)
         fsm_posix_stop(&host);
 }
 
+/* Memory is locked before any thread is started. */
+static bool open_host(const arguments *a)
+{
+    const int error = fsm_posix_init(&host, 1000u);
+    if (error != 0) {
+        fprintf(stderr, "the loop: %s\n", strerror(error));
+        return false;
+    }
+    host.priority = a->priority;
+    host.cpu = a->cpu;
+    host.lock_memory = a->priority > 0;
+    if (a->is_real_time)
+        fsm_posix_lock(&host);
+    return true;
+}
+
 static int run_in_real_time(const arguments *a)
 {
-    int error = fsm_posix_init(&host, 1000u);
-    if (error == 0)
-        error = fsm_posix_stop_on(&host, SIGINT);
+    int error = fsm_posix_stop_on(&host, SIGINT);
     if (error == 0)
         error = fsm_posix_stop_on(&host, SIGTERM);
     if (error == 0)
         error = fsm_posix_stop_on(&host, SIGALRM);
     if (error == 0) {
         it.host = &host;
-        host.priority = a->priority;
-        host.lock_memory = a->priority > 0;
         (void)alarm((unsigned)a->seconds); /* 0: never */
         error = fsm_posix_periodic(&host, cycle, NULL);
         fsm_posix_print(&host, stdout);
-        fsm_posix_close(&host);
     }
     if (error != 0)
         fprintf(stderr, "the loop: %s\n", strerror(error));
@@ -227,18 +280,19 @@ int main(int argc, char **argv)
     int status = 2;
     if (!read_arguments(&a, argc, argv)) {
         fprintf(stderr, "usage: %s --cosim|--realtime ENDPOINT [--log FILE] [--links A,B] [--alone] "
-                        "[--seconds N] [--priority N]\n", argv[0]);
+                        "[--seconds N] [--priority N] [--cpus N,N]\n", argv[0]);
         return 2;
     }
     if (a.log != NULL && !recorder_open(a.log)) {
         fprintf(stderr, "%s: %s\n", a.log, strerror(errno));
         return 2;
     }
-    if (open_links(&a) && open_server(a.endpoint)) {
+    if (open_host(&a) && open_links(&a) && open_server(a.endpoint)) {
         board_make(&it.board, &it.link, it.is_linked);
         status = a.is_real_time ? run_in_real_time(&a) : co_simulate();
     }
     close_all();
+    fsm_posix_close(&host);
     if (!recorder_close()) {
         fprintf(stderr, "%s: not all could be written\n", a.log);
         status = 2;

@@ -1,4 +1,7 @@
 /* fsm_link_zmq.c: see fsm_link_zmq.h. */
+#ifdef __linux__
+#define _GNU_SOURCE /* pthread_setaffinity_np */
+#endif
 #define _POSIX_C_SOURCE 200809L
 
 #include "fsm_link_zmq.h"
@@ -281,16 +284,86 @@ static void *receiver(void *carrier)
     return NULL;
 }
 
-static int start_thread(fsm_link_zmq *zmq, pthread_t *thread, void *(*run)(void *), int priority)
+/* ---- scheduling ------------------------------------------------------------------------------- */
+
+enum { CPUS = 64 };
+
+typedef struct {
+    int priority;
+    uint64_t cpus;
+    int priority_error, cpus_error;
+} scheduling;
+
+/* Give a thread its priority and processors, and remember what was refused. */
+static void schedule(pthread_t thread, scheduling *wish)
 {
+    if (wish->priority > 0) {
+        struct sched_param parameters;
+        memset(&parameters, 0, sizeof parameters);
+        parameters.sched_priority = wish->priority;
+        wish->priority_error = pthread_setschedparam(thread, SCHED_FIFO, &parameters);
+    }
+    if (wish->cpus != 0u) {
+#ifdef __linux__
+        cpu_set_t set;
+        CPU_ZERO(&set);
+        for (size_t cpu = 0; cpu < CPUS; cpu++) {
+            if ((wish->cpus >> cpu & 1u) != 0u)
+                CPU_SET(cpu, &set);
+        }
+        wish->cpus_error = pthread_setaffinity_np(thread, sizeof set, &set);
+#else
+        wish->cpus_error = ENOSYS;
+#endif
+    }
+}
+
+static void *try_scheduling(void *wish)
+{
+    schedule(pthread_self(), wish);
+    return NULL;
+}
+
+static void keep_errors(fsm_link_zmq *zmq, const scheduling *wish)
+{
+    if (wish->priority_error != 0)
+        zmq->priority_error = wish->priority_error;
+    if (wish->cpus_error != 0)
+        zmq->cpus_error = wish->cpus_error;
+}
+
+/* Have ZeroMQ's threads scheduled. It ends the process if the system refuses ("posix_assert"), so a
+ * thread of our own tries first. */
+static bool schedule_context(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
+{
+    scheduling wish = {options->io_priority, options->cpus, 0, 0};
+    pthread_t trial;
+    bool is_set = true;
+    if (wish.priority <= 0 && wish.cpus == 0u)
+        return true;
+    errno = pthread_create(&trial, NULL, try_scheduling, &wish);
+    if (errno != 0)
+        return false;
+    (void)pthread_join(trial, NULL);
+    keep_errors(zmq, &wish);
+    if (wish.priority > 0 && wish.priority_error == 0)
+        is_set = zmq_ctx_set(zmq->context, ZMQ_THREAD_SCHED_POLICY, SCHED_FIFO) == 0 &&
+                 zmq_ctx_set(zmq->context, ZMQ_THREAD_PRIORITY, wish.priority) == 0;
+    for (int cpu = 0; cpu < CPUS && is_set && wish.cpus_error == 0; cpu++) {
+        if ((wish.cpus >> cpu & 1u) != 0u)
+            is_set = zmq_ctx_set(zmq->context, ZMQ_THREAD_AFFINITY_CPU_ADD, cpu) == 0;
+    }
+    return is_set;
+}
+
+static int start_thread(fsm_link_zmq *zmq, pthread_t *thread, void *(*run)(void *), int priority,
+                        uint64_t cpus)
+{
+    scheduling wish = {priority, cpus, 0, 0};
     int error = pthread_create(thread, NULL, run, zmq);
-    if (error == 0 && priority > 0) {
-        struct sched_param scheduling;
-        memset(&scheduling, 0, sizeof scheduling);
-        scheduling.sched_priority = priority;
-        int refused = pthread_setschedparam(*thread, SCHED_FIFO, &scheduling);
-        if (refused != 0)
-            zmq->priority_error = refused;
+    if (error == 0) {
+        schedule(*thread, &wish);
+        keep_errors(zmq, &wish);
     }
     return error;
 }
@@ -376,11 +449,13 @@ static bool start_threads(fsm_link_zmq *zmq, const fsm_link_zmq_options *options
     if (sem_init(&zmq->work, 0, 0) != 0)
         return false;
     zmq->has_work = true;
-    errno = start_thread(zmq, &zmq->sender, sender, options->send_priority);
+    errno = start_thread(zmq, &zmq->sender, sender, options->send_priority,
+                         options->cpus);
     zmq->has_sender = errno == 0;
     if (!zmq->has_sender)
         return false;
-    errno = start_thread(zmq, &zmq->receiver, receiver, options->receive_priority);
+    errno = start_thread(zmq, &zmq->receiver, receiver, options->receive_priority,
+                         options->cpus);
     zmq->has_receiver = errno == 0;
     return zmq->has_receiver;
 }
@@ -411,7 +486,7 @@ static bool open_all(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
         return false;
     zmq->failed = "the context of ZeroMQ";
     zmq->context = zmq_ctx_new();
-    if (zmq->context == NULL)
+    if (zmq->context == NULL || !schedule_context(zmq, options))
         return false;
     zmq->failed = "the keys for CURVE";
     if (zmq->has_keys && !fsm_link_keys_open(&zmq->keys, zmq->context, zmq->link->map->nodes,

@@ -45,14 +45,20 @@ typedef struct {
      * the deployment says `insecure: true`. */
     const char *const *public_keys;
     const char *secret_key;
-    int send_priority; /* SCHED_FIFO of the threads; 0: leave it */
+    /* SCHED_FIFO of the threads; 0: leave it. They move what the loop posts and run shortly: give them
+     * more than the loop has, since a frame otherwise waits until no loop wants the processor. */
+    int send_priority;
     int receive_priority;
+    int io_priority; /* of ZeroMQ's own threads */
+    uint64_t cpus;   /* Linux: a bit for each processor that may run these threads; 0: any */
 } fsm_link_zmq_options;
 
 typedef struct {
     fsm_link *link;
     const char *failed; /* what could not be done */
-    int priority_error; /* why a priority was not granted, an errno; 0 if it was, or not asked for */
+    /* Why a priority or the processors were not granted, an errno; 0 if they were, or not asked for. */
+    int priority_error;
+    int cpus_error;
     void *context;
     void *publisher;
     void *subscribers[FSM_LINK_NODES];
