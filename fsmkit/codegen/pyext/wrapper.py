@@ -165,7 +165,7 @@ def _event(out: Emitter, own: str, name: str, fields: Sequence[str]) -> str:
     """Print what Python and messages call the fields of an event."""
     text = "const char *const"
     listed = _table(out, text, f"{own}_fields", [quoted(field) for field in fields])
-    said = _table(out, text, f"{own}_said", [quoted(f"{name}: {field}") for field in fields])
+    said = _table(out, text, f"{own}_said", [quoted(name + ": " + field) for field in fields])
     return f"{{{listed}, {said}}}"
 
 
