@@ -171,8 +171,8 @@ def _event(out: Emitter, own: str, name: str, fields: Sequence[str]) -> str:
 
 def _of_events(out: Emitter, module: Module) -> Iterator[str]:
     """Print `post_` and `dispatch_` of each event; yield their rows."""
-    put = "Put `{}` into the queue; False if that is full or the machine does not run."
-    take = "Process `{}` at once; whether it enabled a transition."
+    put = ("Put `", "` into the queue; False if that is full or the machine does not run.")
+    take = ("Process `", "` at once; whether it enabled a transition.")
     calls = str(module.is_calling).lower()
     for event in posted(module.chart):
         name = module.bound.member.names.events[event.index]
@@ -184,7 +184,7 @@ def _of_events(out: Emitter, module: Module) -> Iterator[str]:
             passed = [function, module.bound.names.prefix, is_posted, calls, str(event.index)]
             passed += [quoted(method)] if shown else []
             out.line(f"FSM_PY_{macro}({', '.join(passed)})")
-            documentation = quoted(documented(method, shown, doc.format(event.name)))
+            documentation = quoted(documented(method, shown, doc[0] + event.name + doc[1]))
             yield f"{{{quoted(method)}, FSM_PY_CALL({function}), {flags}, {documentation}}}"
     out.line()
 
