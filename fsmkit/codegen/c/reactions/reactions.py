@@ -9,6 +9,7 @@ microstep). Only what is left, transitions that may preempt each other, is selec
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -69,6 +70,7 @@ class ReactionPrinter:
         self._moves = moves
         self._selection = selection
         self._acts: dict[int, Lines] = {}
+        self._stopping: dict[int, list[int]] = {}
         self._functions: set[str] = set()
         self.shapes = selection.shapes
         self.by_event = self.shapes.by_event
@@ -306,12 +308,15 @@ class ReactionPrinter:
 
     def _may_stop_below(self, state: int, event: int) -> bool:
         """Whether a guard that is asked before, of a state below, can stop the machine."""
-        return any(
-            t.guard is not None
-            and (can_fail(t.guard) or has_effect(t.guard))
-            and self.chart.is_descendant(t.source, state)
-            for t in self.by_event[event]
-        )
+        if event not in self._stopping:
+            self._stopping[event] = sorted(
+                t.source
+                for t in self.by_event[event]
+                if t.guard is not None and (can_fail(t.guard) or has_effect(t.guard))
+            )
+        sources = self._stopping[event]
+        first = bisect_right(sources, state)
+        return first < len(sources) and self.chart.is_descendant(sources[first], state)
 
     def _state_function(
         self, out: Emitter, state: int, answers: dict[Lines, list[int]], otherwise: str
