@@ -159,8 +159,8 @@ TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev grap
 tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
 	  echo 'stormpy could not be installed; Storm is left out'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[camera]' || \
-	  echo 'OpenCV could not be installed; markers are not read'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[camera,cell]' || \
+	  echo 'OpenCV or Matplotlib could not be installed; markers are not read, figures not drawn'
 	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom || \
 	  echo 'Mermaid could not be installed with npm; its parser is left out'
 	@if command -v apt-get >/dev/null; then \

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from lxml import etree
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.views.latency import draw_latencies, read_latency
+from tests.needs import need
 
 LOOP = {
     "kind": "fsm_posix",
@@ -66,7 +68,7 @@ def test_the_table_and_what_a_program_prints_after_the_report(
 
 @pytest.mark.external
 def test_the_picture(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
+    need(find_spec("matplotlib") is not None, "matplotlib")
     reports = [
         read_latency(written(tmp_path / "$a&<b>.json", LOOP)),
         read_latency(written(tmp_path / "b.json", CYCLICTEST)),
