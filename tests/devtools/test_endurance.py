@@ -114,7 +114,7 @@ def test_what_the_cell_does_without(station: Chart, tmp_path: Path) -> None:
     ("old", "new", "law"),
     [
         pytest.param(
-            "x_count(&m->rejected);", "", "refused since the start", id="a refusal is not counted"
+            "fsm_count(&m->rejected);", "", "refused since the start", id="a refusal is not counted"
         ),
         pytest.param(
             "m->queue_count++;",
