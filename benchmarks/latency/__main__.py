@@ -11,6 +11,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -54,19 +55,27 @@ def build(folder: Path) -> None:
         paths = (folder / node, RUNTIME, RUNTIME / "hosts", RUNTIME / "links")
         command = ["cc", "-std=c99", "-O2", *options, *(f"-I{path}" for path in paths)]
         command += [*map(str, sources), "-lzmq", "-pthread", "-o", str(folder / f"{node}.out")]
-        subprocess.run(command, check=True)
+        if subprocess.run(command, check=False).returncode != 0:
+            raise click.ClickException("it needs `cc` and libzmq with its headers (make tools)")
+
+
+def endpoints() -> list[str]:
+    """Return two endpoints on ports that are free now, so that a second instance can run."""
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in "ab"]
+        return [f"tcp://127.0.0.1:{each.getsockname()[1]}" for each in sockets]
 
 
 def measure(folder: Path, report: Path, period_us: int, link_priority: int, seconds: int) -> Case:
     """Run both nodes for some seconds; the report of the loop goes to a file."""
-    endpoints = ["tcp://127.0.0.1:5591", "tcp://127.0.0.1:5592"]
+    ends = endpoints()
     numbers = [str(period_us), str(PRIORITY), str(link_priority)]
     far = subprocess.Popen(
-        [folder / "far.out", *numbers, str(seconds + 2), *endpoints], stdout=subprocess.DEVNULL
+        [folder / "far.out", *numbers, str(seconds + 2), *ends], stdout=subprocess.DEVNULL
     )
     try:
         near = subprocess.run(
-            [folder / "near.out", *numbers, str(seconds), *endpoints],
+            [folder / "near.out", *numbers, str(seconds), *ends],
             check=True,
             stdout=subprocess.PIPE,
             text=True,
@@ -86,6 +95,8 @@ def measure(folder: Path, report: Path, period_us: int, link_priority: int, seco
 def main(seconds: int, load: int, out: Path) -> None:
     """Print round trips at 1 kHz and 10 kHz; draw the jitter of the loop beside cyclictest's."""
     out.mkdir(parents=True, exist_ok=True)
+    if shutil.which("cc") is None:
+        raise click.ClickException("it needs a C compiler, `cc`")
     cyclictest = shutil.which("cyclictest")
     cases: list[Case] = []
     with ExitStack() as stack:

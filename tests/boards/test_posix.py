@@ -81,8 +81,8 @@ def test_no_jitter_is_beyond_the_histogram(tmp_path: Path, build: Build) -> None
 @pytest.mark.cc
 def test_a_bucket_is_at_most_a_sixteenth_wide(tmp_path: Path, build: Build) -> None:
     late = [3, 16, 17, 31, 32, 33, 1000, 123_456, 99_999_999, 4_000_000_000, 2**34]
-    told = simulated(tmp_path, build, "periodic", [f"{n} 0" for n in late], "json")
-    report = json.loads(told[len(late)])
+    printed = simulated(tmp_path, build, "periodic", [f"{n} 0" for n in late], "json")
+    report = json.loads(printed[len(late)])
     bounds = [(low, high) for low, high, count in report["jitter_ns"] for _ in range(count)]
     assert len(bounds) == len(late)
     for (low, high), at in zip(bounds[:-1], late[:-1], strict=True):

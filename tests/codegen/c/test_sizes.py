@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cProfile
 import os
 import subprocess
 from collections.abc import Callable, Sequence
@@ -19,7 +20,7 @@ from fsmkit.loading import load
 from fsmkit.plugins import Target, plugin
 from fsmkit.runtime.script import run_script
 from tests.codegen.c.conftest import SANITIZERS, WARNINGS
-from tests.codegen.c.sized import KINDS, script
+from tests.codegen.c.sized import KINDS, flat, script
 from tests.needs import where
 
 LARGE = where(os.environ.get("FSMKIT_SIZES"), "long: make sizes")
@@ -132,3 +133,19 @@ def test_more_states_than_two_bytes_number_are_a_finding(
         plugin(Target, "c").generate(load(path), findings, {"optimize": "size"})
         found.append([diagnostic.message for diagnostic in findings])
     assert found == [[], ["there are 301 states: C numbers 300 at most"]]
+
+
+@pytest.mark.slow
+def test_calls_grow_with_the_states(tmp_path: Path) -> None:
+    """Four times the states take at most five times the calls, in each form."""
+
+    def calls(count: int, options: Options) -> int:
+        path = tmp_path / f"flat{count}.scxml"
+        path.write_text(flat(count), encoding="utf-8")
+        chart = load(path)
+        profile = cProfile.Profile()
+        profile.runcall(generate_machine, chart, "x0", options)
+        return sum(entry.callcount for entry in profile.getstats())
+
+    for options in (Options(), Options(is_fast=True), Options(is_small=True)):
+        assert calls(200, options) <= 5 * calls(50, options), options

@@ -5,7 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import subprocess
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -17,9 +18,9 @@ IS_ROOT = where(hasattr(os, "geteuid") and os.geteuid() == 0, "the right to SCHE
 
 
 @pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory, require_tool: Callable[[str], str]) -> Path:
+def program(require_tool: Callable[[str], str]) -> Iterator[Path]:
+    """Give the program, in a folder that other users can reach."""
     need(has_libzmq(), "libzmq")
-    folder = tmp_path_factory.mktemp("scheduling")
     sources = [LINKS / "fsm_link.c", *(LINKS / f"fsm_link_{part}.c" for part in ZMQ)]
     words = [
         require_tool("gcc"),
@@ -31,14 +32,17 @@ def program(tmp_path_factory: pytest.TempPathFactory, require_tool: Callable[[st
         f"-I{LINKS}",
     ]
     words += [*map(str, sources), str(HERE / "scheduling.c"), "-lzmq", "-pthread"]
-    subprocess.run([*words, "-o", str(folder / "made")], check=True)
-    return folder / "made"
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o755)
+        subprocess.run([*words, "-o", f"{folder}/made"], check=True)
+        yield Path(folder, "made")
 
 
-def printed(program: Path, *command: str, priority: int, cpus: int) -> list[list[int]]:
+def printed(
+    program: Path, endpoints: dict[str, str], *command: str, priority: int, cpus: int
+) -> list[list[int]]:
     """Return the errors, then policy, priority and number of processors of each thread."""
-    ends = [f"tcp://127.0.0.1:{port}" for port in (5597, 5598)]
-    words = [*command, str(program), str(priority), str(cpus), *ends]
+    words = [*command, str(program), str(priority), str(cpus), *endpoints.values()]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     first, *threads = done.stdout.splitlines()
     return [
@@ -48,32 +52,24 @@ def printed(program: Path, *command: str, priority: int, cpus: int) -> list[list
 
 @pytest.mark.external
 @IS_ROOT
-def test_all_threads_are_scheduled(program: Path) -> None:
-    errors, *threads = printed(program, priority=52, cpus=1)
+def test_all_threads_are_scheduled(program: Path, endpoints: dict[str, str]) -> None:
+    errors, *threads = printed(program, endpoints, priority=52, cpus=1)
     assert errors == [0, 0]
     assert len(threads) >= 4  # two of the link, two of ZeroMQ
     assert {tuple(thread) for thread in threads} == {(os.SCHED_FIFO, 52, 1)}
 
 
 @pytest.mark.external
-def test_nothing_asked_for(program: Path) -> None:
-    errors, *threads = printed(program, priority=0, cpus=0)
+def test_nothing_asked_for(program: Path, endpoints: dict[str, str]) -> None:
+    errors, *threads = printed(program, endpoints, priority=0, cpus=0)
     assert errors == [0, 0]
     assert {tuple(thread)[:2] for thread in threads} == {(os.SCHED_OTHER, 0)}
 
 
-def open_to_all(program: Path) -> None:
-    """Let another user reach a program: the folders of pytest are its owner's alone."""
-    for folder in list(program.parents)[:-2]:
-        folder.chmod(folder.stat().st_mode | 0o055)
-    program.chmod(0o755)
-
-
 @pytest.mark.external
 @IS_ROOT
-def test_a_refusal_is_told_and_the_link_works(program: Path) -> None:
+def test_a_refusal_is_reported_and_the_link_works(program: Path, endpoints: dict[str, str]) -> None:
     """libzmq alone would end the process."""
-    open_to_all(program)
     nobody = (
         "setpriv",
         "--reuid=65534",
@@ -81,6 +77,6 @@ def test_a_refusal_is_told_and_the_link_works(program: Path) -> None:
         "--inh-caps=-all",
         "--bounding-set=-all",
     )
-    errors, *threads = printed(program, *nobody, priority=52, cpus=1 << 63)
+    errors, *threads = printed(program, endpoints, *nobody, priority=52, cpus=1 << 63)
     assert errors == [errno.EPERM, errno.EINVAL]
     assert {tuple(thread)[:2] for thread in threads} == {(os.SCHED_OTHER, 0)}
