@@ -114,7 +114,7 @@ def main(seconds: int, load: int, out: Path) -> None:
         if cyclictest is None:
             print("cyclictest (rt-tests) is not installed: the loop is shown alone")
         else:
-            # The loop again, without a link, in the same seconds as cyclictest.
+            # The loop again, in the same seconds as cyclictest.
             reports = [str(out / name) for name in ("loop.json", "cyclictest.json")]
             beside = [cyclictest, "-q", "-m", f"-p{PRIORITY}", "-i1000", "-h20000", f"-D{seconds}"]
             with subprocess.Popen([*beside, f"--json={reports[1]}"], stdout=subprocess.DEVNULL):
