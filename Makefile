@@ -50,12 +50,12 @@ test-all: lint
 
 # Frama-C EVA, linters and sanitizers over the C of every chart; `make test` has some of them.
 prove: $(VENV)/ready
-	FSMKIT_PROVE=1 $(BIN)/pytest -q -n $(WORKERS) tests/codegen/c/test_proof.py \
+	FSMKIT_PROVE=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) tests/codegen/c/test_proof.py \
 	  tests/codegen/c/test_lint.py tests/codegen/c/test_bounds.py
 
 # Machines of 3,000 to 65,535 states in C, with sanitizers, by gcc and clang: some twenty minutes.
 sizes: $(VENV)/ready
-	FSMKIT_SIZES=1 $(BIN)/pytest -q -n $(WORKERS) tests/codegen/c/test_sizes.py
+	FSMKIT_SIZES=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) tests/codegen/c/test_sizes.py
 
 # Bytes of stack below each generated machine, over its call graph.
 stack: $(VENV)/ready
@@ -83,12 +83,12 @@ endurance: $(VENV)/ready
 # Attacks on links from the loopback, whole: subscriptions, long messages, impostors, restarts; the
 # memory of the victim before and after. `make test` has short forms.
 attacks: $(VENV)/ready
-	FSMKIT_ATTACKS=1 $(BIN)/pytest -q -s -n 0 tests/runtime/links/test_attacks.py \
+	FSMKIT_ATTACKS=1 $(BIN)/pytest -q --timeout 0 -s -n 0 tests/runtime/links/test_attacks.py \
 	  tests/runtime/links/test_restarts.py
 
 # A million events for each runtime under all that a host must not do, with an account of each misuse.
 misuse: $(VENV)/ready
-	FSMKIT_MISUSE=1 $(BIN)/pytest -q -s -n 0 tests/misuse
+	FSMKIT_MISUSE=1 $(BIN)/pytest -q --timeout 0 -s -n 0 tests/misuse
 
 # Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready
