@@ -155,12 +155,14 @@ bless: $(VENV)/ready
 
 TOOLS := clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
-  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests plantuml default-jre-headless
+  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless
 tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
 	  echo 'stormpy could not be installed; Storm is left out'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[camera,cell]' || \
 	  echo 'OpenCV or Matplotlib could not be installed; markers are not read, figures not drawn'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[supervisor]' || \
+	  echo 'supervisor could not be installed; nobody reads the files for supervisord'
 	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom || \
 	  echo 'Mermaid could not be installed with npm; its parser is left out'
 	@if command -v apt-get >/dev/null; then \

@@ -27,7 +27,16 @@ EXTERNAL = frozenset(
     {
         *("arm-linux-gnueabihf-gcc", "arm-none-eabi-gcc", "arm-none-eabi-nm", "arm-none-eabi-size"),
         *("clang", "clang++", "clang-tidy", "cmake", "cppcheck", "dot", "frama-c", "g++", "java"),
-        *("node", "pkg-config", "plantuml", "qemu-arm", "qemu-system-arm", "spin", "valgrind"),
+        *(
+            "node",
+            "pkg-config",
+            "plantuml",
+            "qemu-arm",
+            "qemu-system-arm",
+            "spin",
+            "systemd-analyze",
+            "valgrind",
+        ),
     }
 )
 """Programs that `make tools` installs; a test that starts one is marked ``external``."""

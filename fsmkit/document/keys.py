@@ -299,6 +299,7 @@ DEPLOYMENT = _named(
     doc="what it is for",
     nodes="the nodes and their machines",
     links="how nodes reach each other",
+    health="where each node answers how it is",
 )
 LINKS = _named(
     endpoints="where each node publishes",

@@ -50,6 +50,8 @@ class Deployment:
     """Levels are published in every so-many-th cycle."""
     keys: Path | None = None
     """The folder with the CURVE keys of the nodes; None: no authentication."""
+    health: tuple[str, ...] = ()
+    """Where each node answers how it is, "" for one that does not; see `fsmkit.runtime.health`."""
 
     @property
     def map(self) -> EventMap:
@@ -91,6 +93,7 @@ def deployment_of(
     is_insecure = _insecure(options.get("insecure"), options.get("curve"), findings)
     is_guarded = is_insecure or "curve" in options
     endpoints = _endpoints(options.get("endpoints"), nodes, findings, is_guarded=is_guarded)
+    health = _health(parts.get("health"), nodes, findings, is_guarded=is_insecure)
     if not _is_possible(system, placed, file, findings):
         return None
     curve = require_text(options.get("curve"), "`curve`, a folder of keys", findings)
@@ -102,6 +105,7 @@ def deployment_of(
         wires_of(system, nodes, placed, endpoints, is_insecure=is_insecure),
         _every(options.get("every"), findings),
         None if curve is None else folder / curve.value,
+        health,
     )
 
 
@@ -208,31 +212,64 @@ def _endpoints(
     node: Node | None, nodes: tuple[str, ...], findings: Findings, *, is_guarded: bool
 ) -> tuple[str, ...]:
     """Return where each node publishes; without a guard, only within this computer."""
-    mapping = require_mapping(node, "`endpoints`", findings)
-    if mapping is None:
+    found = _addresses(node, "endpoints", nodes, findings, None if is_guarded else KEYLESS)
+    if node is None:
         return ()
-    check_keys(mapping, nodes, "`endpoints`", findings)
-    found = {}
-    for key, value in mapping.entries:
-        text = require_text(value, f"the endpoint of `{key}`", findings)
-        if text is not None:
-            found[key.value] = text.value
-            if not is_guarded and not is_loopback(text.value):
-                findings.add(
-                    "unguarded-endpoint",
-                    f"`{text}` is not of this computer only, and the links have no keys",
-                    text,
-                    help="name a folder of keys with `curve: keys`, or write `insecure: true`",
-                )
     missing = [name for name in nodes if name not in found]
     if missing and not findings.has_errors:
         findings.add(
             "broken-deployment",
             f"{', '.join(f'`{name}`' for name in missing)} has no endpoint",
-            mapping.span,
+            node.span,
             help="write for instance `b: tcp://127.0.0.1:5572`",
         )
     return tuple(found.get(name, "") for name in nodes)
+
+
+def _health(
+    node: Node | None, nodes: tuple[str, ...], findings: Findings, *, is_guarded: bool
+) -> tuple[str, ...]:
+    """Return where each node answers how it is; not each must."""
+    found = _addresses(node, "health", nodes, findings, None if is_guarded else LOCAL)
+    return tuple(found.get(name, "") for name in nodes) if found else ()
+
+
+KEYLESS = (
+    "the links have no keys",
+    "name a folder of keys with `curve: keys`, or write `insecure: true`",
+)
+LOCAL = (
+    "answers on health have no keys",
+    "name an address of 127.0.0.1, to be reached by a tunnel, or write `insecure: true` in `links`",
+)
+
+
+def _addresses(
+    node: Node | None,
+    key: str,
+    nodes: tuple[str, ...],
+    findings: Findings,
+    beyond: tuple[str, str] | None,
+) -> dict[str, str]:
+    """Return endpoints by node; ``beyond``: why none may be of others, and the way out."""
+    mapping = require_mapping(node, f"`{key}`", findings)
+    if mapping is None:
+        return {}
+    check_keys(mapping, nodes, f"`{key}`", findings)
+    found = {}
+    for name, value in mapping.entries:
+        text = require_text(value, f"the endpoint of `{name}`", findings)
+        if text is not None:
+            found[name.value] = text.value
+            if beyond is not None and not is_loopback(text.value):
+                why, way_out = beyond
+                findings.add(
+                    "unguarded-endpoint",
+                    f"`{text}` is not of this computer only, and {why}",
+                    text,
+                    help=way_out,
+                )
+    return found
 
 
 def _every(node: Node | None, findings: Findings) -> int:

@@ -122,7 +122,9 @@ def link(
     jobs += [(RUNTIME / "links" / f"{name}.c", ()) for name in LINKS]
     jobs += [(CELL / "controller" / f"{name}.c", ()) for name in CONTROLLER]
     jobs += [(BOARDS / f"{name}.c", ()) for name in (*COMMON, f"board_{node}")]
-    jobs += [(RUNTIME / "hosts" / "posix" / "fsm_posix.c", ())]
+    jobs += [
+        (RUNTIME / "hosts" / "posix" / f"{name}.c", ()) for name in ("fsm_notify", "fsm_posix")
+    ]
     made = []
     for source, own in jobs:
         target = objects / f"{source.stem}.o"

@@ -15,6 +15,7 @@
  *   --cpus 2,3                   the loop runs on the first, the threads of the links on the others
  *
  * Status 0; 2 for a command line or a set-up that does not do, with a line on stderr. */
+#include "posix/fsm_notify.h"
 #include "recorder.h"
 #include "server.h"
 
@@ -31,6 +32,7 @@ enum {
     REQUEST_ROOM = 4096,
     REQUESTS_PER_CYCLE = 4,
     INPUTS_MS = 100,
+    STATUS_MS = 1000,
     PATIENCE_MS = 1000,
     ENDPOINT_ROOM = 512,
     HIGHEST_PRIORITY = 99,
@@ -51,6 +53,7 @@ typedef struct {
 
 static server it;
 static fsm_posix host;
+static fsm_notify notify;
 static void *context, *replier;
 static uint8_t request[REQUEST_ROOM];
 
@@ -228,6 +231,25 @@ static int co_simulate(void)
     return 0;
 }
 
+/* A board is ready when it has heard the others, whatever its state is. */
+static void inform_supervisor(uint32_t now)
+{
+    char line[BOARD_NOTE_LENGTH + 16], status[2 * FSM_NOTIFY_STATUS];
+    bool is_ready = true;
+    fsm_notify_beat(&notify);
+    if (now % STATUS_MS != 0u)
+        return;
+    for (uint8_t peer = 0; it.is_linked && peer < board_this.map->nodes; peer++)
+        if (peer != board_this.map->node && fsm_link_session(&it.link, peer) == 0u)
+            is_ready = false;
+    if (is_ready)
+        fsm_notify_ready(&notify);
+    (void)server_status(&it, line, sizeof line);
+    (void)snprintf(status, sizeof status, "%s, %u lost, %lu overruns", line, server_losses(&it),
+                   (unsigned long)host.overruns);
+    fsm_notify_status(&notify, status);
+}
+
 static void cycle(void *unused, uint32_t now)
 {
     (void)unused;
@@ -236,6 +258,7 @@ static void cycle(void *unused, uint32_t now)
     if (now - it.heard > INPUTS_MS)
         board_off(&it.board, "no inputs for 100 ms");
     board_step(&it.board, now);
+    inform_supervisor(now);
     if (it.is_over)
         fsm_posix_stop(&host);
 }
@@ -263,10 +286,13 @@ static int run_in_real_time(const arguments *a)
         error = fsm_posix_stop_on(&host, SIGTERM);
     if (error == 0)
         error = fsm_posix_stop_on(&host, SIGALRM);
+    if (error == 0)
+        error = fsm_notify_open(&notify);
     if (error == 0) {
         it.host = &host;
         (void)alarm((unsigned)a->seconds); /* 0: never */
         error = fsm_posix_periodic(&host, cycle, NULL);
+        fsm_notify_close(&notify);
         fsm_posix_print(&host, stdout);
     }
     if (error != 0)

@@ -154,6 +154,46 @@ static unsigned refused(const server *self)
     return sum;
 }
 
+bool server_status(const server *self, char *line, size_t room)
+{
+    const board *const b = &self->board;
+    const board_machine *faulty = NULL;
+    for (uint8_t peer = 0; self->is_linked && peer < board_this.map->nodes; peer++)
+        if (peer != board_this.map->node && fsm_link_session(&self->link, peer) == 0u) {
+            (void)snprintf(line, room, "waits for board %s", board_this.map->names[peer]);
+            return false;
+        }
+    for (size_t i = 0; i < board_this.machine_count && faulty == NULL; i++)
+        if (board_this.machines[i].fault() != 0u)
+            faulty = &board_this.machines[i];
+    if (faulty != NULL)
+        (void)snprintf(line, room, "fault of %s", faulty->name);
+    else if (b->is_off && b->note_count > 0u)
+        (void)snprintf(line, room, "off: %s", b->notes[(b->note_count - 1u) % BOARD_NOTES].text);
+    else if (b->is_off)
+        (void)snprintf(line, room, "off");
+    else
+        (void)snprintf(line, room, "on");
+    return faulty == NULL && !b->is_off;
+}
+
+static void add_status(text *json, const server *self)
+{
+    char line[BOARD_NOTE_LENGTH + 16];
+    const bool is_ok = server_status(self, line, sizeof line);
+    text_add(json, ", \"ok\": %s, \"status\": ", is_ok ? "true" : "false");
+    text_add_string(json, line);
+}
+
+unsigned server_losses(const server *self)
+{
+    unsigned losses = 0u;
+    for (uint8_t peer = 0; peer < board_this.map->nodes; peer++)
+        if (peer != board_this.map->node)
+            losses += fsm_link_count(&self->link, peer, FSM_LINK_LOST_FRAMES);
+    return losses;
+}
+
 static void add_links(text *json, const server *self)
 {
     static const char *const names[FSM_LINK_COUNTS] = {
@@ -162,13 +202,11 @@ static void add_links(text *json, const server *self)
         [FSM_LINK_LATE] = "late",           [FSM_LINK_DOUBLED] = "doubled",
         [FSM_LINK_OVERFLOW] = "overflow",   [FSM_LINK_RESTARTS] = "restarts",
     };
-    uint32_t losses = 0u;
     bool is_first = true;
     text_add(json, ", \"links\": {");
     for (uint8_t peer = 0; peer < board_this.map->nodes; peer++) {
         if (peer == board_this.map->node)
             continue;
-        losses += fsm_link_count(&self->link, peer, FSM_LINK_LOST_FRAMES);
         text_add(json, "%s\"%s\": {", is_first ? "" : ", ", board_this.map->names[peer]);
         for (unsigned i = 0; i < FSM_LINK_COUNTS; i++)
             text_add(json, "%s\"%s\": %" PRIu32, i > 0u ? ", " : "", names[i],
@@ -176,7 +214,7 @@ static void add_links(text *json, const server *self)
         text_add(json, "}");
         is_first = false;
     }
-    text_add(json, "}, \"losses\": %" PRIu32, losses);
+    text_add(json, "}, \"losses\": %u", server_losses(self));
     text_add(json, ", \"sent\": %" PRIu32 ", \"malformed\": %" PRIu32 ", \"foreign\": %" PRIu32,
              fsm_link_counted(&self->link, FSM_LINK_SENT),
              fsm_link_counted(&self->link, FSM_LINK_MALFORMED),
@@ -234,6 +272,7 @@ static void report(server *self)
              self->board.is_off ? "true" : "false");
     text_add(&json, ", \"overruns\": %" PRIu64 ", \"refused\": %u",
              self->host != NULL ? self->host->overruns : UINT64_C(0), refused(self));
+    add_status(&json, self);
     add_links(&json, self);
     add_machines(&json);
     add_notes(&json, &self->board);

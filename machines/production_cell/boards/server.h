@@ -38,4 +38,11 @@ typedef struct {
 /* Answer a request: afterwards the reply is there. */
 void server_answer(server *self, const uint8_t *request, size_t length);
 
+/* Write a line for people on how the board is; returns whether it does its work: it is on, has heard
+ * the other boards, and no machine has a fault. */
+bool server_status(const server *self, char *line, size_t room);
+
+/* Frames of all other boards that were lost. */
+unsigned server_losses(const server *self);
+
 #endif

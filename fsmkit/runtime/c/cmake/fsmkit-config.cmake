@@ -44,7 +44,7 @@ if(NOT TARGET fsmkit::hosts)
   if(TARGET Threads::Threads)
     add_library(fsmkit::posix INTERFACE IMPORTED GLOBAL)
     set_target_properties(fsmkit::posix PROPERTIES
-      INTERFACE_SOURCES "${FSMKIT_RUNTIME_DIR}/hosts/posix/fsm_posix.c"
+      INTERFACE_SOURCES "${FSMKIT_RUNTIME_DIR}/hosts/posix/fsm_posix.c;${FSMKIT_RUNTIME_DIR}/hosts/posix/fsm_notify.c"
       INTERFACE_LINK_LIBRARIES "fsmkit::hosts;Threads::Threads")
   endif()
 

@@ -1,0 +1,130 @@
+"""A node as a service: its name, its command and how it is kept running."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass
+
+from fsmkit.diagnostics import fail
+from fsmkit.emit.identifiers import Namer, snake
+from fsmkit.system.deployment import Deployment
+from fsmkit.texts import plain
+
+LONGEST_NAME = 100
+"""Of a unit; systemd allows 255 with its suffix."""
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    """What a supervisor is to know of one node.
+
+    ``name``: of letters, digits and ``-``; ``group``: that of all nodes of the deployment.
+    """
+
+    name: str
+    group: str
+    system: str
+    node: str
+    machines: tuple[str, ...]
+    command: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Keeping:
+    """How services are kept running: seconds, priorities and processors."""
+
+    watchdog: float = 1.0
+    """Seconds without a cycle after which a node is restarted; 0: it sends no notices."""
+    restart: float = 0.5
+    """Seconds from the end of a node to its next start."""
+    tries: int = 5
+    """Starts in succession that may fail; then the node stays down."""
+    priority: int = 0
+    """The highest of SCHED_FIFO that the node may take; 0: none, and no locked memory."""
+    cpus: tuple[int, ...] = ()
+    """The processors it may use; none: all."""
+    user: str | None = None
+
+
+def services_of(
+    deployment: Deployment, template: str, node: str | None = None
+) -> tuple[Service, ...]:
+    """Return the services of a deployment, or that of one node.
+
+    Args:
+        deployment: Whose nodes become services.
+        template: The command of a node, as a shell divides it into words; ``{node}`` stands for
+            its name, ``{health}`` for where it answers. The first word is an absolute path.
+        node: The only node that is to run here; None: all.
+
+    Raises:
+        FsmkitError: ``wrong-option`` for a command that no supervisor can start,
+            ``unknown-name`` for a node that is not there.
+
+    """
+    system = plain(deployment.system.name)
+    group = f"fsmkit-{_slug(system)}"
+    if node is not None and node not in deployment.nodes:
+        raise fail(
+            "unknown-name",
+            f"the deployment has no node `{node}`",
+            help=f"name one of {', '.join(f'`{name}`' for name in deployment.nodes)}",
+        )
+    names = Namer()
+    services = tuple(
+        Service(
+            f"{group}-{names.name(_slug(name).replace('-', '_')).replace('_', '-')}",
+            group,
+            system,
+            name,
+            tuple(
+                plain(machine.name)
+                for machine, placed in zip(
+                    deployment.system.machines, deployment.placed, strict=True
+                )
+                if placed == place
+            ),
+            _command(template, name, plain(deployment.health[place]) if deployment.health else ""),
+        )
+        for place, name in enumerate(deployment.nodes)
+    )
+    return tuple(service for service in services if node in (None, service.node))
+
+
+def _slug(name: str) -> str:
+    """Return a name of a-z, 0-9 and ``-``, which file names and unit names can hold."""
+    return re.sub(r"_+", "-", snake(name)).strip("-")[:LONGEST_NAME] or "system"
+
+
+def _command(template: str, node: str, health: str) -> tuple[str, ...]:
+    if "{health}" in template and not health:
+        raise fail(
+            "wrong-option",
+            f"the deployment does not say where `{node}` answers, which `{{health}}` stands for",
+            help=f"write in the deployment for instance `health: {{{node}: tcp://127.0.0.1:5601}}`",
+        )
+    try:
+        words = tuple(
+            word.replace("{node}", node).replace("{health}", health)
+            for word in shlex.split(template)
+        )
+    except ValueError as error:
+        raise fail(
+            "wrong-option",
+            f"the command `{template}` cannot be divided into words: {error}",
+            help="close its quotes",
+        ) from error
+    if not words or not words[0].startswith("/"):
+        raise fail(
+            "wrong-option",
+            f"the command `{template}` does not begin with an absolute path",
+            help="write for instance `--exec '/opt/cell/board_{node} --realtime {health}'`",
+        )
+    if not all(word.isprintable() for word in words):
+        raise fail(
+            "wrong-option",
+            "the command has characters that cannot be printed",
+            help="leave out line ends and control characters",
+        )
+    return words
