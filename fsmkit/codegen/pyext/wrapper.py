@@ -9,7 +9,7 @@ from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.members import Bound, Method, Module, fields_of, posted
 from fsmkit.emit import Emitter
-from fsmkit.texts import printing, telling
+from fsmkit.texts import plain, printing, telling
 from fsmkit.texts.c import comment, quoted
 
 ONCE = """\
@@ -80,7 +80,7 @@ def _machine(out: Emitter, module: Module, bound: Bound, place: str) -> None:
         _table(out, "const fsm_py_call", f"{own}_{name}", [known.get(f, NEVER) for f in functions])
         for name, functions in (("operations", operations), ("sent", events))
     ]
-    path = quoted("".join(f"{slot}: " for slot in names.path))
+    path = quoted("".join(f"{plain(slot)}: " for slot in names.path))
     numbers = f"{bound.first_call}, {bound.first_call + len(bound.calls)}"
     row = f"&{p}_info, {place}, {path}, {', '.join(tables)}, {numbers}"
     out.lines([f"static const fsm_py_machine {own} = {{{row}}};", ""])

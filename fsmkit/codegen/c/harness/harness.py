@@ -15,6 +15,7 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
+from fsmkit.texts import plain
 from fsmkit.texts.c import quoted
 
 OPTIONS = Options(extras=frozenset({"save"}))
@@ -110,7 +111,7 @@ def _machine(out: Emitter, names: Names) -> None:
     for inside in names.invoked:
         _machine(out, inside)
     p = names.prefix
-    path = "".join(f"{slot}: " for slot in names.path)
+    path = "".join(f"{plain(slot)}: " for slot in names.path)
     leaves = min(len(names.chart.states), MOST_LEAVES)
     out.line(f'#include "{p}.h"')
     out.line(f"enum {{ leaves_{p} = {leaves} }};")

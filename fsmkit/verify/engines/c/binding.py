@@ -23,7 +23,7 @@ from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
 from fsmkit.system.shared import resting, tries_eventless
 from fsmkit.system.system import OBSERVED
-from fsmkit.texts import printing
+from fsmkit.texts import plain, printing
 from fsmkit.texts.c import comment, quoted
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.spread import Kind, parts_of
@@ -140,7 +140,7 @@ class _Binding:
     @printing
     def text(self) -> str:
         out, p = self._out, self._built.prefix
-        path = quoted("".join(f"{slot}: " for slot in self._names.path))
+        path = quoted("".join(f"{plain(slot)}: " for slot in self._names.path))
         out.line(f"/* What the explorer knows of `{comment(self._chart.name)}`. */")
         out.lines([f'#include "{p}.h"', '#include "system/machine.h"'])
         if self._is_outer:
