@@ -18,7 +18,7 @@ from devtools.random_charts.scripts import random_script
 from devtools.random_charts.tree import LETTERS, Node
 from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import (
     Direction,
     DocCapacity,
@@ -32,18 +32,18 @@ from fsmkit.document.document import (
     Trigger,
 )
 from fsmkit.language.statements.tree import (
+    Assign,
     Block,
+    Branch,
+    CallOperation,
     DocArgument,
-    DocAssign,
-    DocBranch,
-    DocCall,
     DocField,
-    DocForEach,
-    DocIf,
-    DocLog,
-    DocRaise,
     DocSend,
-    DocStatement,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    WrittenStatement,
 )
 
 NUMBERS = ("uint8", "int16", "int32", "0..9 wrap", "-3..12 wrap")
@@ -229,37 +229,37 @@ class _Author:
         count = self.choices.integer(1, 2)
         return tuple(self._statement(has_number, 1) for _ in range(count))
 
-    def _statement(self, has_number: bool, depth: int) -> DocStatement:
+    def _statement(self, has_number: bool, depth: int) -> WrittenStatement:
         number = self._number(has_number, 1)
         kind = self.choices.integer(0, 11)
         if kind <= 3 and self.numbers:
-            return DocAssign(text(self.choices.pick(self.numbers)), text(number), PLACE)
+            return Assign(text(self.choices.pick(self.numbers)), text(number), PLACE)
         if kind == 4 and self.flags:
             flag = self.choices.pick(self.flags)
-            return DocAssign(text(flag), text(self._truth(has_number)), PLACE)
+            return Assign(text(flag), text(self._truth(has_number)), PLACE)
         if kind == 5:
-            return DocCall(text(f"act({number})"), PLACE)
+            return CallOperation(text(f"act({number})"), PLACE)
         if kind == 6:
             name = self.choices.pick([*self.events, "n0"])
             arguments = self._arguments() if self.events.get(name, False) else ()
-            counted = DocAssign(text(TURNS), text("1"), PLACE, "+")
-            raised = DocRaise(text(name), arguments, PLACE)
-            return DocIf((DocBranch(text(f"{TURNS} < 30"), (counted, raised)),), PLACE)
+            counted = Assign(text(TURNS), text("1"), PLACE, "+")
+            raised = Raise(text(name), arguments, PLACE)
+            return If((Branch(text(f"{TURNS} < 30"), (counted, raised)),), PLACE)
         if kind == 7:
             return DocSend(PLACE, event=text("out0"), arguments=self._arguments())
         if kind == 8 and depth > 0:
-            branch = DocBranch(text(self._truth(has_number)), (self._statement(has_number, 0),))
-            other = DocBranch(None, (self._statement(has_number, 0),))
-            return DocIf((branch, other)[: self.choices.integer(1, 2)], PLACE)
+            branch = Branch(text(self._truth(has_number)), (self._statement(has_number, 0),))
+            other: Branch[Text, WrittenStatement] = Branch(None, (self._statement(has_number, 0),))
+            return If((branch, other)[: self.choices.integer(1, 2)], PLACE)
         if kind == 9 and "v0" in self.numbers and depth > 0:
             body = (self._statement(has_number, 0),)
-            return DocForEach(text("a"), text("v0"), None, body, PLACE)
+            return ForEach(text("a"), text("v0"), None, body, PLACE)
         if kind == 10:
             index = self.choices.integer(0, 2)
-            return DocAssign(text(f"a[{index}]"), text(number), PLACE)
+            return Assign(text(f"a[{index}]"), text(number), PLACE)
         if kind == 11:
-            return DocAssign(text("o0"), text(self._truth(has_number)), PLACE)
-        return DocLog(text("at"), (text(number),), PLACE)
+            return Assign(text("o0"), text(self._truth(has_number)), PLACE)
+        return Log(text("at"), (text(number),), PLACE)
 
     def _arguments(self) -> tuple[DocArgument, ...]:
         value = self.choices.pick(("3", "0", "get()", "min(9, max(0, a[1]))"))

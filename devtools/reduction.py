@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.document.document import DocState, DocTransition, Document, Kind, Trigger
-from fsmkit.language.statements.tree import DocIf
+from fsmkit.language.statements.tree import If
 
 Script = tuple[str, ...]
 Documents = tuple[Document, ...]
@@ -95,7 +95,7 @@ def _variants(node: Any) -> Iterator[Any]:
                 yield node[:start] + node[start + size :]
             size //= 2
         for place, part in enumerate(node):
-            if isinstance(part, DocIf):
+            if isinstance(part, If):
                 for branch in part.branches:
                     yield node[:place] + branch.body + node[place + 1 :]
             for variant in _variants(part):

@@ -11,7 +11,7 @@ from devtools.random_charts.tree import Node
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import Direction, DocState, DocTransition, Kind, Trigger
 from fsmkit.language import BOOL, FLOAT64, INT32, SYMBOL, Field, IntType, Type
-from fsmkit.language.statements.tree import Block, DocArgument, DocAssign, DocLog
+from fsmkit.language.statements.tree import Assign, Block, DocArgument, Log
 
 DONE_TYPES: tuple[Type, ...] = (INT32, BOOL, INT32, COLOR, SYMBOL, FLOAT64)
 """What the data of final states are declared as: nothing but their values tells it."""
@@ -169,7 +169,7 @@ class Behaviour:
         guard = self._terms.boolean(2) if kind < 19 else None
         if kind < 14:  # counted, so that most loops come to an end
             guard = f"({guard}) and {TURNS} < {self._choices.integer(1, MOST_TURNS)}"
-            count = DocAssign(text(TURNS), text("1"), PLACE, "+")
+            count = Assign(text(TURNS), text("1"), PLACE, "+")
             content = (count, *(content or ()))
         return self._taken(
             Trigger.EVENTLESS, targets, guard=guard, content=content, internal=internal
@@ -220,8 +220,8 @@ class Behaviour:
         guard = content.terms.test() if self._choices.chance(35) else None
         block = content.block(most=2) if self._choices.chance(50) else None
         if event.fields and self._choices.chance(80):
-            told = DocLog(None, tuple(text(f"event.{f.name}") for f in event.fields), PLACE)
-            block = (told, *(block or ()))
+            shown = tuple(text(f"event.{f.name}") for f in event.fields)
+            block = (Log(None, shown, PLACE), *(block or ()))
         return self._taken(Trigger.EVENT, targets, events=(event.name,), guard=guard, content=block)
 
     def targets(self, node: Node) -> tuple[Node, ...]:

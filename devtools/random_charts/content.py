@@ -11,19 +11,19 @@ from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, DurationType, Field, IntType, RecordType, Type
 from fsmkit.language.statements.tree import (
+    Assign,
     Block,
+    Branch,
+    CallOperation,
     DocArgument,
-    DocAssign,
-    DocBranch,
-    DocCall,
     DocCancel,
-    DocForEach,
-    DocIf,
-    DocLog,
-    DocRaise,
-    DocReply,
     DocSend,
-    DocStatement,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Reply,
+    WrittenStatement,
 )
 
 SOURCE = Source("<random>", "")
@@ -81,15 +81,15 @@ class Content:
         count = self.choices.integer(1, most)
         found = [self.statement(2) for _ in range(count)]
         if reply is not None and self.choices.chance(80):
-            found.append(DocReply(text(self.terms.value(reply)), PLACE))
+            found.append(Reply(text(self.terms.value(reply)), PLACE))
         return tuple(found)
 
-    def statement(self, depth: int) -> DocStatement:
+    def statement(self, depth: int) -> WrittenStatement:
         """Return one statement, with up to ``depth`` levels of statements in it."""
         kind = self.choices.integer(0, 23)
         match kind:
             case 0 | 1 | 2 | 9:
-                return DocLog(text("at"), (text(self.terms.integer(1).text),), PLACE)
+                return Log(text("at"), (text(self.terms.integer(1).text),), PLACE)
             case 3 | 4 | 5 | 6 | 7 | 8:
                 return self._assign()
             case 10 | 11:
@@ -109,10 +109,10 @@ class Content:
             case _:
                 return self._call()
 
-    def _log(self) -> DocStatement:
-        return DocLog(text("here"), (), PLACE)
+    def _log(self) -> WrittenStatement:
+        return Log(text("here"), (), PLACE)
 
-    def _assign(self) -> DocStatement:
+    def _assign(self) -> WrittenStatement:
         writable = [v for v in self.names.variables if v.writable]
         if not writable:
             return self._log()
@@ -120,65 +120,67 @@ class Content:
         whole = isinstance(target.type, RecordType | ArrayType) and self.choices.chance(35)
         others = [v for v in self.terms.same(target.type) if v != target.name]
         if whole and others:
-            return DocAssign(text(target.name), text(self.choices.pick(others)), PLACE)
+            return Assign(text(target.name), text(self.choices.pick(others)), PLACE)
         if isinstance(target.type, RecordType):
             part = self.choices.pick(target.type.fields)
             value = self.terms.value(part.type)
-            return DocAssign(text(f"{target.name}.{part.name}"), text(value), PLACE)
+            return Assign(text(f"{target.name}.{part.name}"), text(value), PLACE)
         if isinstance(target.type, ArrayType):
             index = self.terms.index(target.type.length)
             value = self.terms.value(target.type.element)
-            return DocAssign(text(f"{target.name}[{index}]"), text(value), PLACE)
+            return Assign(text(f"{target.name}[{index}]"), text(value), PLACE)
         if isinstance(target.type, IntType) and self.choices.chance(40):
             operator = self.choices.pick(("+", "-", "*"))
             step = str(self.choices.integer(1, 3))
-            return DocAssign(text(target.name), text(step), PLACE, operator)
+            return Assign(text(target.name), text(step), PLACE, operator)
         results = [o for o in self.names.operations if o.result == target.type]
         if results and self.choices.chance(25):
-            return DocAssign(
+            return Assign(
                 text(target.name), text(self.terms.called(self.choices.pick(results))), PLACE
             )
-        return DocAssign(text(target.name), text(self.terms.value(target.type)), PLACE)
+        return Assign(text(target.name), text(self.terms.value(target.type)), PLACE)
 
-    def _call(self) -> DocStatement:
+    def _call(self) -> WrittenStatement:
         if not self.names.operations:
             return self._log()
-        return DocCall(text(self.terms.called(self.choices.pick(self.names.operations))), PLACE)
+        return CallOperation(
+            text(self.terms.called(self.choices.pick(self.names.operations))), PLACE
+        )
 
     def _arguments(self, event: Event) -> tuple[DocArgument, ...]:
         return tuple(
             DocArgument(text(f.name), text(self.terms.value(f.type, 1))) for f in event.fields
         )
 
-    def _raise(self) -> DocStatement:
+    def _raise(self) -> WrittenStatement:
         raised = [e for e in self.events if e.is_received]
         if not raised:
             return self._log()
         event = self.choices.pick(raised)
-        statement: DocStatement = DocRaise(text(event.name), self._arguments(event), PLACE)
+        statement: WrittenStatement = Raise(text(event.name), self._arguments(event), PLACE)
         if Direction.OUT not in event.directions and self.choices.chance(15):
             statement = self._send(event, None, "#_internal")
         if self.choices.chance(15):
             return statement
         return self._counted(TURNS, MOST_TURNS, statement)
 
-    def _counted(self, counter: str, most: int, statement: DocStatement) -> DocStatement:
+    def _counted(self, counter: str, most: int, statement: WrittenStatement) -> WrittenStatement:
         """Return a statement that is executed a number of times at most."""
-        count = DocAssign(text(counter), text("1"), PLACE, "+")
-        return DocIf((DocBranch(text(f"{counter} < {most}"), (count, statement)),), PLACE)
+        count = Assign(text(counter), text("1"), PLACE, "+")
+        return If((Branch(text(f"{counter} < {most}"), (count, statement)),), PLACE)
 
-    def _send_out(self) -> DocStatement:
+    def _send_out(self) -> WrittenStatement:
         sent = [e for e in self.events if Direction.OUT in e.directions]
         if not sent:
             return self._log()
         return self._send(self.choices.pick(sent), None)
 
-    def _delayed_send(self) -> DocStatement:
+    def _delayed_send(self) -> WrittenStatement:
         if not self.events:
             return self._log()
         return self._send(self.choices.pick(self.events), self.choices.pick(DELAYS))
 
-    def _bounded_send(self) -> DocStatement:
+    def _bounded_send(self) -> WrittenStatement:
         sent = [e for e in self.events if e.directions == {Direction.IN}]
         if not sent:
             return self._log()
@@ -200,16 +202,16 @@ class Content:
             arguments=self._arguments(event),
         )
 
-    def _if(self, depth: int) -> DocStatement:
-        branches = [DocBranch(text(self.terms.test()), (self.statement(depth - 1),))]
+    def _if(self, depth: int) -> WrittenStatement:
+        branches = [Branch(text(self.terms.test()), (self.statement(depth - 1),))]
         if self.choices.chance(30):
             condition = text(self.terms.boolean(1))
-            branches.append(DocBranch(condition, (self.statement(depth - 1),)))
+            branches.append(Branch(condition, (self.statement(depth - 1),)))
         if self.choices.chance(50):
-            branches.append(DocBranch(None, (self.statement(depth - 1),)))
-        return DocIf(tuple(branches), PLACE)
+            branches.append(Branch(None, (self.statement(depth - 1),)))
+        return If(tuple(branches), PLACE)
 
-    def _for_each(self, depth: int) -> DocStatement:
+    def _for_each(self, depth: int) -> WrittenStatement:
         loops = [
             (array, item)
             for array in self.names.of(ArrayType, writable=True)
@@ -226,7 +228,7 @@ class Content:
             if v != item and isinstance(v.type, IntType) and v.type.lo <= 0 and v.type.hi >= 9
         ]
         index = self.choices.pick(positions) if positions and self.choices.chance(50) else None
-        return DocForEach(
+        return ForEach(
             text(array.name),
             text(item.name),
             None if index is None else text(index.name),

@@ -24,7 +24,7 @@ from fsmkit.document.document import (
 )
 from fsmkit.document.walk import states
 from fsmkit.language import IntType
-from fsmkit.language.statements.tree import Block, DocBranch, DocIf, DocSuper
+from fsmkit.language.statements.tree import Block, Branch, If, Super, WrittenStatement
 
 COUNTER = IntType(0, 9)
 STATES = 4
@@ -183,7 +183,7 @@ class _Deriver:
             case 0 | 1:
                 blocks = (self._around_super(blocks[0]),)
             case 2:
-                blocks = ((DocSuper(PLACE),), *blocks)
+                blocks = ((Super(PLACE),), *blocks)
             case 3:
                 overrides |= {which}
             case _ if old:
@@ -195,10 +195,10 @@ class _Deriver:
     def _around_super(self, block: Block) -> Block:
         """Return statements with ``super`` before, after or within a condition among them."""
         place = self.choices.integer(0, len(block))
-        statement: DocSuper | DocIf = DocSuper(PLACE)
+        statement: WrittenStatement = Super(PLACE)
         if self._perhaps(25):
-            branch = DocBranch(text(self.content.terms.boolean(1)), (DocSuper(PLACE),))
-            statement = DocIf((branch,), PLACE)
+            branch = Branch(text(self.content.terms.boolean(1)), (Super(PLACE),))
+            statement = If((branch,), PLACE)
         return (*block[:place], statement, *block[place:])
 
     def _overrides(self, node: Node, base: DocState) -> tuple[DocTransition, ...]:

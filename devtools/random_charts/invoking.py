@@ -26,13 +26,13 @@ from fsmkit.document.document import (
     Trigger,
 )
 from fsmkit.language.statements.tree import (
+    Assign,
     Block,
+    Branch,
     DocArgument,
-    DocAssign,
-    DocBranch,
     DocField,
-    DocIf,
     DocSend,
+    If,
 )
 
 OVER = "over"
@@ -174,8 +174,8 @@ def _invoke(choices: Choices, name: str, chart: Document) -> DocInvoke:
     )
 
 
-def _assign(name: str, value: str) -> DocAssign:
-    return DocAssign(text(name), text(value), PLACE)
+def _assign(name: str, value: str) -> Assign[Text, Text]:
+    return Assign(text(name), text(value), PLACE)
 
 
 class _Speaker:
@@ -218,7 +218,7 @@ class _Speaker:
         delay: Text | None = text(self.choices.pick(DELAYS)) if self.choices.chance(40) else None
         send = DocSend(PLACE, text(event), target=text(target), arguments=number, delay=delay)
         condition = text(f"{SAID} < {MOST_SAID}")
-        return (DocIf((DocBranch(condition, (_assign(SAID, f"{SAID} + 1"), send)),), PLACE),)
+        return (If((Branch(condition, (_assign(SAID, f"{SAID} + 1"), send)),), PLACE),)
 
     def listen(self) -> DocTransition:
         """Return a transition on what is said, or on the end of an invoked machine."""
@@ -226,7 +226,7 @@ class _Speaker:
         if "#_parent" in self.targets:
             heard += [DOWN[0], *DOWN]
         event = self.choices.pick(heard or ["error.execution"])
-        content: list[DocAssign] = []
+        content: list[Assign[Text, Text]] = []
         if event in ("up", "down"):
             # the plain name also matches the one with more tokens, which has no payload
             content = [_assign(HEARD, f"{HEARD} + 1")]

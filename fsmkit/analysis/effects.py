@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from fsmkit.analysis.ranges import within
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.chart.content import bodies, statements, values, variables, written
+from fsmkit.chart.content import values, variables, written
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -43,6 +43,7 @@ from fsmkit.language import (
     Overflow,
 )
 from fsmkit.language.conversion import of_type
+from fsmkit.language.statements.tree import bodies, statements
 from fsmkit.language.walk import root
 
 # --- failing --------------------------------------------------------------------------------------

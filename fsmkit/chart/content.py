@@ -9,6 +9,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Assign, Block, ForEach, If, Statement
 from fsmkit.chart.walk import children, nodes
 from fsmkit.language import Element, Expr, Location, Storage, Variable
+from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import subexpressions
 
 EXPRESSIONS = frozenset(get_args(Expr))
@@ -26,25 +27,6 @@ def blocks(chart: Chart) -> Iterator[Block]:
             yield event.finalize
     for transition in chart.transitions:
         yield transition.content
-
-
-def statements(block: Block) -> Iterator[Statement]:
-    """Return the statements of a handler, those inside of others too."""
-    for statement in block:
-        yield statement
-        for body in bodies(statement):
-            yield from statements(body)
-
-
-def bodies(statement: Statement) -> tuple[Block, ...]:
-    """Return the blocks inside of a statement."""
-    match statement:
-        case If(branches):
-            return tuple(branch.body for branch in branches)
-        case ForEach(body=body):
-            return (body,)
-        case _:
-            return ()
 
 
 def all_statements(chart: Chart) -> Iterator[Statement]:

@@ -66,8 +66,8 @@ def spell_statement(statement: Statement, chart: Chart) -> str:
             pairs = zip((d.name for d in data), arguments, strict=True)
             listed = ", ".join(f"{name} = {spell(value, tick)}" for name, value in pairs)
             return f"invoke {invocation.id}({listed})"
-        case Fail(reason, told=told):
-            return f"end of the block: {reason}" if told else f"error.execution: {reason}"
+        case Fail(reason, is_raised=is_raised):
+            return f"end of the block: {reason}" if is_raised else f"error.execution: {reason}"
         case _:
             assert_never(statement)
 

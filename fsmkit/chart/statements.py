@@ -1,4 +1,4 @@
-"""Executable content, typed: the statements of a Chart (SCXML 4, and what LANGUAGE adds)."""
+"""Executable content of a Chart: the statements of the language, typed (SCXML 4)."""
 
 from __future__ import annotations
 
@@ -7,25 +7,38 @@ from enum import Enum
 
 from fsmkit.diagnostics import Span
 from fsmkit.language import Call, Expr, Location, Variable
+from fsmkit.language.statements.tree import (
+    Assign,
+    Branch,
+    CallOperation,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Reply,
+    Valued,
+)
 from fsmkit.texts import guard
 
-
-@dataclass(frozen=True, slots=True)
-class Assign:
-    """Store a value; its type is the location's (see `Convert`)."""
-
-    location: Location
-    value: Expr
-    span: Span = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Raise:
-    """Append an event to the internal queue. One argument for each declared field, in order."""
-
-    event: int
-    arguments: tuple[Expr, ...]
-    span: Span = field(compare=False, repr=False)
+__all__ = (
+    "Assign",
+    "Block",
+    "Branch",
+    "CallOperation",
+    "Cancel",
+    "Destination",
+    "Fail",
+    "ForEach",
+    "If",
+    "Invoke",
+    "Log",
+    "Raise",
+    "Reply",
+    "Send",
+    "Statement",
+    "Valued",
+)
 
 
 class Destination(Enum):
@@ -76,76 +89,6 @@ class Cancel:
 
 
 @dataclass(frozen=True, slots=True)
-class Log:
-    """Tell the host: a label and values."""
-
-    label: str
-    values: tuple[Expr, ...]
-    span: Span = field(compare=False, repr=False)
-
-    def __post_init__(self) -> None:
-        guard(self, "label")
-
-
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """A condition (None for ``else``) and what to do."""
-
-    condition: Expr | None
-    body: tuple[Statement, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class If:
-    """The first branch whose condition holds."""
-
-    branches: tuple[Branch, ...]
-    span: Span = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class ForEach:
-    """Assign each element of a copy of ``array`` to ``item`` (and its position to ``index``)."""
-
-    array: Variable
-    item: Variable
-    index: Variable | None
-    body: tuple[Statement, ...]
-    span: Span = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Reply:
-    """Answer the event being dispatched; a later reply of the same macrostep replaces it."""
-
-    value: Expr
-    span: Span = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class CallOperation:
-    """Call an operation for its effect; a result is dropped."""
-
-    call: Call
-    span: Span = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Fail:
-    """Content that cannot be evaluated: ``error.execution``, and the rest of the block skipped.
-
-    Where it is ``told``, the statement before has raised the error, and there is no other.
-    """
-
-    reason: str
-    span: Span = field(compare=False, repr=False)
-    told: bool = False
-
-    def __post_init__(self) -> None:
-        guard(self, "reason")
-
-
-@dataclass(frozen=True, slots=True)
 class Invoke:
     """Start the machine of an invocation (SCXML 6.4), some of its data with given values.
 
@@ -158,7 +101,17 @@ class Invoke:
 
 
 Statement = (
-    Assign | Raise | Send | Cancel | Log | If | ForEach | Reply | CallOperation | Fail | Invoke
+    Assign[Location, Expr]
+    | Raise[int, Expr]
+    | Send
+    | Cancel
+    | Log[str, Expr]
+    | If[Expr, "Statement"]
+    | ForEach[Variable, "Statement"]
+    | Reply[Expr]
+    | CallOperation[Call]
+    | Fail
+    | Invoke
 )
 
 Block = tuple[Statement, ...]

@@ -8,7 +8,7 @@ from fsmkit.diagnostics import Findings, Source, Span, Text, fail
 from fsmkit.document.walk import parts
 from fsmkit.language.statements.reading import read_statements
 from fsmkit.language.statements.tokens import without_comments
-from fsmkit.language.statements.tree import Block, DocStatement
+from fsmkit.language.statements.tree import Block, WrittenStatement
 from fsmkit.language.statements.writing import write_statements
 
 
@@ -32,7 +32,7 @@ def statements_text(block: Block) -> str:
     return written
 
 
-def _words(statement: DocStatement) -> list[str]:
+def _words(statement: WrittenStatement) -> list[str]:
     """Return what a statement holds, without the layout of its expressions."""
     return [
         re.sub(r"\s", "", without_comments(part.value)).rstrip(";")

@@ -16,7 +16,7 @@ from fsmkit.document.document import (
     Kind,
     Trigger,
 )
-from fsmkit.language.statements.tree import Block, DocCall
+from fsmkit.language.statements.tree import Block, CallOperation
 from fsmkit.pytransitions.callbacks import Placement, place
 from fsmkit.pytransitions.moves import Moves
 from fsmkit.pytransitions.names import Names, called, names_of
@@ -148,7 +148,7 @@ class _Writer:
 
     def _block(self, callbacks: Callbacks) -> Block:
         return tuple(
-            DocCall(_at(f"{self.names.callables[text.value]}()", text), text.span)
+            CallOperation(_at(f"{self.names.callables[text.value]}()", text), text.span)
             for text in callbacks
             if text.value not in self.machine.inputs
         )

@@ -1,6 +1,6 @@
 """From executable content to statements (SCXML 4, 5.4, 5.8, 6.2, 6.3).
 
-Content that is not as the standard wants it is kept as `DocUnreadable`: executing it is an
+Content that is not as the standard wants it is kept as `Fail`: executing it is an
 ``error.execution``, and elaboration says so.
 """
 
@@ -13,20 +13,20 @@ from fsmkit.language.statements.reading import read_statements
 from fsmkit.language.statements.tree import (
     SENT,
     VALUED,
+    Assign,
     Block,
+    Branch,
+    CallOperation,
     DocArgument,
-    DocAssign,
-    DocBranch,
-    DocCall,
     DocCancel,
-    DocForEach,
-    DocIf,
-    DocLog,
-    DocRaise,
     DocSend,
-    DocStatement,
-    DocSuper,
-    DocUnreadable,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Super,
+    WrittenStatement,
 )
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.names import CONTENT, EXTENSION_CONTENT, PREFIX, XML
@@ -41,7 +41,7 @@ def read_block(element: Element, context: Context) -> Block:
 
 
 def _statements(elements: Iterable[Element], parent: Element, context: Context) -> Block:
-    found: list[DocStatement] = []
+    found: list[WrittenStatement] = []
     for element in elements:
         word = context.word(element)
         if word in KNOWN:
@@ -50,7 +50,7 @@ def _statements(elements: Iterable[Element], parent: Element, context: Context) 
         elif word:
             context.unknown_element(element, word, parent, KNOWN)
             reason = f"`<{word}>` is no executable content"
-            found.append(DocUnreadable(reason, element.span))
+            found.append(Fail(reason, element.span))
         else:
             context.findings.add(
                 "foreign-content",
@@ -71,16 +71,16 @@ def _statement(word: str, element: Element, context: Context) -> Block:
             if event is None:
                 return _lacks(element, "event", context)
             arguments = read_params(element, context)
-            if isinstance(arguments, DocUnreadable):
+            if isinstance(arguments, Fail):
                 return (arguments,)
-            return (DocRaise(event, arguments, span),)
+            return (Raise(event, arguments, span),)
         case "if":
             return (_if(element, context),)
         case "foreach":
             return _for_each(element, context)
         case "log":
             value = context.given(element, "expr")
-            return (DocLog(element.get("label"), () if value is None else (value,), span),)
+            return (Log(element.get("label"), () if value is None else (value,), span),)
         case "script":
             return read_script(element, context)
         case "send":
@@ -91,23 +91,23 @@ def _statement(word: str, element: Element, context: Context) -> Block:
                 return _lacks(element, "sendid", context)
             return (DocCancel(id_, id_expr, span),)
         case "fk:super":
-            return (DocSuper(span),)
+            return (Super(span),)
         case "fk:unreadable":
             reason = element.get("reason")
-            return (DocUnreadable("" if reason is None else reason.value, span),)
+            return (Fail("" if reason is None else reason.value, span),)
         case _:
             value = context.given(element, "expr")
             if value is None:
                 return _lacks(element, "expr", context)
-            kind = VALUED.get(word.removeprefix(f"{PREFIX}:"), DocCall)
+            kind = VALUED.get(word.removeprefix(f"{PREFIX}:"), CallOperation)
             return (kind(value, span),)
 
 
 def _lacks(element: Element, name: str, context: Context) -> Block:
-    return (DocUnreadable(f"`<{context.word(element)}>` has no `{name}`", element.span),)
+    return (Fail(f"`<{context.word(element)}>` has no `{name}`", element.span),)
 
 
-def _assign(element: Element, context: Context) -> DocStatement:
+def _assign(element: Element, context: Context) -> WrittenStatement:
     location = context.given(element, "location")
     value = context.given(element, "expr")
     inline = context.inline(element)
@@ -115,17 +115,17 @@ def _assign(element: Element, context: Context) -> DocStatement:
         context.conflict(inline, "`expr` and content are both given; `expr` counts")
     value = value or inline
     if location is None:
-        return DocUnreadable("`<assign>` has no `location`", element.span)
+        return Fail("`<assign>` has no `location`", element.span)
     if value is None:
-        return DocUnreadable("`<assign>` has no `expr`", element.span)
-    return DocAssign(location, value, element.span)
+        return Fail("`<assign>` has no `expr`", element.span)
+    return Assign(location, value, element.span)
 
 
-def _if(element: Element, context: Context) -> DocStatement:
+def _if(element: Element, context: Context) -> WrittenStatement:
     condition = context.given(element, "cond")
     if condition is None:
-        return DocUnreadable("`<if>` has no `cond`", element.span)
-    branches: list[DocBranch] = []
+        return Fail("`<if>` has no `cond`", element.span)
+    branches: list[Branch[Text, WrittenStatement]] = []
     part: list[Element] = []
     current: Text | None = condition
     for child in element.children:
@@ -135,14 +135,14 @@ def _if(element: Element, context: Context) -> DocStatement:
             continue
         context.check(child, word)
         if current is None:
-            return DocUnreadable(f"`<{word}>` follows `<else>`", child.span)
-        branches.append(DocBranch(current, _statements(part, element, context)))
+            return Fail(f"`<{word}>` follows `<else>`", child.span)
+        branches.append(Branch(current, _statements(part, element, context)))
         part = []
         current = context.given(child, "cond") if word == "elseif" else None
         if current is None and word == "elseif":
-            return DocUnreadable("`<elseif>` has no `cond`", child.span)
-    branches.append(DocBranch(current, _statements(part, element, context)))
-    return DocIf(tuple(branches), element.span)
+            return Fail("`<elseif>` has no `cond`", child.span)
+    branches.append(Branch(current, _statements(part, element, context)))
+    return If(tuple(branches), element.span)
 
 
 def _for_each(element: Element, context: Context) -> Block:
@@ -150,7 +150,7 @@ def _for_each(element: Element, context: Context) -> Block:
     if array is None or item is None:
         return _lacks(element, "array" if array is None else "item", context)
     index = context.given(element, "index")
-    return (DocForEach(array, item, index, read_block(element, context), element.span),)
+    return (ForEach(array, item, index, read_block(element, context), element.span),)
 
 
 def read_script(element: Element, context: Context) -> Block:
@@ -174,7 +174,7 @@ def read_script(element: Element, context: Context) -> Block:
         context.findings.extend(attempt)
         return block
     span = element.span if error.primary is None else error.primary.span
-    return (DocUnreadable(error.message, span),)
+    return (Fail(error.message, span),)
 
 
 def _send(element: Element, context: Context) -> Block:
@@ -186,7 +186,7 @@ def _send(element: Element, context: Context) -> Block:
         both = context.either(element, name, computed.replace("_", ""))
         found[name], found[computed] = both
     arguments = read_params(element, context)
-    if isinstance(arguments, DocUnreadable):
+    if isinstance(arguments, Fail):
         return (arguments,)
     found["content"], found["content_expr"] = read_content(element, context)
     listed = words(element.get("namelist"))
@@ -195,7 +195,7 @@ def _send(element: Element, context: Context) -> Block:
 
 def read_params(
     element: Element, context: Context, others: tuple[str, ...] = ()
-) -> tuple[DocArgument, ...] | DocUnreadable:
+) -> tuple[DocArgument, ...] | Fail:
     """Return the params of an element (SCXML 5.7), or why one of them is none.
 
     ``others`` names the children that somebody else reads.
@@ -210,7 +210,7 @@ def read_params(
         value = value or location
         if name is None or value is None:
             lack = "name" if name is None else "expr"
-            return DocUnreadable(f"`<param>` has no `{lack}`", child.span)
+            return Fail(f"`<param>` has no `{lack}`", child.span)
         found.append(DocArgument(name, value))
     return tuple(found)
 

@@ -15,7 +15,7 @@ from fsmkit.document.document import (
     Trigger,
 )
 from fsmkit.document.literal_content import content_value
-from fsmkit.language.statements.tree import DocArgument, DocUnreadable
+from fsmkit.language.statements.tree import DocArgument, Fail
 from fsmkit.scxml.content import read_block, read_content, read_params
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.fields import read_keys
@@ -183,7 +183,7 @@ class StateReader:
 
     def _params(self, element: Element, others: tuple[str, ...]) -> tuple[DocArgument, ...]:
         params = read_params(element, self._context, others)
-        if isinstance(params, DocUnreadable):
+        if isinstance(params, Fail):
             self._context.complain("incomplete-element", params.reason, params.span, "add it")
             return ()
         return params

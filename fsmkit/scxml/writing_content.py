@@ -12,20 +12,20 @@ from fsmkit.diagnostics import Text
 from fsmkit.document.statement_text import statements_text
 from fsmkit.language.statements.tree import (
     SENT,
+    Assign,
     Block,
+    CallOperation,
     DocArgument,
-    DocAssign,
-    DocCall,
     DocCancel,
-    DocForEach,
-    DocIf,
-    DocLog,
-    DocRaise,
     DocSend,
-    DocStatement,
-    DocSuper,
-    DocUnreadable,
-    DocValued,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Super,
+    Valued,
+    WrittenStatement,
 )
 from fsmkit.scxml.markup import add, extension, joined, put
 from fsmkit.scxml.names import XML
@@ -42,13 +42,13 @@ def add_script(parent: etree._Element, block: Block) -> None:
     add(parent, "script", statements_text(block))
 
 
-def _add_statement(parent: etree._Element, statement: DocStatement) -> None:
+def _add_statement(parent: etree._Element, statement: WrittenStatement) -> None:
     match statement:
-        case DocAssign(location, value, operator=""):
+        case Assign(location, value, operator=""):
             element = add(parent, "assign")
             put(element, "location", location)
             put(element, "expr", value)
-        case DocRaise(event, arguments):
+        case Raise(event, arguments):
             element = add(parent, "raise")
             put(element, "event", event)
             add_params(element, arguments, extension("param"))
@@ -58,32 +58,32 @@ def _add_statement(parent: etree._Element, statement: DocStatement) -> None:
             element = add(parent, "cancel")
             put(element, "sendid", id_)
             put(element, "sendidexpr", id_expr)
-        case DocLog(label, values) if len(values) < 2:
+        case Log(label, values) if len(values) < 2:
             element = add(parent, "log")
             put(element, "label", label)
             put(element, "expr", values[0] if values else None)
-        case DocIf():
+        case If():
             _add_if(parent, statement)
-        case DocForEach(array, item, index, body):
+        case ForEach(array, item, index, body):
             element = add(parent, "foreach")
             put(element, "array", array)
             put(element, "item", item)
             put(element, "index", index)
             add_statements(element, body)
-        case DocValued(value):
+        case Valued(value):
             put(add(parent, extension(statement.word)), "expr", value)
-        case DocSuper():
+        case Super():
             add(parent, extension("super"))
-        case DocUnreadable(reason):
+        case Fail(reason):
             put(add(parent, extension("unreadable")), "reason", reason)
-        case DocAssign() | DocCall() | DocLog():
+        case Assign() | CallOperation() | Log():
             # other tools take these for what they are in ECMAScript too
             add_script(parent, (statement,))
         case _:
             assert_never(statement)
 
 
-def _add_if(parent: etree._Element, statement: DocIf) -> None:
+def _add_if(parent: etree._Element, statement: If[Text, WrittenStatement]) -> None:
     element = add(parent, "if")
     for number, branch in enumerate(statement.branches):
         if number == 0:

@@ -10,7 +10,7 @@ from fsmkit.diagnostics import Text, fail
 from fsmkit.document.document import DocData
 from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.document.statement_text import statements_text
-from fsmkit.language.statements.tree import Block, DocArgument, DocField, DocForEach, DocIf
+from fsmkit.language.statements.tree import Block, DocArgument, DocField, ForEach, If
 from fsmkit.yaml.layout import Prose, Short, Tree
 
 JOINED = 72
@@ -85,7 +85,7 @@ def statements(block: Block) -> str:
     """Return statements as text: a few simple ones on one line, others one a line."""
     text = statements_text(block)
     lines = text.split("\n")
-    is_simple = not any(isinstance(one, DocIf | DocForEach) for one in block)
+    is_simple = not any(isinstance(one, If | ForEach) for one in block)
     if is_simple and len(lines) == len(block) and len(text) + len(lines) <= JOINED:
         return "; ".join(line.removesuffix(";") for line in lines)
     return text if len(lines) == 1 else text + "\n"

@@ -11,21 +11,21 @@ from hypothesis import strategies as st
 from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.language.statements.reading import read_statements
 from fsmkit.language.statements.tree import (
+    Assign,
     Block,
+    Branch,
+    CallOperation,
     DocArgument,
-    DocAssign,
-    DocBranch,
-    DocCall,
     DocCancel,
-    DocForEach,
-    DocIf,
-    DocLog,
-    DocRaise,
-    DocReply,
     DocSend,
-    DocStatement,
-    DocSuper,
-    DocUnreadable,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Reply,
+    Super,
+    WrittenStatement,
 )
 from fsmkit.language.statements.writing import write_statements
 
@@ -47,12 +47,12 @@ def read(value: str) -> Block:
     return block
 
 
-def assign(location: str, value: str, operator: str = "") -> DocAssign:
-    return DocAssign(at(location), at(value), NOWHERE, operator)
+def assign(location: str, value: str, operator: str = "") -> Assign[Text, Text]:
+    return Assign(at(location), at(value), NOWHERE, operator)
 
 
-def branch(condition: str | None, *body: DocStatement) -> DocBranch:
-    return DocBranch(None if condition is None else at(condition), body)
+def branch(condition: str | None, *body: WrittenStatement) -> Branch[Text, WrittenStatement]:
+    return Branch(None if condition is None else at(condition), body)
 
 
 def test_assignments() -> None:
@@ -88,10 +88,10 @@ def test_keywords_are_names_elsewhere() -> None:
 
 def test_events() -> None:
     argument = DocArgument(at("code"), at("Fault.lost"))
-    assert read("raise fault(code = Fault.lost)") == (DocRaise(at("fault"), (argument,), NOWHERE),)
+    assert read("raise fault(code = Fault.lost)") == (Raise(at("fault"), (argument,), NOWHERE),)
     assert read("raise done.state.x; raise a-b") == (
-        DocRaise(at("done.state.x"), (), NOWHERE),
-        DocRaise(at("a-b"), (), NOWHERE),
+        Raise(at("done.state.x"), (), NOWHERE),
+        Raise(at("a-b"), (), NOWHERE),
     )
     assert read("send ev(f = e, g = (1, 2)) to peer after 500ms as id") == (
         DocSend(
@@ -117,35 +117,35 @@ def test_events() -> None:
 
 def test_other_statements() -> None:
     assert read('super; log "paused", position, 2; reply a + 1; goto(1, 2)') == (
-        DocSuper(NOWHERE),
-        DocLog(at("paused"), (at("position"), at("2")), NOWHERE),
-        DocReply(at("a + 1"), NOWHERE),
-        DocCall(at("goto(1, 2)"), NOWHERE),
+        Super(NOWHERE),
+        Log(at("paused"), (at("position"), at("2")), NOWHERE),
+        Reply(at("a + 1"), NOWHERE),
+        CallOperation(at("goto(1, 2)"), NOWHERE),
     )
-    assert read("log; log a") == (DocLog(None, (), NOWHERE), DocLog(None, (at("a"),), NOWHERE))
+    assert read("log; log a") == (Log(None, (), NOWHERE), Log(None, (at("a"),), NOWHERE))
 
 
 def test_blocks() -> None:
     one, two = assign("x", "1"), assign("x", "2")
-    wanted = (DocIf((branch("a == 1", one), branch("b", two), branch(None)), NOWHERE),)
+    wanted = (If((branch("a == 1", one), branch("b", two), branch(None)), NOWHERE),)
     assert read("if a == 1 { x = 1 } else if b { x = 2 } else { }") == wanted
     assert read("if (a == 1) {\n  x = 1;\n}\nelse if (b)\n  x = 2;\nelse {}") == wanted
-    assert read("if (a) && b { x = 1 }") == (DocIf((branch("(a) && b", one),), NOWHERE),)
+    assert read("if (a) && b { x = 1 }") == (If((branch("(a) && b", one),), NOWHERE),)
     assert read("if (a) x = 1; else x = 2; x = 1") == (
-        DocIf((branch("a", one), branch(None, two)), NOWHERE),
+        If((branch("a", one), branch(None, two)), NOWHERE),
         one,
     )
     assert read("for v, i in data { x = 1 } x = 2") == (
-        DocForEach(at("data"), at("v"), at("i"), (one,), NOWHERE),
+        ForEach(at("data"), at("v"), at("i"), (one,), NOWHERE),
         two,
     )
 
 
 def test_bodies_without_braces() -> None:
     one = assign("x", "1")
-    assert read("if f(a)\n  x = 1") == (DocIf((branch("f(a)", one),), NOWHERE),)
+    assert read("if f(a)\n  x = 1") == (If((branch("f(a)", one),), NOWHERE),)
     named = assign("super", "1")
-    assert read("if (a) super = 1") == (DocIf((branch("a", named),), NOWHERE),)
+    assert read("if (a) super = 1") == (If((branch("a", named),), NOWHERE),)
 
 
 def test_lines_and_comments() -> None:
@@ -160,13 +160,13 @@ def test_lines_and_comments() -> None:
 def test_places() -> None:
     source = "x = 1\nif a +\n  b > 1 { retries += 2 }"
     (_, conditional) = read_statements(whole(source), Findings())
-    assert isinstance(conditional, DocIf)
+    assert isinstance(conditional, If)
     first = conditional.branches[0]
     assert first.condition is not None
     assert first.condition.value == "a + b > 1"
     assert str(first.condition.span_of(4, 5)).endswith(":3:3")
     (update,) = first.body
-    assert isinstance(update, DocAssign)
+    assert isinstance(update, Assign)
     assert source[update.location.span.start : update.location.span.end] == "retries"
     assert source[update.span.start : update.span.end] == "retries += 2"
 
@@ -308,15 +308,15 @@ TEXTS = (NAMES | st.text(max_size=5)).map(at)
 LOCATIONS = st.sampled_from(["x", "a[i]", "r.f", "log", "send"]).map(at)
 ARGUMENTS = st.lists(st.builds(DocArgument, TEXTS, EXPRESSIONS), max_size=2).map(tuple)
 DELAYS = st.sampled_from(["500ms", ".5s", "T", "500", "-5s", "a b", ""]).map(at)
-SIMPLE: st.SearchStrategy[DocStatement] = st.one_of(
+SIMPLE: st.SearchStrategy[WrittenStatement] = st.one_of(
     st.builds(
-        DocAssign,
+        Assign,
         LOCATIONS,
         EXPRESSIONS,
         st.just(NOWHERE),
         st.sampled_from(["", "+", "-", "*", "/", "%", "&", "|", "^", "<<", ">>"]),
     ),
-    st.builds(DocRaise, TEXTS, ARGUMENTS, st.just(NOWHERE)),
+    st.builds(Raise, TEXTS, ARGUMENTS, st.just(NOWHERE)),
     st.builds(
         DocSend,
         st.just(NOWHERE),
@@ -342,28 +342,28 @@ SIMPLE: st.SearchStrategy[DocStatement] = st.one_of(
     st.builds(DocCancel, TEXTS, st.none(), st.just(NOWHERE)),
     st.builds(DocCancel, st.none(), EXPRESSIONS, st.just(NOWHERE)),
     st.builds(
-        DocLog,
+        Log,
         st.none() | TEXTS,
         st.lists(EXPRESSIONS, max_size=3).map(tuple),
         st.just(NOWHERE),
     ),
-    st.builds(DocReply, EXPRESSIONS, st.just(NOWHERE)),
-    st.builds(DocCall, st.sampled_from(["goto(1, 2)", "f()"]).map(at), st.just(NOWHERE)),
-    st.just(DocSuper(NOWHERE)),
-    st.builds(DocUnreadable, st.text(max_size=5), st.just(NOWHERE)),
+    st.builds(Reply, EXPRESSIONS, st.just(NOWHERE)),
+    st.builds(CallOperation, st.sampled_from(["goto(1, 2)", "f()"]).map(at), st.just(NOWHERE)),
+    st.just(Super(NOWHERE)),
+    st.builds(Fail, st.text(max_size=5), st.just(NOWHERE)),
 )
 
 
-def nested(below: st.SearchStrategy[DocStatement]) -> st.SearchStrategy[DocStatement]:
+def nested(below: st.SearchStrategy[WrittenStatement]) -> st.SearchStrategy[WrittenStatement]:
     body = st.lists(below, max_size=3).map(tuple)
     branches = st.tuples(
-        st.lists(st.builds(DocBranch, EXPRESSIONS, body), min_size=1, max_size=3),
-        st.lists(st.builds(DocBranch, st.none(), body), max_size=1),
+        st.lists(st.builds(Branch, EXPRESSIONS, body), min_size=1, max_size=3),
+        st.lists(st.builds(Branch, st.none(), body), max_size=1),
     ).map(lambda pair: (*pair[0], *pair[1]))
     return st.one_of(
-        st.builds(DocIf, branches, st.just(NOWHERE)),
+        st.builds(If, branches, st.just(NOWHERE)),
         st.builds(
-            DocForEach,
+            ForEach,
             LOCATIONS,
             st.sampled_from(["v", "'continue'", "a.b"]).map(at),
             st.none() | LOCATIONS,
@@ -398,5 +398,5 @@ def test_what_is_written_reads_back_equal(block: Block) -> None:
     ],
 )
 def test_conditions_end_where_they_should(condition: str) -> None:
-    block = (DocIf((branch(condition, assign("x", "1")), branch(None, assign("x", "2"))), NOWHERE),)
+    block = (If((branch(condition, assign("x", "1")), branch(None, assign("x", "2"))), NOWHERE),)
     assert read(write_statements(block)) == block

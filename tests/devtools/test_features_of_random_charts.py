@@ -17,11 +17,11 @@ from fsmkit.document.document import DocState, DocTransition, Document, Kind
 from fsmkit.language import ArrayType, EnumType, EventField, RecordType, SymbolType, Type
 from fsmkit.language.statements.tree import (
     DocCancel,
-    DocForEach,
-    DocIf,
     DocSend,
-    DocSuper,
-    DocUnreadable,
+    Fail,
+    ForEach,
+    If,
+    Super,
 )
 from fsmkit.runtime.harness import INTERPRETER
 
@@ -56,7 +56,7 @@ def written(case: Case, kind: type[Any]) -> list[Any]:
 
 
 def holds_super(tree: Any) -> bool:
-    return any(isinstance(node, DocSuper) for node in nodes(tree))
+    return any(isinstance(node, Super) for node in nodes(tree))
 
 
 def refined(case: Case) -> list[DocState]:
@@ -148,7 +148,7 @@ FEATURES: dict[str, Has] = {
     "extends twice": lambda case, _: len(case.documents) > 2,
     "super in entry": lambda case, _: any(holds_super(s.entry) for s in refined(case)),
     "super in exit": lambda case, _: any(holds_super(s.exit) for s in refined(case)),
-    "super under a condition": lambda case, _: any(map(holds_super, written(case, DocIf))),
+    "super under a condition": lambda case, _: any(map(holds_super, written(case, If))),
     "replaced content": lambda case, _: any(s.overrides & {"entry", "exit"} for s in refined(case)),
     "another initial": lambda case, _: any("initial" in s.overrides for s in refined(case)),
     "another default": lambda case, _: any("default" in s.overrides for s in refined(case)),
@@ -179,7 +179,7 @@ FEATURES: dict[str, Has] = {
     "the script of a chart": lambda case, _: bool(case.documents[0].script),
     "a script": in_ecmascript("<script>"),
     "elseif": in_ecmascript("<elseif"),
-    "foreach": holds(DocForEach),
+    "foreach": holds(ForEach),
     "send with an id": sends("id"),
     "send with idlocation": sends("id_location"),
     "send with delay": sends("delay"),
@@ -191,7 +191,7 @@ FEATURES: dict[str, Has] = {
     ),
     "send to #_internal": in_ecmascript("#_internal"),
     "cancel": holds(DocCancel),
-    "unreadable content": holds(DocUnreadable),
+    "unreadable content": holds(Fail),
     "error.execution by bad content": lambda case, trace: (
         is_ecmascript(case) and "error error.execution" in trace
     ),

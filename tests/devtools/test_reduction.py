@@ -31,7 +31,7 @@ def test_a_divergence_is_reduced_to_its_cause() -> None:
     states = [state for state in small.chart.states[1:] if state.kind is not Kind.FINAL]
     assert len(states) <= 3
     assert len(small.script) <= 4
-    assert "DocRaise" in repr(small.documents)
+    assert "Raise" in repr(small.documents)
     text = explain(small, divergence)
     for part in ("chart: Random", "--- script", "start", "deaf:", "interpreter: raise"):
         assert part in text

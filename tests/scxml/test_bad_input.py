@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.language.statements.tree import DocRaise, DocUnreadable
+from fsmkit.language.statements.tree import Fail, Raise
 from fsmkit.scxml.nodes import DEEPEST
 from fsmkit.scxml.reader import read_document
 
@@ -125,7 +125,7 @@ def test_foreign_namespaces(read: ReadChart) -> None:
     )
     assert result.rules == ["foreign-content"]
     ((statement,),) = result.document.root.children[0].entry
-    assert isinstance(statement, DocRaise)
+    assert isinstance(statement, Raise)
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_content_that_is_an_error_when_executed(read: ReadChart, content: str) -
     )
     assert result.errors == []
     _, statement, _ = result.document.root.children[0].entry[0]
-    assert isinstance(statement, DocUnreadable)
+    assert isinstance(statement, Fail)
     assert statement.reason
 
 

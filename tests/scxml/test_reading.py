@@ -8,17 +8,17 @@ from typing import Any
 
 from fsmkit.document.document import Direction, Kind, Trigger
 from fsmkit.language.statements.tree import (
-    DocAssign,
-    DocCall,
+    Assign,
+    CallOperation,
     DocCancel,
-    DocForEach,
-    DocIf,
-    DocLog,
-    DocRaise,
-    DocReply,
     DocSend,
-    DocSuper,
-    DocUnreadable,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Reply,
+    Super,
 )
 
 ReadChart = Callable[..., Any]
@@ -109,14 +109,14 @@ def test_executable_content(read: ReadChart) -> None:
     assert len(second) == 1
     kinds = [type(statement) for statement in first]
     assert kinds == [
-        *(DocAssign, DocRaise, DocRaise, DocIf, DocForEach, DocAssign, DocCall),
-        *(DocSend, DocSend, DocSend, DocCancel, DocSuper, DocReply, DocCall, DocUnreadable),
+        *(Assign, Raise, Raise, If, ForEach, Assign, CallOperation),
+        *(DocSend, DocSend, DocSend, DocCancel, Super, Reply, CallOperation, Fail),
     ]
     assert first[2].arguments[0].value.value == "2"
     branches = first[3].branches
     assert [b.condition and b.condition.value for b in branches] == ["a", "b", None]
     assert [len(b.body) for b in branches] == [1, 0, 1]
-    assert isinstance(branches[2].body[0], DocLog)
+    assert isinstance(branches[2].body[0], Log)
     assert first[4].index.value == "i"
     assert (first[5].location.value, first[5].operator) == ("y", "+")
     send = first[7]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from fsmkit.document.document import Direction, DocTransition, Kind, Trigger
-from fsmkit.language.statements.tree import DocAssign, DocLog, DocRaise, DocSend, DocSuper
+from fsmkit.language.statements.tree import Assign, DocSend, Log, Raise, Super
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,7 +80,7 @@ def test_declarations(chart: Chart) -> None:
     assert [(c.name.value, c.value.value) for c in document.capacities] == [
         ("queue", "12"), ("tick", "100us"),
     ]  # fmt: skip
-    assert isinstance(document.script[0], DocAssign)
+    assert isinstance(document.script[0], Assign)
 
 
 def test_events_in_any_order(chart: Chart) -> None:
@@ -130,8 +130,8 @@ states: {b: {}}
     assert targets(state.initial) == ["b"]
     assert len(state.initial.content) == 1
     ((first, second),) = state.entry
-    assert isinstance(first, DocSuper)
-    assert isinstance(second, DocLog)
+    assert isinstance(first, Super)
+    assert isinstance(second, Log)
     assert [len(block) for block in state.exit] == [1, 2]  # one text, one handler
     assert [event.value for event in state.defer] == ["stop", "pause"]
     assert state.data[0].name.value == "n"
@@ -177,7 +177,7 @@ sometimes: [b]
     assert found[2].internal
     assert found[2].content is not None
     raised, sent = found[2].content
-    assert isinstance(raised, DocRaise)
+    assert isinstance(raised, Raise)
     assert isinstance(sent, DocSend)
     assert found[4].content is None
     assert [str(t.delay) for t in found[5:8]] == ["T_PUSH", "2s", "10ms"]

@@ -21,7 +21,13 @@ from fsmkit.document.document import (
     Kind,
     Trigger,
 )
-from fsmkit.language.statements.tree import Block, DocArgument, DocAssign, DocCall, DocStatement
+from fsmkit.language.statements.tree import (
+    Assign,
+    Block,
+    CallOperation,
+    DocArgument,
+    WrittenStatement,
+)
 from fsmkit.loading import read_document as read_file
 from fsmkit.plugins import FrontEnd, plugin
 from fsmkit.yaml.layout import Prose, Short, Tree
@@ -195,18 +201,18 @@ def test_states_without_a_name_get_the_one_they_mean() -> None:
 @pytest.mark.parametrize(
     ("notation", "statement"),
     [
-        ("yaml", DocAssign(text("x = ++"), text("y == 1"), SPAN)),
-        ("yaml", DocAssign(text("x"), text("1; y = 2"), SPAN, "+")),
-        ("scxml", DocAssign(text("x"), text("1; y = 2"), SPAN, "+")),
-        ("yaml", DocCall(text("128 && 128"), SPAN)),
-        ("scxml", DocCall(text("128 && 128"), SPAN)),
-        ("scxml", DocCall(text("a() }"), SPAN)),
+        ("yaml", Assign(text("x = ++"), text("y == 1"), SPAN)),
+        ("yaml", Assign(text("x"), text("1; y = 2"), SPAN, "+")),
+        ("scxml", Assign(text("x"), text("1; y = 2"), SPAN, "+")),
+        ("yaml", CallOperation(text("128 && 128"), SPAN)),
+        ("scxml", CallOperation(text("128 && 128"), SPAN)),
+        ("scxml", CallOperation(text("a() }"), SPAN)),
     ],
 )
 def test_what_reads_as_something_else_cannot_be_said(
-    notation: str, statement: DocStatement
+    notation: str, statement: WrittenStatement
 ) -> None:
-    follows = DocCall(text("b()"), SPAN)
+    follows = CallOperation(text("b()"), SPAN)
     state = DocState(text("a"), Kind.ATOMIC, SPAN, entry=((statement, follows),))
     with pytest.raises(FsmkitError) as caught:
         plugin(FrontEnd, notation).write(document_of(state, datamodel="ecmascript"))
@@ -215,8 +221,8 @@ def test_what_reads_as_something_else_cannot_be_said(
 
 @pytest.mark.parametrize("follows", [1, 20])
 def test_a_value_that_ends_like_a_sign_does_not_take_the_next_line(follows: int) -> None:
-    more = (DocCall(text("b()"), SPAN),) * follows
-    block: Block = (DocAssign(text("x"), text("<a/>"), SPAN), *more)
+    more = (CallOperation(text("b()"), SPAN),) * follows
+    block: Block = (Assign(text("x"), text("<a/>"), SPAN), *more)
     state = DocState(text("a"), Kind.ATOMIC, SPAN, entry=(block,))
     document = document_of(state, datamodel="ecmascript")
     assert read(write_document(document)) == document

@@ -11,7 +11,7 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocState, DocTransition, Document, Kind, Origin
 from fsmkit.document.walk import states
-from fsmkit.language.statements.tree import Block, DocSuper
+from fsmkit.language.statements.tree import Block, Super
 
 HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
 
@@ -208,7 +208,7 @@ class _Refiner:
             )
         blocks: list[Block] = []
         for block in new:
-            if len(block) == 1 and isinstance(block[0], DocSuper):
+            if len(block) == 1 and isinstance(block[0], Super):
                 blocks += old
             else:
                 blocks.append(insert_super(block, tuple(s for b in old for s in b)))

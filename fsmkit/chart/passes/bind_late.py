@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocState, Document
-from fsmkit.language.statements.tree import Block, DocAssign, DocBranch, DocIf
+from fsmkit.language.statements.tree import Assign, Block, Branch, If
 
 
 def bind_late(document: Document) -> Document:
@@ -40,15 +40,15 @@ class _Binder:
         self.flags.append(DocData(made(name), made("bool"), made("false"), state.origin))
         blocks: list[Block] = [
             (
-                DocIf(
-                    (DocBranch(made(f"!{name}"), (DocAssign(d.name, d.init, d.name.span),)),),
+                If(
+                    (Branch(made(f"!{name}"), (Assign(d.name, d.init, d.name.span),)),),
                     state.span,
                 ),
             )
             for d in bound
             if d.init is not None
         ]
-        blocks.append((DocAssign(made(name), made("true"), state.span),))
+        blocks.append((Assign(made(name), made("true"), state.span),))
         return replace(
             state,
             children=children,

@@ -12,14 +12,14 @@ from itertools import islice, takewhile
 from fsmkit.chart.chart import Event, for_the_host
 from fsmkit.chart.passes.collect_names import read_fields
 from fsmkit.chart.passes.number_states import Node, Tree
-from fsmkit.chart.passes.walk_content import places, statements
+from fsmkit.chart.passes.walk_content import places
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import Direction, DocEvent, Document, Kind, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import parts
 from fsmkit.language import SYMBOL, Field, Scope, Type, location_of_session, read_type
 from fsmkit.language.ecmascript import PROCESSOR, SEND_ID
-from fsmkit.language.statements.tree import DocRaise, DocSend
+from fsmkit.language.statements.tree import DocSend, Raise, statements
 
 DONE = "done.session"
 """What an invoked machine sends when it ends; its invoker knows it as ``done.invoke.id``."""
@@ -238,7 +238,7 @@ def _senders(document: Document, tree: Tree) -> tuple[set[str], dict[str, bool]]
     for place in places(document, tree):
         for statement in statements(place.block):
             match statement:
-                case DocRaise(event):
+                case Raise(event):
                     raised.add(event.value)
                 case DocSend(event=Text() as event, target=target):
                     if target is not None and target.value == "#_internal":
@@ -353,7 +353,7 @@ def _implied(document: Document, tree: Tree) -> dict[str, _Use]:
                 use(descriptor, Direction.IN, is_exact=False)
         for statement in statements(place.block):
             match statement:
-                case DocRaise(event):
+                case Raise(event):
                     use(event, Direction.INTERNAL)
                 case DocSend(event=Text() as event):
                     use(event, Direction.IN)

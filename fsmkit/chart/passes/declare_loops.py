@@ -11,11 +11,11 @@ from dataclasses import replace
 from fsmkit.chart.chart import Data
 from fsmkit.chart.passes.collect_names import UNTYPED, Names
 from fsmkit.chart.passes.number_states import Tree
-from fsmkit.chart.passes.walk_content import places, statements
+from fsmkit.chart.passes.walk_content import places
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import Document
 from fsmkit.language import ArrayType, IntType, Literal, Type, default_value
-from fsmkit.language.statements.tree import DocAssign, DocForEach
+from fsmkit.language.statements.tree import Assign, ForEach, WrittenStatement, statements
 
 
 def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
@@ -25,16 +25,16 @@ def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
     """
     if document.datamodel != "fsmkit":
         for statement in document.script:
-            if isinstance(statement, DocAssign) and not statement.operator:
+            if isinstance(statement, Assign) and not statement.operator:
                 names = _add(statement.location, UNTYPED, names)
     for place in places(document, tree):
         for loop in statements(place.block):
-            if isinstance(loop, DocForEach):
+            if isinstance(loop, ForEach):
                 names = _declare(loop, names)
     return names
 
 
-def _declare(loop: DocForEach, names: Names) -> Names:
+def _declare(loop: ForEach[Text, WrittenStatement], names: Names) -> Names:
     array, _ = names.scope.variables.get(loop.array.value, (None, None))
     if not isinstance(array, ArrayType):
         return names

@@ -15,7 +15,7 @@ from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.passes.plan_invocations import Slot
 from fsmkit.chart.passes.read_payloads import Read, join_uses, reads
-from fsmkit.chart.passes.walk_content import Place, places, statements
+from fsmkit.chart.passes.walk_content import Place, places
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
@@ -32,12 +32,13 @@ from fsmkit.language import (
 )
 from fsmkit.language.constants import general_type, join_types
 from fsmkit.language.statements.tree import (
+    Assign,
     DocArgument,
-    DocAssign,
-    DocForEach,
-    DocRaise,
     DocSend,
-    DocStatement,
+    ForEach,
+    Raise,
+    WrittenStatement,
+    statements,
 )
 
 MOST_ROUNDS = 10
@@ -226,14 +227,14 @@ class _Uses:
         matched = {i for e in transition.events for i in self.events.matching(e.value)}
         return tuple(sorted(matched))
 
-    def _use(self, statement: DocStatement, scope: Scope) -> None:
+    def _use(self, statement: WrittenStatement, scope: Scope) -> None:
         match statement:
-            case DocAssign(location, value, operator=operator):
+            case Assign(location, value, operator=operator):
                 name = location.value.strip()
                 if self._is_sought(name):
                     text = _joined(location, operator, value) if operator else value
                     self._assign(name, type_of(text, scope))
-            case DocRaise(event, arguments):
+            case Raise(event, arguments):
                 self._send(event.value, arguments, scope)
             case DocSend(event=event, arguments=arguments, name_list=listed):
                 name = "" if event is None else event.value
@@ -241,7 +242,7 @@ class _Uses:
                 self._send(name, (*arguments, *named), scope)
                 if statement.id_location is not None:
                     self._assign(statement.id_location.value.strip(), SYMBOL)
-            case DocForEach(array, item, index):
+            case ForEach(array, item, index):
                 type_, _ = scope.variables.get(array.value, (None, None))
                 if isinstance(type_, ArrayType):
                     self._assign(item.value, type_.element)

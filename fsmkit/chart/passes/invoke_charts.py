@@ -17,12 +17,12 @@ from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.infer_types import infer_types, type_of
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.passes.plan_invocations import Slot, targets
-from fsmkit.chart.passes.walk_content import places, statements
+from fsmkit.chart.passes.walk_content import places
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction, DocInvoke, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.language.statements.tree import DocSend
+from fsmkit.language.statements.tree import DocSend, statements
 
 MOST_ROUNDS = 8
 

@@ -11,7 +11,7 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocCapacity, Document
 from fsmkit.document.walk import parts, states
 from fsmkit.language import Scope, read_duration
-from fsmkit.language.statements.tree import Block, DocRaise, DocSend
+from fsmkit.language.statements.tree import Block, DocSend, Raise
 
 LIMITS = {
     "queue": (1, 65535),
@@ -49,7 +49,7 @@ def _bursts(document: Document) -> dict[str, int]:
     most = {"internal": 0, "queue": 0}
     for block in _blocks(document):
         put = Counter(type(part) for part in parts(block))
-        most["internal"] = max(most["internal"], put[DocRaise])
+        most["internal"] = max(most["internal"], put[Raise])
         most["queue"] = max(most["queue"], put[DocSend])
     usual = Capacities()
     return {name: count for name, count in most.items() if count > getattr(usual, name)}

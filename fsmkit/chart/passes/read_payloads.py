@@ -11,18 +11,19 @@ import re
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 
-from fsmkit.chart.passes.walk_content import Place, statements
+from fsmkit.chart.passes.walk_content import Place
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocTransition
 from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type
 from fsmkit.language.constants import join_types
 from fsmkit.language.statements.tree import (
-    DocAssign,
+    Assign,
     DocCancel,
-    DocIf,
-    DocRaise,
     DocSend,
-    DocStatement,
+    If,
+    Raise,
+    WrittenStatement,
+    statements,
 )
 from fsmkit.language.syntax import (
     BinaryNode,
@@ -92,7 +93,7 @@ def join_uses(first: Type, second: Type) -> Type | None:
 
 def _texts(
     transition: DocTransition | None,
-    content: Iterator[DocStatement],
+    content: Iterator[WrittenStatement],
     expected_at: Callable[[Text, Text], Type | None],
 ) -> Iterator[tuple[Text, Type | None]]:
     """Yield each expression of a handler, with the type its place wants if it may read."""
@@ -100,11 +101,11 @@ def _texts(
         yield transition.guard, BOOL
     for statement in content:
         match statement:
-            case DocAssign(location, value):
+            case Assign(location, value):
                 yield value, expected_at(location, value)
-            case DocIf(branches):
+            case If(branches):
                 yield from ((b.condition, BOOL) for b in branches if b.condition is not None)
-            case DocRaise(arguments=arguments) | DocSend(arguments=arguments):
+            case Raise(arguments=arguments) | DocSend(arguments=arguments):
                 yield from ((argument.value, None) for argument in arguments)
             case DocCancel(id_expr=Text() as expr):
                 yield expr, None

@@ -46,7 +46,7 @@ def type_block(block: doc.Block, context: Context) -> Block:
     return tuple(s for written in block for s in type_statement(written, context))
 
 
-def type_statement(written: doc.DocStatement, context: Context) -> tuple[Statement, ...]:
+def type_statement(written: doc.WrittenStatement, context: Context) -> tuple[Statement, ...]:
     """Return what a statement becomes; nothing where it is wrong and the dialect strict."""
     if not context.lenient:
         return _typed(written, context)
@@ -93,30 +93,30 @@ def _lenient(
     return Invalid(reason, type_, text.span)
 
 
-def _typed(written: doc.DocStatement, context: Context) -> tuple[Statement, ...]:
+def _typed(written: doc.WrittenStatement, context: Context) -> tuple[Statement, ...]:
     findings = context.findings
     match written:
-        case doc.DocAssign():
+        case doc.Assign():
             return _assign(written, context)
-        case doc.DocRaise():
+        case doc.Raise():
             return type_raise(written, context)
         case doc.DocSend():
             return type_send(written, context)
         case doc.DocCancel():
             return type_cancel(written, context)
-        case doc.DocLog(label, values, span):
+        case doc.Log(label, values, span):
             logged = tuple(v for text in values for v in _logged(text, context))
             return (Log("" if label is None else label.value, logged, span),)
-        case doc.DocIf():
+        case doc.If():
             return (_if(written, context),)
-        case doc.DocForEach():
+        case doc.ForEach():
             return _for_each(written, context)
-        case doc.DocReply():
+        case doc.Reply():
             return _reply(written, context)
-        case doc.DocCall(call, span):
+        case doc.CallOperation(call, span):
             operation = type_call(call, context.scope, findings)
             return () if operation is None else (CallOperation(operation, span),)
-        case doc.DocSuper(span):
+        case doc.Super(span):
             findings.add(
                 "super-without-base",
                 "`super` stands for the base's content, and there is none here",
@@ -124,7 +124,7 @@ def _typed(written: doc.DocStatement, context: Context) -> tuple[Statement, ...]
                 help="remove `super`; only a derived chart has something to call so",
             )
             return ()
-        case doc.DocUnreadable(reason, span):
+        case doc.Fail(reason, span):
             findings.add("unreadable-content", reason, span, help="mend it, or remove it")
             return ()
         case _:
@@ -156,7 +156,7 @@ def _logged(text: Text, context: Context) -> tuple[Expr, ...]:
     return () if value is None else (value,)
 
 
-def _assign(written: doc.DocAssign, context: Context) -> tuple[Statement, ...]:
+def _assign(written: doc.Assign[Text, Text], context: Context) -> tuple[Statement, ...]:
     location = type_location(written.location, context.scope, context.findings)
     if location is None:
         return ()
@@ -168,8 +168,8 @@ def _assign(written: doc.DocAssign, context: Context) -> tuple[Statement, ...]:
     return () if typed is None else (Assign(location, typed, written.span),)
 
 
-def _if(written: doc.DocIf, context: Context) -> If:
-    branches: list[Branch] = []
+def _if(written: doc.If[Text, doc.WrittenStatement], context: Context) -> If[Expr, Statement]:
+    branches: list[Branch[Expr, Statement]] = []
     for branch in written.branches:
         condition: Expr | None = None
         if branch.condition is not None:
@@ -180,7 +180,9 @@ def _if(written: doc.DocIf, context: Context) -> If:
     return If(tuple(branches), written.span)
 
 
-def _for_each(written: doc.DocForEach, context: Context) -> tuple[Statement, ...]:
+def _for_each(
+    written: doc.ForEach[Text, doc.WrittenStatement], context: Context
+) -> tuple[Statement, ...]:
     array = type_expression(written.array, context.scope, context.findings)
     if array is None:
         return ()
@@ -202,7 +204,7 @@ def _for_each(written: doc.DocForEach, context: Context) -> tuple[Statement, ...
 
 
 def _check_loop(
-    written: doc.DocForEach,
+    written: doc.ForEach[Text, doc.WrittenStatement],
     array: ArrayType,
     item: Variable,
     index: Variable | None,
@@ -240,7 +242,7 @@ def _variable(text: Text, context: Context) -> Variable | None:
     return None
 
 
-def _reply(written: doc.DocReply, context: Context) -> tuple[Statement, ...]:
+def _reply(written: doc.Reply[Text], context: Context) -> tuple[Statement, ...]:
     kinds = list(dict.fromkeys(context.replies))
     if len(kinds) != 1:
         what = (

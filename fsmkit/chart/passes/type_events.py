@@ -24,7 +24,7 @@ from fsmkit.language import (
     type_location,
 )
 from fsmkit.language.ecmascript import SEND_ID, SESSION
-from fsmkit.language.statements.tree import DocArgument, DocCancel, DocRaise, DocSend
+from fsmkit.language.statements.tree import DocArgument, DocCancel, DocSend
 
 PROCESSORS = (
     "",
@@ -34,7 +34,7 @@ PROCESSORS = (
 )
 
 
-def type_raise(written: DocRaise, context: Context) -> tuple[Statement, ...]:
+def type_raise(written: Raise[Text, DocArgument], context: Context) -> tuple[Statement, ...]:
     """Return a raised event; one that is only declared ``out`` cannot be raised."""
     event = find_event(written.event, context)
     if event is None:
@@ -312,10 +312,10 @@ def failed_send(reason: str, written: DocSend, context: Context) -> tuple[Statem
     error = _error("error.execution", written, context)
     if written.id is None or not error.arguments:
         return (Fail(reason, written.span),)
-    return (error, Fail(reason, written.span, told=True))
+    return (error, Fail(reason, written.span, is_raised=True))
 
 
-def _error(name: str, written: DocSend, context: Context) -> Raise:
+def _error(name: str, written: DocSend, context: Context) -> Raise[int, Expr]:
     event = context.events.all[context.events.index[name]]
     id_ = "" if written.id is None else written.id.value
     return Raise(

@@ -24,8 +24,8 @@ from fsmkit.document.document import DocInvoke
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.language import EnumType, Expr, RecordType, location_of_session, type_expression
+from fsmkit.language.statements.tree import Assign
 from fsmkit.language.statements.tree import Block as DocBlock
-from fsmkit.language.statements.tree import DocAssign
 
 
 def invoker_targets(given: InvocationContext | None) -> frozenset[str]:
@@ -83,7 +83,7 @@ def _choice(
     then: Callable[[Text], Block],
     context: Context,
 ) -> Block:
-    branches = []
+    branches: list[Branch[Expr, Statement]] = []
     for condition, value in values:
         test = None if condition is None else type_condition(condition, context)
         branches.append(Branch(test, then(value)))
@@ -97,7 +97,7 @@ def _stored_id(slot: Slot, context: Context) -> Block:
     location = slot.invoke.id_location
     if location is None:
         return ()
-    return type_block((DocAssign(location, string(slot.id, location), slot.invoke.span),), context)
+    return type_block((Assign(location, string(slot.id, location), slot.invoke.span),), context)
 
 
 def _failing_values(slot: Slot, chart: Chart, context: Context) -> Block:
@@ -247,7 +247,7 @@ def _stored_fields(event: Event, slot: Slot) -> DocBlock:
     fields = {part.name for part in event.fields}
     names = [name for name in slot.invoke.name_list if name.value.strip() in fields]
     return tuple(
-        DocAssign(
+        Assign(
             name,
             name.instead(f"_event.data.{name.value.strip()}"),
             slot.invoke.span,

@@ -1,4 +1,4 @@
-"""Visit every statement of a document, with what it belongs to."""
+"""Visit every handler of a document, with what it belongs to."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.document.document import DocInvoke, DocTransition, Document
-from fsmkit.language.statements.tree import Block, DocForEach, DocIf, DocStatement
+from fsmkit.language.statements.tree import Block
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,17 +30,3 @@ def places(document: Document, tree: Tree) -> Iterator[Place]:
             yield Place(transition.content or (), transition)
         for invoke in state.invokes:
             yield Place(invoke.finalize or (), invoke=invoke)
-
-
-def statements(block: Block) -> Iterator[DocStatement]:
-    """Return the statements of a handler, those inside of others too."""
-    for statement in block:
-        yield statement
-        match statement:
-            case DocIf(branches):
-                for branch in branches:
-                    yield from statements(branch.body)
-            case DocForEach(body=body):
-                yield from statements(body)
-            case _:
-                pass

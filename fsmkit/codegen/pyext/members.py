@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fsmkit.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.content import all_statements
-from fsmkit.chart.statements import Log, Reply
+from fsmkit.chart.statements import Log, Reply, Statement
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
@@ -106,7 +106,7 @@ class Module:
         """Whether a step can leave a reply."""
         return self._has(Reply)
 
-    def _has(self, kind: type[Log | Reply]) -> bool:
+    def _has(self, kind: type[Statement]) -> bool:
         charts = (bound.chart for bound in self.bound.everyone)
         return any(isinstance(s, kind) for chart in charts for s in all_statements(chart))
 

@@ -8,7 +8,6 @@ from typing import assert_never
 
 from fsmkit.analysis.effects import can_end, can_fail, can_fault
 from fsmkit.chart.chart import Chart, State
-from fsmkit.chart.content import statements
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -45,6 +44,7 @@ from fsmkit.language import (
     Variable,
     default_value,
 )
+from fsmkit.language.statements.tree import statements
 from fsmkit.texts.python import quoted
 
 ROUTES = {
@@ -116,7 +116,7 @@ class ContentPrinter:
             out.line("self._error_execution()")
         with out.suite("except RangeFault:"):
             out.line('self._stop("range")')
-        if any(isinstance(part, Fail) and part.told for part in statements(block)):
+        if any(isinstance(part, Fail) and part.is_raised for part in statements(block)):
             with out.suite("except EndOfBlock:"):
                 out.line("pass")
 
@@ -173,8 +173,8 @@ class ContentPrinter:
                 out.tell("f" + _quoted("reply " + shown("self.reply", value.type)))
             case CallOperation(call):
                 out.line(printer.print(call))
-            case Fail(reason, told=told):
-                out.line(f"raise {'EndOfBlock' if told else 'ContentError'}({reason!r})")
+            case Fail(reason, is_raised=is_raised):
+                out.line(f"raise {'EndOfBlock' if is_raised else 'ContentError'}({reason!r})")
             case Invoke(slot, arguments):
                 out.line(f"self._start_{slot}({_passed(printer, arguments)})")
             case _:
@@ -240,7 +240,7 @@ class ContentPrinter:
         texts = [printer.frozen(value) for value in values]
         out.line(f"self._log({', '.join([repr(label), *texts])})")
 
-    def _if(self, out: Lines, statement: If, printer: Printer) -> None:
+    def _if(self, out: Lines, statement: If[Expr, Statement], printer: Printer) -> None:
         for place_, branch in enumerate(statement.branches):
             if branch.condition is None:
                 opening = "else:" if place_ else "if True:"
@@ -258,7 +258,9 @@ class ContentPrinter:
             self.needs.conditions.append(text)
         return f"self._holds_{self.needs.conditions.index(text)}()"
 
-    def _for_each(self, out: Lines, statement: ForEach, printer: Printer) -> None:
+    def _for_each(
+        self, out: Lines, statement: ForEach[Variable, Statement], printer: Printer
+    ) -> None:
         array = statement.array.type
         assert isinstance(array, ArrayType)  # noqa: S101
         number = len(self.needs.copies)

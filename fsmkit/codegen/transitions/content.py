@@ -94,7 +94,7 @@ class ContentPrinter:
             case _:
                 raise AssertionError(location)
 
-    def _if(self, out: Lines, statement: If, printer: ModelPrinter) -> None:
+    def _if(self, out: Lines, statement: If[Expr, Statement], printer: ModelPrinter) -> None:
         for number, branch in enumerate(statement.branches):
             word = "elif" if number else "if"
             condition = "True" if branch.condition is None else printer.print(branch.condition)
@@ -102,7 +102,9 @@ class ContentPrinter:
             with out.suite("else:" if is_else else f"{word} {condition}:"):
                 self.block(out, branch.body, printer)
 
-    def _for_each(self, out: Lines, statement: ForEach, printer: ModelPrinter) -> None:
+    def _for_each(
+        self, out: Lines, statement: ForEach[Variable, Statement], printer: ModelPrinter
+    ) -> None:
         with out.suite(f"for at, item in enumerate(tuple({printer.print(statement.array)})):"):
             self._assign(out, statement.item, "item", printer)
             if statement.index is not None:

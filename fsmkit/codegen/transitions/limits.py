@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fsmkit.analysis.effects import can_fail, of_guard
 from fsmkit.analysis.ranges import range_of
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.chart.content import statements, values
+from fsmkit.chart.content import values
 from fsmkit.chart.statements import (
     Block,
     Cancel,
@@ -38,6 +38,7 @@ from fsmkit.language import (
     Overflow,
     fold,
 )
+from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import subexpressions
 
 KINDS = {

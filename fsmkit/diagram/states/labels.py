@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.format import spell_block, spell_statement, spell_trigger
-from fsmkit.chart.statements import Block, If
+from fsmkit.chart.statements import Block, If, Statement
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import Binary, BinaryOp, Expr, spell
 from fsmkit.texts import telling
@@ -100,7 +100,9 @@ def actions(head: str, block: Block, chart: Chart, width: int) -> tuple[str, ...
     return cut((*lines, *wrapped(line, width, MARGIN))) if block else ()
 
 
-def _branches(head: str, statement: If, chart: Chart, width: int) -> tuple[str, ...]:
+def _branches(
+    head: str, statement: If[Expr, Statement], chart: Chart, width: int
+) -> tuple[str, ...]:
     lines: list[str] = []
     for branch in statement.branches:
         opening = head if not lines else f"{MARGIN}}} else "

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart, Data, Event
-from fsmkit.chart.content import statements, written
+from fsmkit.chart.content import written
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -74,6 +74,7 @@ from fsmkit.language import (
     fold,
 )
 from fsmkit.language.arithmetic import exact
+from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import rebuilt, root
 from fsmkit.verify.statespace.actions import Chooser
 
@@ -417,7 +418,7 @@ class Recorder(Chooser):
             case _:
                 raise refuse("this is not translated", statement.span, "say it another way")
 
-    def _branch(self, branch: Branch) -> Branch:
+    def _branch(self, branch: Branch[Expr, Statement]) -> Branch[Expr, Statement]:
         condition = None if branch.condition is None else self._guard(branch.condition)
         return Branch(condition, self._block(branch.body))
 
@@ -503,7 +504,7 @@ class Recorder(Chooser):
         number = self._call(action, terms, statement.span, NUMBER)
         return replace(statement, arguments=(number,))
 
-    def _unrolled(self, loop: ForEach) -> list[Statement]:
+    def _unrolled(self, loop: ForEach[Variable, Statement]) -> list[Statement]:
         """Return the rounds of a loop one after the other."""
         array = loop.array
         assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)

@@ -15,19 +15,20 @@ from fsmkit.diagnostics import Span, Text
 from fsmkit.language.statements.tokens import ASSIGNMENT, CLAUSES, LITERAL_DELAY, bracketed
 from fsmkit.language.statements.tree import (
     VALUED,
+    Assign,
     Block,
+    Branch,
+    CallOperation,
     DocArgument,
-    DocAssign,
-    DocBranch,
-    DocCall,
     DocCancel,
-    DocForEach,
-    DocIf,
-    DocLog,
-    DocRaise,
     DocSend,
-    DocSuper,
-    DocUnreadable,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Super,
+    WrittenStatement,
 )
 
 
@@ -82,33 +83,33 @@ class StatementBuilder(Transformer[Any, Any]):
     def assign(self, location: Piece, sign: Piece, value: Piece) -> Block:
         operator = ASSIGNMENT[sign.text.value]
         if operator is not None:
-            return (DocAssign(location.text, value.text, location.span, operator),)
+            return (Assign(location.text, value.text, location.span, operator),)
         message = f"`{sign.text}` is outside the language"
         advice = "write the assignment out"
         location.reader.report(message, location.start, sign.end, advice, "outside-language")
-        return (DocUnreadable(message, location.span),)
+        return (Fail(message, location.span),)
 
     declarator = assign
 
     def count(self, first: Piece, second: Piece) -> Block:
         sign, target = (first, second) if first.type == "COUNT" else (second, first)
         one = Text("1", sign.text.span)
-        return (DocAssign(target.text, one, first.span, sign.text.value[0]),)
+        return (Assign(target.text, one, first.span, sign.text.value[0]),)
 
     def operation(self, call: Piece) -> Block:
         if call.text.value.endswith(")") and "(" in call.text.value[1:]:
-            return (DocCall(call.text, call.span),)
+            return (CallOperation(call.text, call.span),)
         message = "this is no statement"
         advice = "assign it to something, or call an operation"
         call.reader.report(message, call.start, call.end, advice)
-        return (DocUnreadable(message, call.span),)
+        return (Fail(message, call.span),)
 
     def declare(self, _: Piece, *found: Block) -> Block:
         """Read ``var x = e`` of a script as an assignment: declared or not, data are global."""
         return self.statements(*found)
 
     def raise_(self, word: Piece, event: Piece, arguments: tuple[DocArgument, ...] = ()) -> Block:
-        return (DocRaise(event.text, arguments, word.span),)
+        return (Raise(event.text, arguments, word.span),)
 
     def cancel(self, word: Piece, id_: Piece) -> Block:
         is_name = id_.type == "ID"
@@ -120,16 +121,16 @@ class StatementBuilder(Transformer[Any, Any]):
     def log(self, word: Piece, *parts: Piece) -> Block:
         label = parts[0].text if parts and parts[0].type == "LABEL" else None
         values = tuple(part.text for part in parts if part.type != "LABEL")
-        return (DocLog(label, values, word.span),)
+        return (Log(label, values, word.span),)
 
     def super_(self, word: Piece) -> Block:
-        return (DocSuper(word.span),)
+        return (Super(word.span),)
 
     def unreadable(self, word: Piece, reason: Piece) -> Block:
-        return (DocUnreadable(reason.text.value, word.span),)
+        return (Fail(reason.text.value, word.span),)
 
     def broken(self, piece: Piece) -> Block:
-        return (DocUnreadable(piece.text.value, piece.text.span),)
+        return (Fail(piece.text.value, piece.text.span),)
 
     # --- events ---------------------------------------------------------------------------------
 
@@ -169,21 +170,21 @@ class StatementBuilder(Transformer[Any, Any]):
     # --- blocks ---------------------------------------------------------------------------------
 
     def branching(self, word: Piece, condition: Piece, body: Block, *rest: Any) -> Block:
-        branches = [DocBranch(condition.text, body)]
+        branches = [Branch(condition.text, body)]
         for part in rest:
-            if isinstance(part, DocBranch):
+            if isinstance(part, Branch):
                 branches.append(part)
             elif isinstance(part, tuple):
-                branches.append(DocBranch(None, part))
-        return (DocIf(tuple(branches), word.span),)
+                branches.append(Branch(None, part))
+        return (If(tuple(branches), word.span),)
 
-    def else_if(self, _: Piece, condition: Piece, body: Block) -> DocBranch:
-        return DocBranch(condition.text, body)
+    def else_if(self, _: Piece, condition: Piece, body: Block) -> Branch[Text, WrittenStatement]:
+        return Branch(condition.text, body)
 
     def loop(self, word: Piece, *parts: Any) -> Block:
         *names, body = (part for part in parts if getattr(part, "type", "") != "IN")
         item, *index, array = (piece.text for piece in names)
-        return (DocForEach(array, item, index[0] if index else None, body, word.span),)
+        return (ForEach(array, item, index[0] if index else None, body, word.span),)
 
     # --- declarations ---------------------------------------------------------------------------
 

@@ -38,7 +38,7 @@ from fsmkit.language.statements.tree import (
     Block,
     DocField,
     DocSignature,
-    DocUnreadable,
+    Fail,
 )
 from fsmkit.language.syntax import parser
 
@@ -83,7 +83,7 @@ BLOCKS = (
 
 
 def read_statements(text: Text, findings: Findings) -> Block:
-    """Read statements; what cannot be read is a finding and a `DocUnreadable`."""
+    """Read statements; what cannot be read is a finding and a `Fail`."""
     if len(text.value) > LONGEST:
         findings.add(
             "statement-syntax",
@@ -91,7 +91,7 @@ def read_statements(text: Text, findings: Findings) -> Block:
             text.span_of(0, 1),
             help="call operations of the host instead",
         )
-        return (DocUnreadable("too long", text.span),)
+        return (Fail("too long", text.span),)
     for match in islice(SUSPECT_COMMENT.finditer(text.value), MOST_FINDINGS):
         findings.add(
             "comment-or-division",

@@ -1,22 +1,40 @@
-"""Statements and declarations as written: expressions are unread text, each with its place.
+"""Statements, one tree: as written its leaves are unread texts, in a Chart they are typed.
 
-YAML and SCXML know the same ones. Reading is in `reading`, writing in `writing`.
+YAML and SCXML know the same ones. Reading is in `reading`, writing in `writing`; a Chart's aliases
+are in `fsmkit.chart.statements`. `DocSend` and `DocCancel` hold expressions that are gone when the
+names of events, targets and ids are known, so that a Chart has its own `Send` and `Cancel`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from fsmkit.diagnostics import Span, Text
+from fsmkit.texts import guard
+
+Expr_co = TypeVar("Expr_co", covariant=True)
+"""An expression: `Text` as written, `Expr` in a Chart."""
+Place_co = TypeVar("Place_co", covariant=True)
+"""A place that is assigned: `Text`, or `Location`; of a loop `Variable`."""
+Name_co = TypeVar("Name_co", covariant=True)
+"""The name of an event or a label: `Text`, or an index or a string."""
+Argument_co = TypeVar("Argument_co", covariant=True)
+"""A value of a payload: `DocArgument`, or `Expr` in the order of the declaration."""
+Statement_co = TypeVar("Statement_co", covariant=True)
+"""A statement inside of another one."""
 
 
 @dataclass(frozen=True, slots=True)
-class DocAssign:
-    """``location = value``; ``operator`` is ``+``, ``-`` ... for ``location += value``."""
+class Assign(Generic[Place_co, Expr_co]):
+    """``location = value``; in a Chart the value has the location's type (see `Convert`).
 
-    location: Text
-    value: Text
+    ``operator`` is ``+``, ``-`` ... for ``location += value``, as written only.
+    """
+
+    location: Place_co
+    value: Expr_co
     span: Span = field(compare=False, repr=False)
     operator: str = ""
 
@@ -30,11 +48,11 @@ class DocArgument:
 
 
 @dataclass(frozen=True, slots=True)
-class DocRaise:
-    """Put an event in the internal queue."""
+class Raise(Generic[Name_co, Argument_co]):
+    """Append an event to the internal queue; in a Chart with one argument for each field."""
 
-    event: Text
-    arguments: tuple[DocArgument, ...]
+    event: Name_co
+    arguments: tuple[Argument_co, ...]
     span: Span = field(compare=False, repr=False)
 
 
@@ -80,103 +98,132 @@ class DocCancel:
 
 
 @dataclass(frozen=True, slots=True)
-class DocLog:
-    """Tell the host: a label and values."""
+class Log(Generic[Name_co, Expr_co]):
+    """Give the host a label and values."""
 
-    label: Text | None
-    values: tuple[Text, ...]
+    label: Name_co
+    values: tuple[Expr_co, ...]
     span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "label")
 
 
 @dataclass(frozen=True, slots=True)
-class DocBranch:
+class Branch(Generic[Expr_co, Statement_co]):
     """A condition (None for ``else``) and what to do."""
 
-    condition: Text | None
-    body: tuple[DocStatement, ...]
+    condition: Expr_co | None
+    body: tuple[Statement_co, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class DocIf:
-    """``if`` / ``else if`` / ``else``."""
+class If(Generic[Expr_co, Statement_co]):
+    """The first branch whose condition holds."""
 
-    branches: tuple[DocBranch, ...]
+    branches: tuple[Branch[Expr_co, Statement_co], ...]
     span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class DocForEach:
-    """Iterate over a copy of an array; ``index`` may be absent."""
+class ForEach(Generic[Place_co, Statement_co]):
+    """Assign each element of a copy of ``array`` to ``item`` (and its position to ``index``)."""
 
-    array: Text
-    item: Text
-    index: Text | None
-    body: tuple[DocStatement, ...]
+    array: Place_co
+    item: Place_co
+    index: Place_co | None
+    body: tuple[Statement_co, ...]
     span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class DocValued:
+class Valued(Generic[Expr_co]):
     """A word and an expression; in SCXML an element of that name in our namespace, with `expr`.
 
-    Reading and writing such a statement, in both notations, needs its class alone.
+    Reading, writing and formatting such a statement, in both notations, needs its class alone.
     """
 
     word: ClassVar[str]
-    value: Text
+    value: Expr_co
     span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class DocReply(DocValued):
-    """Answer the event being dispatched."""
+class Reply(Valued[Expr_co]):
+    """Answer the event being dispatched; a later reply of the same macrostep replaces it."""
 
     word = "reply"
 
 
-VALUED = {kind.word: kind for kind in (DocReply,)}
+VALUED: dict[str, type[Reply[Text]]] = {Reply.word: Reply}
 """All of these, by their words."""
 
 
 @dataclass(frozen=True, slots=True)
-class DocCall:
-    """A call of an operation for its effect; the text is the whole call expression."""
+class CallOperation(Generic[Expr_co]):
+    """Call an operation for its effect; a result is dropped."""
 
-    call: Text
+    call: Expr_co
     span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class DocSuper:
+class Super:
     """``super``: here stand the statements of the base chart."""
 
     span: Span = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class DocUnreadable:
-    """Content that could not be read; by SCXML it is an ``error.execution`` when executed."""
+class Fail:
+    """Content that cannot be read or evaluated: executing it is ``error.execution`` (SCXML 4).
+
+    ``is_raised``: the statement before has raised the error, and there is no other.
+    """
 
     reason: str
     span: Span = field(compare=False, repr=False)
+    is_raised: bool = False
+
+    def __post_init__(self) -> None:
+        guard(self, "reason")
 
 
-DocStatement = (
-    DocAssign
-    | DocRaise
+WrittenStatement = (
+    Assign[Text, Text]
+    | Raise[Text, DocArgument]
     | DocSend
     | DocCancel
-    | DocLog
-    | DocIf
-    | DocForEach
-    | DocReply
-    | DocCall
-    | DocSuper
-    | DocUnreadable
+    | Log[Text | None, Text]
+    | If[Text, "WrittenStatement"]
+    | ForEach[Text, "WrittenStatement"]
+    | Reply[Text]
+    | CallOperation[Text]
+    | Super
+    | Fail
 )
 
-Block = tuple[DocStatement, ...]
+Block = tuple[WrittenStatement, ...]
 """One handler: an error in it skips the rest of it, not the handlers after it (SCXML 4)."""
+
+
+def bodies(statement: object) -> tuple[tuple[Any, ...], ...]:
+    """Return the blocks inside of a statement, written or typed."""
+    match statement:
+        case If(branches):
+            return tuple(branch.body for branch in branches)
+        case ForEach(body=body):
+            return (body,)
+        case _:
+            return ()
+
+
+def statements(block: tuple[Statement_co, ...]) -> Iterator[Statement_co]:
+    """Return the statements of a handler, those inside of others too."""
+    for statement in block:
+        yield statement
+        for body in bodies(statement):
+            yield from statements(body)
 
 
 # --- declarations -----------------------------------------------------------------------------

@@ -20,20 +20,20 @@ from fsmkit.language.statements.tokens import (
     without_comments,
 )
 from fsmkit.language.statements.tree import (
+    Assign,
     Block,
+    CallOperation,
     DocArgument,
-    DocAssign,
-    DocCall,
     DocCancel,
-    DocForEach,
-    DocIf,
-    DocLog,
-    DocRaise,
     DocSend,
-    DocStatement,
-    DocSuper,
-    DocUnreadable,
-    DocValued,
+    Fail,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Super,
+    Valued,
+    WrittenStatement,
 )
 
 PLAIN_NAME = re.compile(r"[^\W\d][\w.-]*(\.\*)?")
@@ -49,7 +49,7 @@ def write_statements(block: Block) -> str:
 def _lines(block: Block, margin: str) -> Iterator[str]:
     for statement in block:
         match statement:
-            case DocIf(branches):
+            case If(branches):
                 for number, branch in enumerate(branches):
                     opening = "} else " if number else ""
                     if branch.condition is not None:
@@ -57,7 +57,7 @@ def _lines(block: Block, margin: str) -> Iterator[str]:
                     yield f"{margin}{opening}{{"
                     yield from _lines(branch.body, margin + "  ")
                 yield margin + "}"
-            case DocForEach(array, item, index, body):
+            case ForEach(array, item, index, body):
                 names = _one_line(item) + ("" if index is None else f", {_one_line(index)}")
                 yield f"{margin}for {names} in {_one_line(array)} {{"
                 yield from _lines(body, margin + "  ")
@@ -72,27 +72,27 @@ def _ended(line: str) -> str:
     return f"{line};" if last.kind in ("sign", "word") and last.text in JOINING else line
 
 
-def _line(statement: DocStatement) -> str:
+def _line(statement: WrittenStatement) -> str:
     match statement:
-        case DocAssign(location, value, _, operator):
+        case Assign(location, value, _, operator):
             return f"{_one_line(location)} {operator}= {_one_line(value)}"
-        case DocRaise(event, arguments):
+        case Raise(event, arguments):
             return f"raise {_name(event)}{_arguments(arguments)}"
         case DocSend():
             return _send(statement)
         case DocCancel(id_, id_expr):
             return f"cancel {_either(id_, id_expr)}"
-        case DocLog(label, values):
+        case Log(label, values):
             return _log(label, values)
-        case DocValued(value):
+        case Valued(value):
             return f"{statement.word} {_one_line(value)}"
-        case DocCall(call):
+        case CallOperation(call):
             return _one_line(call)
-        case DocSuper():
+        case Super():
             return "super"
-        case DocUnreadable(reason):
+        case Fail(reason):
             return f"unreadable {_quoted(reason)}"
-        case DocIf() | DocForEach():
+        case If() | ForEach():
             raise AssertionError(statement)
         case _:
             assert_never(statement)

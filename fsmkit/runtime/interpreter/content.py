@@ -118,8 +118,8 @@ def execute(g: Globals, statement: Statement) -> None:
             g.call(call.operation, _values(g, call.arguments))
         case Invoke(slot, arguments):
             start_invoked(g, slot, _values(g, arguments))
-        case Fail(reason, told=told):
-            raise _Told if told else ContentError(reason)
+        case Fail(reason, is_raised=is_raised):
+            raise _Told if is_raised else ContentError(reason)
         case _:
             assert_never(statement)
 
@@ -190,7 +190,7 @@ def deliver(g: Globals, occurrence: Occurrence, how: Send | Delayed) -> None:
             assert_never(how.destination)
 
 
-def _for_each(g: Globals, statement: ForEach) -> None:
+def _for_each(g: Globals, statement: ForEach[Variable, Statement]) -> None:
     """Iterate over a copy of the array (SCXML 4.6); an error ends the block."""
     elements = g.variable(statement.array.name)
     if not isinstance(elements, tuple):

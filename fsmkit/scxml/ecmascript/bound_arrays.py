@@ -16,7 +16,15 @@ from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import mapped, parts
 from fsmkit.language.constants import is_list, split_list
-from fsmkit.language.statements.tree import Block, DocAssign, DocBranch, DocCall, DocForEach, DocIf
+from fsmkit.language.statements.tree import (
+    Assign,
+    Block,
+    Branch,
+    CallOperation,
+    ForEach,
+    If,
+    WrittenStatement,
+)
 from fsmkit.language.syntax import (
     ArrayNode,
     BinaryNode,
@@ -149,18 +157,18 @@ class _Array:
         match part:
             case DocData(name=Text(value=value)) if value == self.name:
                 return part
-            case DocAssign() | DocCall():
+            case Assign() | CallOperation():
                 return self._growth(part)
-            case DocForEach(array=array) if array.value.strip() == self.name:
+            case ForEach(array=array) if array.value.strip() == self.name:
                 return self._iteration(part)
             case Text():
                 return self._read(part)
             case _:
                 return None
 
-    def _growth(self, statement: DocAssign | DocCall) -> Block | None:
+    def _growth(self, statement: Assign[Text, Text] | CallOperation[Text]) -> Block | None:
         """Return a statement that adds elements; None where it is another."""
-        written = statement.call if isinstance(statement, DocCall) else statement.value
+        written = statement.call if isinstance(statement, CallOperation) else statement.value
         node = parsed(written)
         added = None if node is None else self._added(statement, node)
         if added is None:
@@ -173,23 +181,23 @@ class _Array:
         self.example = self.example or next((t for t in texts if not names(parsed(t))), None)
         # the last one first: where there is no room, nothing has changed
         stores = [
-            DocAssign(
+            Assign(
                 self._text(f"{self.name}[{first} + {place}]" if place else f"{self.name}[{first}]"),
                 self._read(text),
                 statement.span,
             )
             for place, text in enumerate(texts)
         ]
-        count = DocAssign(
+        count = Assign(
             self._text(self.length), self._text(f"{first} + {len(items)}"), statement.span
         )
         return (*reversed(stores), count)
 
     def _added(
-        self, statement: DocAssign | DocCall, node: Node
+        self, statement: Assign[Text, Text] | CallOperation[Text], node: Node
     ) -> tuple[str, tuple[Node, ...]] | None:
         """Return behind how many elements a statement stores which others."""
-        if isinstance(statement, DocCall):
+        if isinstance(statement, CallOperation):
             match node:
                 case CallNode(callee=MemberNode(base=NameNode(name=name), name="push")):
                     return (self.length, node.arguments) if name == self.name else None
@@ -232,7 +240,7 @@ class _Array:
     def _mentions(self, text: Text) -> bool:
         return self.name in names(parsed(text))
 
-    def _iteration(self, loop: DocForEach) -> Block:
+    def _iteration(self, loop: ForEach[Text, WrittenStatement]) -> Block:
         """Return a loop over the elements that there are when it begins (SCXML 4.6)."""
         number = len(self.made)
         each, at, count = (
@@ -244,17 +252,17 @@ class _Array:
         given = [(loop.item, each), *([] if loop.index is None else [(loop.index, at)])]
         self.made += [DocData(n, None, None) for n, _ in given if n.value.strip() not in known]
         body = (
-            *(DocAssign(name, value, loop.span) for name, value in given),
+            *(Assign(name, value, loop.span) for name, value in given),
             *mapped(loop.body, self._changed),
         )
         inside = self._text(f"{at} < {count}")
         return (
-            DocAssign(count, self._text(self.length), loop.span),
-            DocForEach(
+            Assign(count, self._text(self.length), loop.span),
+            ForEach(
                 self._text(self.name),
                 each,
                 at,
-                (DocIf((DocBranch(inside, body),), loop.span),),
+                (If((Branch(inside, body),), loop.span),),
                 loop.span,
             ),
         )

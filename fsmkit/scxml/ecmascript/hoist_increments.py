@@ -14,13 +14,13 @@ from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
 from fsmkit.document.walk import mapped, parts
 from fsmkit.language.statements.tree import (
-    DocAssign,
-    DocCall,
-    DocIf,
-    DocLog,
-    DocRaise,
+    Assign,
+    CallOperation,
     DocSend,
-    DocValued,
+    If,
+    Log,
+    Raise,
+    Valued,
 )
 from fsmkit.language.syntax import BinaryNode, ConditionalNode, NameNode, Node, UnaryNode, children
 from fsmkit.scxml.ecmascript.rewrite import mentions, nodes, parsed
@@ -42,10 +42,10 @@ class _Step:
         changed = f"{whole[: self.start]}{value}{whole[self.end :]}"
         return self.text.instead(changed)
 
-    def statement(self, span: Span) -> DocAssign:
+    def statement(self, span: Span) -> Assign[Text, Text]:
         """Return the step as a statement."""
         name, one = (self.text.instead(v) for v in (self.name, "1"))
-        return DocAssign(name, one, span, self.operator)
+        return Assign(name, one, span, self.operator)
 
 
 def hoist_increments(document: Document) -> Document:
@@ -104,7 +104,7 @@ def _count(name: str, texts: list[Text]) -> int:
 def _statement(part: object) -> object:
     """Return a statement, its step before it; None where its parts are to be looked at."""
     match part:
-        case DocIf(branches, span):
+        case If(branches, span):
             done = [replace(b, body=mapped(b.body, _statement)) for b in branches]
             conditions = [b.condition for b in branches if b.condition is not None]
             step = _step(conditions[0]) if conditions else None
@@ -112,7 +112,7 @@ def _statement(part: object) -> object:
                 return replace(part, branches=tuple(done))
             done[0] = replace(done[0], condition=step.replaced(step.name))
             return (step.statement(span), replace(part, branches=tuple(done)))
-        case DocAssign() | DocSend() | DocRaise() | DocLog() | DocCall() | DocValued():
+        case Assign() | DocSend() | Raise() | Log() | CallOperation() | Valued():
             texts = [inner for inner in parts(part) if isinstance(inner, Text)]
             steps = [step for text in texts if (step := _step(text)) is not None]
             if len(steps) != 1 or _count(steps[0].name, texts) > 1:

@@ -25,7 +25,7 @@ from fsmkit.document.document import (
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.document.walk import parts
-from fsmkit.language.statements.tree import DocRaise, DocSend
+from fsmkit.language.statements.tree import DocSend, Raise
 from fsmkit.language.syntax import (
     BinaryNode,
     ConditionalNode,
@@ -299,7 +299,7 @@ def _named(whole: Iterable[object], known: KnownStrings) -> Iterator[str]:
         match part:
             case DocEvent(name=name):
                 yield name.value
-            case DocRaise(event=event) | DocSend(event=Text() as event):
+            case Raise(event=event) | DocSend(event=Text() as event):
                 yield event.value
             case DocSend(event_expr=Text() as expression):
                 yield from (choice.value for choice in known.choices(expression))

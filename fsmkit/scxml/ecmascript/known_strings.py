@@ -16,7 +16,7 @@ from fsmkit.document.literal_content import string
 from fsmkit.document.walk import states
 from fsmkit.language import location_of_session
 from fsmkit.language.ecmascript import PROCESSORS, SESSION
-from fsmkit.language.statements.tree import Block, DocAssign, DocForEach, DocIf, DocSend
+from fsmkit.language.statements.tree import Assign, Block, DocSend, ForEach, If
 from fsmkit.language.syntax import (
     BinaryNode,
     ElementNode,
@@ -64,7 +64,9 @@ class KnownStrings:
         made = self.values.get(name)
         return None if made is None else {value for value, _ in made}
 
-    def choices(self, text: Text, statement: DocAssign | None = None) -> tuple[Choice, ...]:
+    def choices(
+        self, text: Text, statement: Assign[Text, Text] | None = None
+    ) -> tuple[Choice, ...]:
         """Return what an expression can be, by the values of its variables; nothing if unknown.
 
         The last has no condition where the variables are sure to have a value. ``statement`` is
@@ -98,7 +100,7 @@ class KnownStrings:
             name in self.constants or self.values.get(name) for name in names
         )
 
-    def _before(self, name: str, statement: DocAssign | None) -> list[str]:
+    def _before(self, name: str, statement: Assign[Text, Text] | None) -> list[str]:
         """Return what a variable can hold when a statement is reached."""
         mark = None if statement is None else id(statement)
         made = self.values.get(name) or ()
@@ -201,11 +203,11 @@ def find_strings(
                 gifts.append(
                     (written.value, _read(init if stands is None else string(stands, init)), 0)
                 )
-            case DocAssign(location, value, operator=operator):
+            case Assign(location, value, operator=operator):
                 gifts.append(
                     (location.value.strip(), _read(assigned(location, value, operator)), id(part))
                 )
-            case DocForEach(item=item, index=index):
+            case ForEach(item=item, index=index):
                 gifts += [(each.value.strip(), None, 0) for each in (item, index) if each]
             case DocSend(id=Text() as made, id_location=Text() as location):
                 gifts.append((location.value.strip(), _read(string(made.value, location)), 0))
@@ -271,9 +273,9 @@ def _assignments(block: Block) -> Iterator[int]:
     """Yield the identities of the assignments of a handler, those in its loops left aside."""
     for statement in block:
         match statement:
-            case DocAssign():
+            case Assign():
                 yield id(statement)
-            case DocIf(branches):
+            case If(branches):
                 for branch in branches:
                     yield from _assignments(branch.body)
             case _:

@@ -26,16 +26,16 @@ from fsmkit.language import flag_of
 from fsmkit.language.ecmascript import SEND_ID, WHOLE_PAYLOAD
 from fsmkit.language.statements.tokens import unescape
 from fsmkit.language.statements.tree import (
+    Assign,
     Block,
+    Branch,
     DocArgument,
-    DocAssign,
-    DocBranch,
     DocCancel,
-    DocForEach,
-    DocIf,
     DocSend,
-    DocStatement,
-    DocUnreadable,
+    Fail,
+    ForEach,
+    If,
+    WrittenStatement,
 )
 from fsmkit.scxml.ecmascript.joined_names import AT_HAND, MOST_NAMES, JoinedNames, find_joined_names
 from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_strings
@@ -175,18 +175,18 @@ class _Lowering:
     def _block(self, block: Block) -> Block:
         return tuple(lowered for statement in block for lowered in self._statement(statement))
 
-    def _statement(self, statement: DocStatement) -> Block:
+    def _statement(self, statement: WrittenStatement) -> Block:
         match statement:
-            case DocAssign(location, _, span):
+            case Assign(location, _, span):
                 return (*self._assign(statement), *self._set(location, span))
-            case DocIf(branches):
+            case If(branches):
                 done = tuple(replace(b, body=self._block(b.body)) for b in branches)
                 return (replace(statement, branches=done),)
-            case DocForEach(_, item, index, body, span):
+            case ForEach(_, item, index, body, span):
                 flags = self._set(item, span) + (() if index is None else self._set(index, span))
                 return (replace(statement, body=(*flags, *self._block(body))),)
             case DocSend(id=Text() as made, id_location=Text() as location, span=span):
-                stored = DocAssign(location, string(made.value, location), span)
+                stored = Assign(location, string(made.value, location), span)
                 named = replace(statement, id_location=None)
                 return (stored, *self._set(location, span), *self._send(named))
             case DocSend():
@@ -198,7 +198,7 @@ class _Lowering:
             case _:
                 return (statement,)
 
-    def _assign(self, statement: DocAssign) -> Block:
+    def _assign(self, statement: Assign[Text, Text]) -> Block:
         """Return an assignment that joins strings as a choice among those it can make."""
         value = assigned(statement.location, statement.value, statement.operator)
         if not self.strings.joins(value):
@@ -215,7 +215,7 @@ class _Lowering:
         if name not in self.flagged:
             return ()
         made = [location.instead(v) for v in (flag_of(name), "true")]
-        return (DocAssign(made[0], made[1], span),)
+        return (Assign(made[0], made[1], span),)
 
     def _invoke(self, invoke: DocInvoke) -> DocInvoke:
         finalize = None if invoke.finalize is None else self._block(invoke.finalize)
@@ -269,20 +269,20 @@ class _Lowering:
             if id(expression) not in self.joined.endless:
                 return None
             reason = f"`{expression}` joins more than {MOST_NAMES} names of events"
-            return (DocUnreadable(reason, expression.span),)
+            return (Fail(reason, expression.span),)
 
         text = expression.instead
-        branches: list[DocBranch] = []
+        branches: list[Branch[Text, WrittenStatement]] = []
         if self.joined.may_lack_event(expression):
-            failure = DocUnreadable(f"no event is at hand for `{expression}`", expression.span)
-            branches.append(DocBranch(text(f"{AT_HAND} == ''"), (failure,)))
+            failure = Fail(f"no event is at hand for `{expression}`", expression.span)
+            branches.append(Branch(text(f"{AT_HAND} == ''"), (failure,)))
         for choice in choices:
             body = self._named(replace(send, event=text(choice.value), event_expr=None))
             if choice.condition is None and not branches:
                 return body
             condition = None if choice.condition is None else text(choice.condition)
-            branches.append(DocBranch(condition, body))
-        return (DocIf(tuple(branches), send.span),) if branches else ()
+            branches.append(Branch(condition, body))
+        return (If(tuple(branches), send.span),) if branches else ()
 
     def _apart(self, send: DocSend) -> DocSend:
         """Return a send without two fields of one name; what is declared has none."""
@@ -307,11 +307,11 @@ class _Lowering:
         expression: Text,
         span: Span,
         then: Callable[[Text], Block],
-        statement: DocAssign | None = None,
+        statement: Assign[Text, Text] | None = None,
     ) -> Block:
         """Return what is done for each string an expression can be; nothing if not known."""
         choices = self.strings.choices(expression, statement)
-        branches: list[DocBranch] = []
+        branches: list[Branch[Text, WrittenStatement]] = []
         for choice in choices:
             body = then(expression.instead(choice.value))
             if choice.condition is None and not branches:
@@ -319,11 +319,11 @@ class _Lowering:
             condition = None
             if choice.condition is not None:
                 condition = expression.instead(choice.condition)
-            branches.append(DocBranch(condition, body))
+            branches.append(Branch(condition, body))
         if branches and branches[-1].condition is not None:
-            failure = DocUnreadable(f"`{expression}` has no value", span)
-            branches.append(DocBranch(None, (failure,)))
-        return (DocIf(tuple(branches), span),) if branches else ()
+            failure = Fail(f"`{expression}` has no value", span)
+            branches.append(Branch(None, (failure,)))
+        return (If(tuple(branches), span),) if branches else ()
 
 
 def _is_only_sent(name: str, whole: tuple[object, ...]) -> bool:
@@ -334,7 +334,7 @@ def _is_only_sent(name: str, whole: tuple[object, ...]) -> bool:
     expected = 0
     for part in whole:
         match part:
-            case DocData(name=Text(value=value)) | DocAssign(location=Text(value=value)):
+            case DocData(name=Text(value=value)) | Assign(location=Text(value=value)):
                 expected += value.strip() == name
             case DocSend():
                 sent = (part.event_expr, part.target_expr, part.type_expr, part.delay_expr)

@@ -14,7 +14,7 @@ from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import mapped, parts
 from fsmkit.language.constants import split_list
-from fsmkit.language.statements.tree import DocAssign
+from fsmkit.language.statements.tree import Assign
 from fsmkit.language.syntax import ElementNode, MemberNode, NameNode, Node, StringNode
 from fsmkit.scxml.ecmascript.rewrite import Unsuited, mentions, respelt
 
@@ -47,7 +47,7 @@ def _written(document: Document) -> dict[str, list[Text]]:
     found: dict[str, list[Text]] = {}
     for part in parts(document):
         match part:
-            case DocData(name, _, Text() as value) | DocAssign(name, value, operator=""):
+            case DocData(name, _, Text() as value) | Assign(name, value, operator=""):
                 if OBJECT.fullmatch(value.value):
                     found.setdefault(name.value.strip(), []).append(value)
             case _:
@@ -95,7 +95,7 @@ class _Object:
         match part:
             case DocData(name=Text(value=value)) if value == self.name:
                 return self._declared(part)
-            case DocAssign(location=Text(value=value), operator="") if value.strip() == self.name:
+            case Assign(location=Text(value=value), operator="") if value.strip() == self.name:
                 return self._assigned(part)
             case Text():
                 return respelt(part, self.name, self._spelt)
@@ -111,12 +111,12 @@ class _Object:
             for member, name in self.members.items()
         )
 
-    def _assigned(self, statement: DocAssign) -> tuple[DocAssign, ...]:
+    def _assigned(self, statement: Assign[Text, Text]) -> tuple[Assign[Text, Text], ...]:
         known = _members(statement.value)
         if known is None or any(mentions(self.name, value.value) for value in known.values()):
             raise Unsuited
         return tuple(
-            DocAssign(
+            Assign(
                 statement.location.instead(self.members[member]),
                 value,
                 statement.span,

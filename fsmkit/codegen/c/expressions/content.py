@@ -40,6 +40,7 @@ from fsmkit.language import (
     RecordType,
     SymbolType,
     Type,
+    Variable,
 )
 from fsmkit.texts.c import comment, quoted
 
@@ -133,7 +134,7 @@ class ContentPrinter:
                 out.line(f"(void){printer.fragment(call).text};" if call.type is not None
                          else f"{printer.fragment(call).text};")  # fmt: skip
                 self._check(out, call)
-            case Fail(told=True):
+            case Fail(is_raised=True):
                 out.line("m->failed = FSM_TOLD;")
                 out.line("return;")
             case Fail():
@@ -292,7 +293,9 @@ class ContentPrinter:
         assert value.type is not None  # noqa: S101
         show(out, value.type, text, self._names)
 
-    def _if(self, out: Emitter, statement: If, printer: Printer, *, failing: bool) -> None:
+    def _if(
+        self, out: Emitter, statement: If[Expr, Statement], printer: Printer, *, failing: bool
+    ) -> None:
         """Print a chain of conditions; one that fails is false, and raises ``error.execution``."""
         depth = 0
         for branch in statement.branches:
@@ -324,7 +327,12 @@ class ContentPrinter:
             self._statement(out, inner, printer, failing=failing)
 
     def _for_each(
-        self, out: Emitter, statement: ForEach, printer: Printer, *, failing: bool
+        self,
+        out: Emitter,
+        statement: ForEach[Variable, Statement],
+        printer: Printer,
+        *,
+        failing: bool,
     ) -> None:
         array = statement.array.type
         assert isinstance(array, ArrayType)  # noqa: S101

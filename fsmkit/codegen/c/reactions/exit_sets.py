@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.analysis.effects import is_plain
-from fsmkit.chart.content import statements
 from fsmkit.chart.statements import If, Log
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
+from fsmkit.language.statements.tree import statements
 from fsmkit.plan import Plan, Region
 from fsmkit.texts.c import comment
 
