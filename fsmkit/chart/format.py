@@ -19,9 +19,9 @@ from fsmkit.chart.statements import (
     Invoke,
     Log,
     Raise,
-    Reply,
     Send,
     Statement,
+    Valued,
 )
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import DURATION, Expr, Field, Type, spell, spell_value
@@ -56,8 +56,8 @@ def spell_statement(statement: Statement, chart: Chart) -> str:
         case ForEach(array, item, index, body):
             names = item.name if index is None else f"{item.name}, {index.name}"
             return f"for {names} in {array.name} {{ {spell_block(body, chart)} }}"
-        case Reply(value):
-            return f"reply {spell(value, tick)}"
+        case Valued(value):
+            return f"{statement.word} {spell(value, tick)}"
         case CallOperation(call):
             return spell(call, tick)
         case Invoke(slot, arguments):
