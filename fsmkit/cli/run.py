@@ -10,9 +10,8 @@ import click
 
 from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import OneOf, Reading, reading_options
+from fsmkit.cli._stepping import Stepper, machines_of, script_lines
 from fsmkit.cli.console import print_json, report, result
-from fsmkit.cli.stepping.chart import Stepper, script_lines
-from fsmkit.cli.stepping.system import SystemStepper
 from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.loading import read_bytes
 from fsmkit.runtime import replaying
@@ -76,40 +75,30 @@ def command(
     model = read(file, findings, strict=reading.strict)
     if replay is not None and not (events is None and script is None and isinstance(model, Chart)):
         raise click.UsageError("--replay takes a chart, and nothing else says what happens")
-    if not isinstance(model, Chart):
-        if target != "interpreter":
-            raise click.UsageError("a system is run by the interpreter alone")
-        report(finding for finding in findings if finding.severity is not Severity.NOTE)
-        machines = SystemStepper(system_within(model), seed, lines_only=trace, is_quiet=as_json)
-        _step(machines, events, _read(script))
-        if as_json:
-            print_json(machines.document())
-        for name, fault in machines.faults.items() if not as_json else ():
-            result.print(f"{name} stopped with the fault {fault}", style="bold red")
-        return int(bool(machines.faults))
-    chart = model
+    if not isinstance(model, Chart) and target != "interpreter":
+        raise click.UsageError("a system is run by the interpreter alone")
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
-    if replay is not None:
-        return _replay(chart, read_bytes(replay), instance, as_json=as_json)
-    if target != "interpreter" or (script is not None and not as_json):
+    if isinstance(model, Chart) and replay is not None:
+        return _replay(model, read_bytes(replay), instance, as_json=as_json)
+    of_target = target != "interpreter" or (script is not None and not as_json)
+    if isinstance(model, Chart) and of_target:
         if script is None and events is None:
             raise click.UsageError("only the interpreter runs interactively; give --events")
-        lines = [f"seed {seed}", *script_lines(chart, events, _read(script))]
-        told = harness(target).run(chart, lines)
+        lines = [f"seed {seed}", *script_lines(model, events, _read(script))]
+        told = harness(target).run(model, lines)
         if as_json:
-            print_json({"chart": chart.name, "target": target, "trace": told})
+            print_json({"chart": model.name, "target": target, "trace": told})
         else:
             sys.stdout.writelines(f"{line}\n" for line in told)
         return 0
-    stepper = Stepper(chart, seed, lines_only=trace, is_quiet=as_json)
+    machines = machines_of(model if isinstance(model, Chart) else system_within(model), seed)
+    stepper = Stepper(machines, lines_only=trace, is_quiet=as_json)
     _step(stepper, events, _read(script))
     if as_json:
         print_json(stepper.document())
-    if stepper.snapshot.fault is not None and not as_json:
-        result.print(
-            f"the machine stopped with the fault {stepper.snapshot.fault}", style="bold red"
-        )
-    return int(stepper.snapshot.fault is not None)
+    for name, fault in stepper.faults.items() if not as_json else ():
+        result.print(f"{name or 'the machine'} stopped with the fault {fault}", style="bold red")
+    return int(bool(stepper.faults))
 
 
 def _replay(chart: Chart, data: bytes, instance: int | None, *, as_json: bool) -> int:
@@ -124,7 +113,7 @@ def _replay(chart: Chart, data: bytes, instance: int | None, *, as_json: bool) -
     return 0
 
 
-def _step(stepper: Stepper | SystemStepper, events: str | None, script: list[str] | None) -> None:
+def _step(stepper: Stepper, events: str | None, script: list[str] | None) -> None:
     """Do what the script or the events say; without either, what is typed."""
     if script is not None:
         stepper.do_script(script)
@@ -144,7 +133,7 @@ def _read(script: Path | None) -> list[str] | None:
     return [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
 
 
-def _converse(stepper: Stepper | SystemStepper, file: TextIO) -> None:
+def _converse(stepper: Stepper, file: TextIO) -> None:
     """Read what to do until the end; on a terminal a wrong line is reported and forgotten."""
     is_terminal = file.isatty()
     if is_terminal:
@@ -158,7 +147,7 @@ def _converse(stepper: Stepper | SystemStepper, file: TextIO) -> None:
             return
         try:
             if word in ("help", "?"):
-                result.print(stepper.help, markup=False)
+                result.print(stepper.machines.help, markup=False)
             elif not stepper.answer(word):
                 stepper.do(word)
         except FsmkitError as error:

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from random import Random
 
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Text
 from fsmkit.language import Value, default_value
-from fsmkit.language.values import from_python, to_python
+from fsmkit.language.values import from_python, to_python, tokens
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
@@ -24,10 +27,13 @@ from fsmkit.runtime.interpreter.run import (
 )
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves
+from fsmkit.runtime.script import SeededHost, read_event, unknown_name, wrong_line
+from fsmkit.runtime.session import is_received
+from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
 from fsmkit.system.system import System
 
-Answer = Callable[[tuple[Value, ...]], Value]
+Answer = Callable[[tuple[Value, ...]], Value | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +155,12 @@ class SystemSession:
         chart = self._charts[index]
         declared = chart.events[chart.event_index[event]]
         values = tuple(from_python(payload[part.name], part.type) for part in declared.fields)
-        after = post(chart, self._snapshots[index], Occurrence(declared.index, values))
+        return self.enqueue(machine, Occurrence(declared.index, values))
+
+    def enqueue(self, machine: str, occurrence: Occurrence) -> bool:
+        """Put an event in the queue of a machine, as `post` does."""
+        index = self._names.index(machine)
+        after = post(self._charts[index], self._snapshots[index], occurrence)
         if after is not None:
             self._snapshots[index] = after
         return after is not None
@@ -236,3 +247,84 @@ class SystemSession:
                     target: Snapshot = self._snapshots[link.target]
                     after = post(self._charts[link.target], target, sent)
                     self._snapshots[link.target] = target if after is None else after
+
+
+KNOWN = "use `start`, `post MACHINE.EVENT` or `run NOW`"
+
+
+class SystemPlayer:
+    """A system under a script: ``start``, ``post MACHINE.EVENT``, ``run NOW`` (in ticks)."""
+
+    def __init__(self, system: System, seed: int) -> None:
+        """Stand before the start; operations that return something are answered by chance."""
+        unit_of(system)  # all count time alike, or it says that they do not
+        self.system = system
+        self.charts = {machine.name: machine.chart for machine in system.machines}
+        self.tick = system.machines[0].chart.capacities.tick
+        self._session = SystemSession(system, _answers(self.charts, seed))
+        self._is_started = False
+
+    @property
+    def now(self) -> int:
+        """Ticks since the start."""
+        return self._session.now
+
+    def snapshot(self, machine: str) -> Snapshot:
+        """Return a machine as it is."""
+        return self._session.snapshot(machine)
+
+    def play(self, line: Text) -> Iterator[tuple[str, Macrostep | str]]:
+        """Do what a line says; yield macrosteps and lines, each with its machine."""
+        words = iter(tokens(line.value))
+        done: list[Happening] = []
+        match next(words, ""):
+            case "start":
+                if self._is_started:
+                    raise wrong_line(line, "a system is started once", "remove the line")
+                if next(words, "0") != "0":
+                    raise wrong_line(line, "the time of a system begins at 0", "write `start`")
+                self._is_started = True
+                done = self._session.start()
+            case "post":
+                machine = self._post(words, line)
+                if machine is not None:
+                    yield machine, "full queue"
+            case "run":
+                done = self._session.run(self._time(next(words, ""), line))
+            case verb:
+                raise wrong_line(line, f"there is no script line `{verb}` of a system", KNOWN)
+        if next(words, None) is not None:
+            raise wrong_line(line, "there are words left at the end of the line", KNOWN)
+        yield from ((each.machine, each.macrostep) for each in done)
+
+    def _post(self, words: Iterator[str], line: Text) -> str | None:
+        """Post an event; return the machine if its queue is full."""
+        whole = next(words, "")
+        machine, dot, event = whole.partition(".")
+        if not dot:
+            help_ = f"write `machine.event`; the machines are {', '.join(self.charts)}"
+            raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
+        if machine not in self.charts:
+            raise unknown_name(line, "machine", machine, list(self.charts))
+        chart = self.charts[machine]
+        known = [event.name for event in chart.events if is_received(event)]
+        if event not in known:
+            raise unknown_name(line, f"event of `{machine}`", event, known)
+        occurrence = read_event(chart, iter((event, *words)), line)
+        return None if self._session.enqueue(machine, occurrence) else machine
+
+    def _time(self, word: str, line: Text) -> int:
+        if not word.isdecimal():
+            raise wrong_line(line, f"`{word}` is no number", KNOWN)
+        if int(word) < self.now:
+            raise wrong_line(line, f"it is {self.now} already", "let time go on")
+        return int(word)
+
+
+def _answers(charts: Mapping[str, Chart], seed: int) -> dict[str, dict[str, Answer]]:
+    """Return pseudo-random answers of all operations; each machine has a host of its own."""
+    hosts = {machine: SeededHost(chart, seed) for machine, chart in charts.items()}
+    return {
+        machine: {o.name: partial(hosts[machine].call, o.name) for o in chart.operations}
+        for machine, chart in charts.items()
+    }

@@ -125,7 +125,7 @@ def test_conversation(
     assert execute(["run", pair]) == 0
     told = capsys.readouterr().out
     assert "MACHINE.EVENT a=1" in told
-    assert "  left.serve(speed 0..9)" in told
+    assert "  * left.serve(speed 0..9)" in told
     assert "  right.hits = 0" in told
     assert told.rstrip().endswith("right: hitting")
 

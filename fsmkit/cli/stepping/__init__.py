@@ -1,1 +1,0 @@
-"""What ``fsmkit run`` does, line by line."""
