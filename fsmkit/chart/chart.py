@@ -57,7 +57,7 @@ class State:
     @property
     def is_history(self) -> bool:
         """Whether this is a history pseudo-state."""
-        return self.kind in (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+        return self.kind.is_history
 
     @property
     def is_leaf(self) -> bool:

@@ -5,20 +5,17 @@ from __future__ import annotations
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.checks import run_checks
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
-from fsmkit.chart.passes.bind_late import bind_late
+from fsmkit.chart.passes.bind_late import bind_late, name_sends
 from fsmkit.chart.passes.build_chart import build_chart
 from fsmkit.chart.passes.check_narrowing import check_narrowing
-from fsmkit.chart.passes.check_nesting import check_nesting
+from fsmkit.chart.passes.check_nesting import check_nesting, report_unsupported
 from fsmkit.chart.passes.collect_events import collect_events
-from fsmkit.chart.passes.collect_names import collect_names
+from fsmkit.chart.passes.collect_names import collect_names, declare_loops
 from fsmkit.chart.passes.context import REPLACING
-from fsmkit.chart.passes.declare_loops import declare_loops
 from fsmkit.chart.passes.invoke_charts import Draft, invoke_charts, returned
-from fsmkit.chart.passes.name_sends import name_sends
 from fsmkit.chart.passes.number_states import number_states
 from fsmkit.chart.passes.plan_invocations import plan_invocations
 from fsmkit.chart.passes.read_capacities import read_capacities
-from fsmkit.chart.passes.report_unsupported import report_unsupported
 from fsmkit.chart.passes.resolve_targets import resolve_targets
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document

@@ -23,7 +23,7 @@ from fsmkit.chart.statements import (
     Statement,
     Valued,
 )
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Trigger
 from fsmkit.language import DURATION, Expr, Field, Type, spell, spell_value
 
 
@@ -110,9 +110,8 @@ def spell_trigger(transition: Transition, chart: Chart) -> str:
         case Trigger.SOMETIMES:
             return "sometimes"
         case Trigger.INITIAL:
-            source = chart.states[transition.source]
-            history = source.kind in (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
-            return "default" if history else "initial"
+            is_history = chart.states[transition.source].is_history
+            return "default" if is_history else "initial"
         case _:
             assert_never(transition.trigger)
 

@@ -1,11 +1,11 @@
-"""Relations in the tree of states that Appendix D defines. Pure functions of a Chart."""
+"""Facts of the tree of states: relations of Appendix D, deferral and regions, histories."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.document.document import Kind
+from fsmkit.document.document import Kind, Trigger
 
 
 def lcca(chart: Chart, states: Iterable[int]) -> int:
@@ -49,3 +49,67 @@ def is_internal(chart: Chart, transition: Transition) -> bool:
         and chart.states[source].kind is Kind.COMPOUND
         and all(chart.is_descendant(target, source) for target in transition.targets)
     )
+
+
+def shared_deferral(chart: Chart) -> tuple[frozenset[int], ...]:
+    """Return by state the events it defers that states in regions below it have transitions on.
+
+    An event is deferred if an active state defers it and neither that state nor an active one
+    below it has an enabled transition for it (UML 2.5.1, p. 309); then no region takes it. Whether
+    such an event is deferred is known only when all these regions have been asked; of any other it
+    is known as soon as the state is reached from one atomic state below it.
+    """
+    if not any(state.defer for state in chart.states):
+        return (frozenset(),) * len(chart.states)
+    found: list[set[int]] = [set() for _ in chart.states]
+    for transition in chart.transitions:
+        events = frozenset(transition.events)
+        is_in_region = False
+        for above in chart.ancestors(transition.source) if events else ():
+            is_in_region = is_in_region or chart.states[above].kind is Kind.PARALLEL
+            if is_in_region:
+                found[above] |= events.intersection(chart.states[above].defer)
+    return tuple(map(frozenset, found))
+
+
+def forgotten_histories(chart: Chart) -> tuple[tuple[int, ...], ...]:
+    """Return for each state those of its histories that entering it makes forget.
+
+    A history is recorded when its parent is left (SCXML 3.10, Appendix D exitStates), before what
+    it holds is asked for. A transition asks for it only where it, or the default of a history, has
+    it as a target (getEffectiveTargetStates); an initial transition does so while the parent is
+    entered. If the source lies neither inside the parent nor is an internal one of the parent
+    itself, the domain lies above the parent (getTransitionDomain), which is then left if it is
+    active. So where no transition from within asks, the value is never read while the parent is
+    active: on every runtime it is none then, and machines that differ in nothing else are equal.
+    """
+    kept: set[int] = set()
+    for transition in chart.transitions:
+        if transition.trigger is not Trigger.INITIAL:
+            asked = _asked(chart, transition.targets)
+            kept |= {history for history in asked if _is_from_within(chart, transition, history)}
+    return tuple(
+        tuple(c for c in state.children if chart.states[c].is_history and c not in kept)
+        for state in chart.states
+    )
+
+
+def _asked(chart: Chart, targets: Iterable[int]) -> set[int]:
+    """Return the histories among targets, and those that their defaults lead to."""
+    found: set[int] = set()
+    waiting = list(targets)
+    while waiting:
+        state = chart.states[waiting.pop()]
+        if state.is_history and state.index not in found:
+            found.add(state.index)
+            assert state.initial is not None  # noqa: S101  (a chart is sound)
+            waiting += chart.transitions[state.initial].targets
+    return found
+
+
+def _is_from_within(chart: Chart, transition: Transition, history: int) -> bool:
+    """Whether a transition to a history may keep its parent active."""
+    parent, source = chart.states[history].parent, transition.source
+    assert parent is not None  # noqa: S101  (a chart is sound)
+    is_internal = transition.internal and chart.states[source].kind is Kind.COMPOUND
+    return chart.is_descendant(source, parent) or (is_internal and source == parent)

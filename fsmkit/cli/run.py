@@ -14,9 +14,9 @@ from fsmkit.cli._stepping import Stepper, machines_of, script_lines
 from fsmkit.cli.console import print_json, report, result
 from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.loading import read_bytes
-from fsmkit.runtime import replaying
 from fsmkit.runtime.harness import harness, harnesses
 from fsmkit.runtime.recording import RING, ring_lines
+from fsmkit.runtime.recording import replay as replay_log
 from fsmkit.system.reading import read, system_within
 
 EPILOG = """\b
@@ -104,7 +104,7 @@ def command(
 def _replay(chart: Chart, data: bytes, instance: int | None, *, as_json: bool) -> int:
     """Print the interpreter's trace of a log, up to where it does not do as the C did."""
     is_ring = data.startswith(RING)
-    lines = ring_lines(chart, data) if is_ring else replaying.replay(chart, data, instance)
+    lines = ring_lines(chart, data) if is_ring else replay_log(chart, data, instance)
     if as_json:
         print_json({"chart": chart.name, "trace": list(lines)})
         return 0

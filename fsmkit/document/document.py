@@ -25,6 +25,11 @@ class Kind(Enum):
     CHOICE = "choice"
     """A transient state, left by eventless transitions, the last of which has no guard."""
 
+    @property
+    def is_history(self) -> bool:
+        """Whether it is a history pseudo-state."""
+        return self in (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+
 
 class Origin(Enum):
     """Where an item of a derived chart comes from."""

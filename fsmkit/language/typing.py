@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Set as AbstractSet
+from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.language.arithmetic import exact
@@ -19,7 +21,7 @@ from fsmkit.language.names import Context
 from fsmkit.language.operators import described, type_binary
 from fsmkit.language.placing import detached, placed
 from fsmkit.language.scope import Scope
-from fsmkit.language.syntax import CallNode, Node, SyntaxFault
+from fsmkit.language.syntax import CallNode, MemberNode, NameNode, Node, SyntaxFault, changed, parse
 from fsmkit.language.tree import (
     Binary,
     BinaryOp,
@@ -48,7 +50,6 @@ from fsmkit.language.types import (
     Type,
     Value,
 )
-from fsmkit.language.words import OWN_WORDS, parse_with_names
 
 
 def type_expression(
@@ -325,3 +326,28 @@ def _divides_somewhere(expr: Expr) -> bool:
             return _divides_somewhere(operand)
         case _:
             return False
+
+
+OWN_WORDS = frozenset({"and", "or", "not", "True", "False"})
+"""Words of this language that are names in ECMAScript."""
+OWN_WORD = re.compile(
+    r"""("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|(?<![\w$])(?:and|or|not|True|False)(?![\w$]))"""
+)
+"""Such a word, or a string, in which none stands."""
+MASKED = {word: "".join(chr(0xFEE0 + ord(letter)) for letter in word) for word in OWN_WORDS}
+"""Names, as long, that the grammar takes for names everywhere: in letters of full width."""
+UNMASKED = {masked: word for word, masked in MASKED.items()}
+
+
+def parse_with_names(text: str, names: AbstractSet[str]) -> Node:
+    """Read an expression in which some of `OWN_WORDS` are names, as in ECMAScript they may be."""
+    own = names & OWN_WORDS
+    pieces = OWN_WORD.split(text) if own else [text]
+    masked = "".join(MASKED[piece] if piece in own else piece for piece in pieces)
+    return parse(text) if masked == text else changed(parse(masked), _unmasked)
+
+
+def _unmasked(node: Node) -> Node:
+    if isinstance(node, NameNode | MemberNode):
+        return replace(node, name=UNMASKED.get(node.name, node.name))
+    return node

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fsmkit.chart.chart import Chart
-from fsmkit.chart.histories import forgotten_histories
+from fsmkit.chart.structure import forgotten_histories
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,6 @@ from fsmkit.yaml.writing import mapping, written
 
 SMALL = 60
 """A state stands on one line if it is not longer."""
-HISTORIES = {Kind.SHALLOW_HISTORY: "shallow", Kind.DEEP_HISTORY: "deep"}
 
 
 @dataclass
@@ -52,9 +51,9 @@ class StateWriter:
 
     def _state(self, name: Text, state: DocState) -> dict[str, Tree]:
         own: dict[str, Tree] = {}
-        is_history = state.kind in HISTORIES
+        is_history = state.kind.is_history
         if is_history:
-            own["history"] = HISTORIES[state.kind]
+            own["history"] = state.kind.value.split()[0]
         if state.kind is Kind.FINAL:
             own["final"] = "true"
         if state.invokes:

@@ -41,7 +41,7 @@ class StateReader:
             return DocState(name, Kind.ATOMIC, name.span)
         fields = Fields(mapping, keys.STATE, f"state `{name}`", self.findings)
         kind = self._kind(fields)
-        if "default" in fields and kind not in (Kind.ATOMIC, *HISTORIES.values()):
+        if "default" in fields and not (kind is Kind.ATOMIC or kind.is_history):
             self.findings.add(
                 "unexpected-shape",
                 "only a history has a `default`",

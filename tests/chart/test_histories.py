@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
-from fsmkit.chart.histories import forgotten_histories
+from fsmkit.chart.structure import forgotten_histories
 from fsmkit.loading import load
 
 CHART = """

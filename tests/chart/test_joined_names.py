@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from fsmkit.conformance.charts import replaced
 from fsmkit.conformance.expectations import ends_in
-from fsmkit.conformance.meaning import replaced
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load_with_findings
 from fsmkit.runtime.harness import harness

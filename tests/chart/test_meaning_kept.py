@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
+from fsmkit.conformance.charts import replaced
 from fsmkit.conformance.expectations import configurations, ends_in
-from fsmkit.conformance.meaning import replaced
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.mathematics import evaluate
-from fsmkit.language.words import parse_with_names
+from fsmkit.language.typing import parse_with_names
 from fsmkit.loading import load_with_findings
 from fsmkit.runtime.harness import harness
 from fsmkit.runtime.session import Session

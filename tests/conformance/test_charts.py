@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.conformance.charts import Reading, Stage, meaning, read_chart
+from fsmkit.conformance.charts import REFUSED, Reading, Stage, meaning, read_chart
 from fsmkit.conformance.conformance import Result
-from fsmkit.conformance.meaning import REFUSED
 from fsmkit.conformance.suites import find_cases, find_charts
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"'

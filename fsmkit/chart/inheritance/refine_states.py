@@ -13,8 +13,6 @@ from fsmkit.document.document import DocState, DocTransition, Document, Kind, Or
 from fsmkit.document.walk import states
 from fsmkit.language.statements.tree import Block, Super
 
-HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
-
 
 def refine_states(root: DocState, derived: Document, findings: Findings) -> DocState:
     """Return the inherited tree with the changes and additions of a derived chart."""
@@ -167,13 +165,13 @@ class _Refiner:
         if entry.initial is None or base.kind is Kind.PARALLEL:
             return base.initial if entry.initial is None or base.initial is None else entry.initial
         is_change = base.initial is not None or any(
-            child.kind not in HISTORIES for child in base.children
+            not child.kind.is_history for child in base.children
         )
         if not is_change:
             return entry.initial
         is_marked = entry.id is None or entry.overrides & {"initial", "default"}
         if not is_marked:
-            word = "default" if base.kind in HISTORIES else "initial"
+            word = "default" if base.kind.is_history else "initial"
             before = base.initial.span if base.initial is not None else base.span
             self.findings.add(
                 "unmarked-override",

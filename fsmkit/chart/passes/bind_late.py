@@ -1,4 +1,4 @@
-"""Turn late binding into content: data of a state get their values when it is first entered."""
+"""Write out late binding, and the ids that a ``send`` is to make and store (SCXML 6.2.4)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocState, Document
-from fsmkit.language.statements.tree import Assign, Block, Branch, If
+from fsmkit.document.walk import mapped, parts
+from fsmkit.language.statements.tree import Assign, Block, Branch, DocSend, If
 
 
 def bind_late(document: Document) -> Document:
@@ -55,3 +56,25 @@ class _Binder:
             data=tuple(replace(d, init=None) for d in state.data),
             entry=(*blocks, *state.entry),
         )
+
+
+def name_sends(document: Document) -> Document:
+    """Return a document in which each ``send`` with a place for its id has one: a running number.
+
+    The numbers are in document order, so that they do not depend on the notation or its layout,
+    and no id that is written is among them.
+    """
+    sends = [part for part in parts(document) if isinstance(part, DocSend)]
+    if all(send.id_location is None for send in sends):
+        return document
+    taken = {send.id.value for send in sends if send.id is not None}
+    numbers = iter(range(1, len(sends) + len(taken) + 1))
+
+    def named(part: object) -> object:
+        if not isinstance(part, DocSend) or part.id_location is None:
+            return None
+        made = next(name for name in (f"send.{n}" for n in numbers) if name not in taken)
+        return replace(part, id=Text(made, part.id_location.span, ()))
+
+    changed: Document = mapped(document, named)
+    return changed

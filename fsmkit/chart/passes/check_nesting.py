@@ -1,8 +1,8 @@
-"""Report states that hold what their kind does not allow (SCXML 3.3 to 3.10)."""
+"""Report states that hold what their kind does not allow (SCXML 3.3 to 3.10), or no machine can."""
 
 from __future__ import annotations
 
-from fsmkit.chart.passes.number_states import HISTORIES, Node, Tree
+from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.diagnostics import Findings, Severity
 from fsmkit.document.document import Kind, Trigger
 
@@ -37,14 +37,14 @@ def _check_content(tree: Tree, node: Node, findings: Findings) -> None:
             secondary=[(state.span, "the state")],
             help="move the inner states to an ordinary state",
         )
-    if node.kind in (Kind.FINAL, *HISTORIES) and state.transitions:
+    if (node.kind is Kind.FINAL or node.kind.is_history) and state.transitions:
         findings.add(
             "transition-not-allowed",
             f"`{node.id}` is {LEAVES[node.kind]} and is not left by transitions of its own",
             state.transitions[0].span,
             help="make it an ordinary state, or put the transition on its parent",
         )
-    if node.kind in HISTORIES and (state.entry or state.exit):
+    if node.kind.is_history and (state.entry or state.exit):
         findings.add(
             "content-not-allowed",
             f"history `{node.id}` is never active and has no entry or exit content",
@@ -127,3 +127,17 @@ def _check_root(root: Node, findings: Findings) -> None:
             at,
             help="put them on a state that holds all others",
         )
+
+
+def report_unsupported(tree: Tree, findings: Findings, *, strict: bool) -> None:
+    """Add a finding for each done event whose payload has no type."""
+    severity = Severity.ERROR if strict else None
+    for node in tree.nodes:
+        if node.state.done_content is not None:
+            findings.add(
+                "payload-dropped",
+                f"the content of `{node.id}` has no type and does not go with its done event",
+                node.state.span,
+                help="name its parts, with `param`",
+                severity=severity,
+            )

@@ -11,8 +11,7 @@ from itertools import islice, takewhile
 
 from fsmkit.chart.chart import Event, for_the_host
 from fsmkit.chart.passes.collect_names import read_fields
-from fsmkit.chart.passes.number_states import Node, Tree
-from fsmkit.chart.passes.walk_content import places
+from fsmkit.chart.passes.number_states import Node, Tree, places
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import Direction, DocEvent, Document, Kind, Trigger
 from fsmkit.document.invocation_context import InvocationContext

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.chart import Data, Operation
-from fsmkit.chart.passes.number_states import Tree
+from fsmkit.chart.passes.number_states import Tree, places
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import DocData, DocOperation, Document
@@ -14,8 +14,10 @@ from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
     SYMBOL,
+    ArrayType,
     EnumType,
     Field,
+    IntType,
     Literal,
     RecordType,
     Scope,
@@ -28,7 +30,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.constants import constant_value, start_value
 from fsmkit.language.ecmascript import SESSION
-from fsmkit.language.statements.tree import DocField
+from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 
 UNTYPED = EnumType("?", ())
 """Stands for the type of a variable until its uses have been looked at."""
@@ -313,3 +315,43 @@ class _Variables:
         self.failed.add(flag_of(name.value))
         failure = Fail(reason, init.span)
         self.names = replace(self.names, failures=(*self.names.failures, failure))
+
+
+def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
+    """Return the names with a variable for each item and index of a loop that has none.
+
+    SCXML 4.6: ``foreach`` declares them. In a loose dialect too for each name that the chart's own
+    script assigns: executed when the chart is loaded, it may create variables (5.8).
+    """
+    if document.datamodel != "fsmkit":
+        for statement in document.script:
+            if isinstance(statement, Assign) and not statement.operator:
+                names = _add(statement.location, UNTYPED, names)
+    for place in places(document, tree):
+        for loop in statements(place.block):
+            if isinstance(loop, ForEach):
+                names = _declare(loop, names)
+    return names
+
+
+def _declare(loop: ForEach[Text, WrittenStatement], names: Names) -> Names:
+    array, _ = names.scope.variables.get(loop.array.value, (None, None))
+    if not isinstance(array, ArrayType):
+        return names
+    names = _add(loop.item, array.element, names)
+    if loop.index is not None:
+        names = _add(loop.index, IntType(0, array.length - 1), names)
+    return names
+
+
+def _add(name: Text, type_: Type, names: Names) -> Names:
+    scope = names.scope
+    taken = (scope.variables, scope.constants, scope.operations, scope.types, names.untyped)
+    if any(name.value in known for known in taken) or not name.value.isidentifier():
+        return names
+    if type_ == UNTYPED:
+        data = Data(name.value, UNTYPED, Literal(0, UNTYPED, name.span), name.span)
+        untyped = names.untyped | {name.value}
+        return replace(names, data=(*names.data, data), untyped=untyped)
+    init = Literal(default_value(type_), type_, name.span)
+    return names.with_data((Data(name.value, type_, init, name.span),))

@@ -12,10 +12,9 @@ from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.passes.collect_events import Events, done_event
 from fsmkit.chart.passes.collect_names import Names
-from fsmkit.chart.passes.number_states import Tree
+from fsmkit.chart.passes.number_states import Place, Tree, places
 from fsmkit.chart.passes.plan_invocations import Slot
 from fsmkit.chart.passes.read_payloads import Read, join_uses, reads
-from fsmkit.chart.passes.walk_content import Place, places
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext

@@ -15,9 +15,8 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.passes.collect_events import Events, Returned
 from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.infer_types import infer_types, type_of
-from fsmkit.chart.passes.number_states import Tree
+from fsmkit.chart.passes.number_states import Tree, places
 from fsmkit.chart.passes.plan_invocations import Slot, targets
-from fsmkit.chart.passes.walk_content import places
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction, DocInvoke, Document

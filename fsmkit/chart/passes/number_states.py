@@ -1,15 +1,14 @@
-"""Give every state its index, in document order, and an id where it has none."""
+"""Give every state its index, in document order, and an id where it has none; visit handlers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.document.document import DocState, Document, Kind
-
-HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+from fsmkit.document.document import DocInvoke, DocState, DocTransition, Document, Kind
+from fsmkit.language.statements.tree import Block
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +28,7 @@ class Node:
     @property
     def is_history(self) -> bool:
         """Whether this is a history pseudo-state."""
-        return self.kind in HISTORIES
+        return self.kind.is_history
 
 
 @dataclass(frozen=True)
@@ -111,10 +110,10 @@ class _Builder:
 
 def _kind(state: DocState, *, is_root: bool) -> Kind:
     if is_root or (
-        state.kind is Kind.ATOMIC and any(c.kind not in HISTORIES for c in state.children)
+        state.kind is Kind.ATOMIC and any(not c.kind.is_history for c in state.children)
     ):
         return Kind.COMPOUND
-    if state.kind is Kind.COMPOUND and not any(c.kind not in HISTORIES for c in state.children):
+    if state.kind is Kind.COMPOUND and not any(not c.kind.is_history for c in state.children):
         return Kind.ATOMIC
     return state.kind
 
@@ -145,3 +144,25 @@ def _ids(document: Document, findings: Findings) -> dict[str, Span]:
         else:
             found[state.id.value] = state.id.span
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A handler and whose it is: a transition's content, a finalize, or entry, exit, script."""
+
+    block: Block
+    transition: DocTransition | None = None
+    invoke: DocInvoke | None = None
+
+
+def places(document: Document, tree: Tree) -> Iterator[Place]:
+    """Return every handler, in document order."""
+    yield Place(document.script)
+    for node in tree.nodes:
+        state = node.state
+        for block in (*state.entry, *state.exit):
+            yield Place(block)
+        for transition in (*([state.initial] if state.initial else []), *state.transitions):
+            yield Place(transition.content or (), transition)
+        for invoke in state.invokes:
+            yield Place(invoke.finalize or (), invoke=invoke)

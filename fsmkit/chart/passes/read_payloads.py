@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 
-from fsmkit.chart.passes.walk_content import Place
+from fsmkit.chart.passes.number_states import Place
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocTransition
 from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from fsmkit.analysis.effects import can_fail, has_effect, reads_event
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.chart.deferral import shared_deferral
+from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.python.expressions import Printer
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import reads_input
-from fsmkit.chart.deferral import shared_deferral
-from fsmkit.chart.histories import forgotten_histories
-from fsmkit.chart.structure import is_internal, lcca
+from fsmkit.chart.structure import forgotten_histories, is_internal, lcca, shared_deferral
 from fsmkit.document.document import Trigger
 from fsmkit.language import default_value
 from fsmkit.runtime.interpreter.snapshot import Snapshot

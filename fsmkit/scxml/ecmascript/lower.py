@@ -13,8 +13,10 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import Any
 
 from fsmkit.diagnostics import Span, Text
@@ -39,7 +41,6 @@ from fsmkit.language.statements.tree import (
 )
 from fsmkit.scxml.ecmascript.joined_names import AT_HAND, MOST_NAMES, JoinedNames, find_joined_names
 from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_strings
-from fsmkit.scxml.ecmascript.repeated_params import apart, with_fields_of_their_own
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
 ASKED = re.compile(
@@ -353,3 +354,35 @@ def _payload(content: Text) -> tuple[DocArgument, ...]:
     if inside is None:
         return (DocArgument(content.instead(WHOLE_PAYLOAD), content),)
     return tuple(DocArgument(content.instead(name), value) for name, value in inside.items())
+
+
+def with_fields_of_their_own(send: DocSend) -> DocSend:
+    """Return a send in which each value has a name of its own; ``namelist`` comes first."""
+    listed = tuple(DocArgument(name, name) for name in send.name_list)
+    written = (*listed, *send.arguments)
+    if not _repeated(written):
+        return send
+    return replace(send, arguments=apart(written), name_list=())
+
+
+def apart(arguments: tuple[DocArgument, ...]) -> tuple[DocArgument, ...]:
+    """Return the same values, but the earlier ones of a name as ``name_1``, ``name_2`` ..."""
+    if not _repeated(arguments):
+        return arguments
+    left = Counter(argument.name.value for argument in arguments)
+    taken = set(left)
+    found: list[DocArgument] = []
+    for argument in arguments:
+        name = argument.name.value
+        left[name] -= 1
+        if left[name]:
+            own = next(n for i in count(1) if (n := f"{name}_{i}") not in taken)
+            taken.add(own)
+            found.append(replace(argument, name=argument.name.instead(own)))
+        else:
+            found.append(argument)
+    return tuple(found)
+
+
+def _repeated(arguments: tuple[DocArgument, ...]) -> bool:
+    return len({argument.name.value for argument in arguments}) < len(arguments)

@@ -18,8 +18,7 @@ from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
 from fsmkit.plan.image import image_of
-from fsmkit.runtime.recording import RESTORE, calls, ring_lines
-from fsmkit.runtime.replaying import replay
+from fsmkit.runtime.recording import RESTORE, calls, replay, ring_lines
 from fsmkit.runtime.script import run_script
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"

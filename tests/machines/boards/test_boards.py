@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import fsmkit
-from fsmkit.runtime.replaying import replay
+from fsmkit.runtime.recording import replay
 from tests.machines.boards.playing import CELL, Board, Cell, Plant
 
 pytestmark = pytest.mark.cc

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.chart.deferral import shared_deferral
+from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter

@@ -11,7 +11,7 @@ import re
 
 from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.chart.chart import Transition
-from fsmkit.chart.deferral import shared_deferral
+from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.names import Names

@@ -12,7 +12,6 @@ from itertools import count
 
 from fsmkit.system.properties.property import Property, asked_events, judged, temporal_properties
 from fsmkit.verify.engines.python.evaluate import evaluate_property
-from fsmkit.verify.engines.python.graph import find_cycle, find_traps
 from fsmkit.verify.engines.python.temporal import Arc, action_of, answers, armed_between_turns
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import UNHANDLED, Action, TooManyChoices, Who
@@ -289,3 +288,56 @@ def explore_in_python(
         livelock=livelock, traps=traps, deadline=deadline, progress=progress, until=until
     )
     return found, oracle.trail
+
+
+Graph = Sequence[Sequence[tuple[int, int]]]
+
+
+def find_cycle(graph: Graph) -> tuple[int, tuple[int, ...]] | None:
+    """Return a state on a cycle and the ordinals round it; None if there is no cycle."""
+    grey, black = 1, 2
+    colour = [0] * len(graph)
+    for root in range(len(graph)):
+        if colour[root]:
+            continue
+        colour[root] = grey
+        stack = [(root, iter(graph[root]))]
+        taken: list[int] = []
+        while stack:
+            state, edges = stack[-1]
+            for to, ordinal in edges:
+                if colour[to] == grey:
+                    first = next(n for n, (on_path, _) in enumerate(stack) if on_path == to)
+                    return to, (*taken[first:], ordinal)
+                if not colour[to]:
+                    colour[to] = grey
+                    taken.append(ordinal)
+                    stack.append((to, iter(graph[to])))
+                    break
+            else:
+                colour[state] = black
+                stack.pop()
+                if taken:
+                    taken.pop()
+    return None
+
+
+def find_traps(graph: Graph, shown: Sequence[object]) -> list[int]:
+    """Return a state of each set that is never left and in which only one thing is ever shown.
+
+    A state can get away if some path from it leads to where something else is shown; those that
+    cannot are in traps, and so is all they lead to.
+    """
+    back: list[list[int]] = [[] for _ in graph]
+    free = [False] * len(graph)
+    for state, edges in enumerate(graph):
+        for to, _ in edges:
+            back[to].append(state)
+            free[state] = free[state] or shown[to] != shown[state]
+    waiting = [state for state, is_free in enumerate(free) if is_free]
+    while waiting:
+        for state in back[waiting.pop()]:
+            if not free[state]:
+                free[state] = True
+                waiting.append(state)
+    return [state for state, is_free in enumerate(free) if not is_free]
