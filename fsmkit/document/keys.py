@@ -306,7 +306,18 @@ LINKS = _named(
     curve="the folder with the keys of the nodes",
     every="levels are published in every so-many-th cycle",
     insecure="true: beyond this computer without keys",
+    foreign="how the foreign nodes are reached",
 )
+NODE = _named(machines="the machines of the node", foreign="what its programs speak: can")
+FOREIGN = {
+    "can": _named(
+        bus="the interface of the bus, such as can0",
+        dbc="the file with its messages",
+        bitrate="bits of the bus in a second; 500000 unless it says so",
+        error_every="the shortest time between two errors of the bus; 10ms unless it says so",
+    ),
+}
+"""The options of a foreign node, by the kind of it."""
 
 _PLACES = (
     (CHART, "a chart (at the left margin)"),

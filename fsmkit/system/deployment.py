@@ -1,6 +1,7 @@
 """Reads deployments: which machine of a system runs on which node, and what joins the nodes.
 
-``system: ring.yaml``, ``nodes: {a: [feeder, molder], b: [extractor]}``, ``links: {...}``.
+``system: ring.yaml``, ``nodes: {a: [feeder, molder], b: [extractor]}``, ``links: {...}``. A node of
+the form ``{machines: [heater], foreign: can}`` stands for programs that know nothing of fsmkit.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.loading import read_bytes
@@ -22,6 +23,7 @@ from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
 from fsmkit.system.reader import load_system
 from fsmkit.system.system import EventLink, InputLink, System
+from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import (
     Node,
     check_keys,
@@ -33,6 +35,18 @@ from fsmkit.yaml.nodes import (
 
 MOST_NODES = 8
 """As many as ``FSM_LINK_NODES`` of the library in C, by default."""
+
+
+@dataclass(frozen=True)
+class ForeignNode:
+    """A node whose programs know nothing of fsmkit: its machines are models of them.
+
+    ``options``: what `links: {foreign: ...}` says of it, by the keys of its kind.
+    """
+
+    kind: str
+    span: Span
+    options: Mapping[str, Text]
 
 
 @dataclass(frozen=True)
@@ -52,6 +66,13 @@ class Deployment:
     """The folder with the CURVE keys of the nodes; None: no authentication."""
     health: tuple[str, ...] = ()
     """Where each node answers how it is, "" for one that does not; see `fsmkit.runtime.health`."""
+    foreign: tuple[ForeignNode | None, ...] = ()
+    """By node: what it is, None where it runs machines of fsmkit."""
+
+    @property
+    def own_nodes(self) -> tuple[int, ...]:
+        """The nodes that run machines of fsmkit, by their places."""
+        return self.map.own_nodes
 
     @property
     def map(self) -> EventMap:
@@ -88,13 +109,16 @@ def deployment_of(
     found = _placed(parts["nodes"], system, findings)
     if found is None or findings.has_errors:
         return None
-    nodes, placed = found
+    nodes, placed, kinds = found
     options = require_record(parts.get("links"), keys.LINKS, "`links`", findings) or {}
+    foreign = _with_options(kinds, nodes, options.get("foreign"), findings)
+    _report_foreign_pairs(system, nodes, placed, foreign, findings)
+    own = tuple(name for name, kind in zip(nodes, foreign, strict=True) if kind is None)
     is_insecure = _insecure(options.get("insecure"), options.get("curve"), findings)
     is_guarded = is_insecure or "curve" in options
-    endpoints = _endpoints(options.get("endpoints"), nodes, findings, is_guarded=is_guarded)
-    health = _health(parts.get("health"), nodes, findings, is_guarded=is_insecure)
-    if not _is_possible(system, placed, file, findings):
+    endpoints = _endpoints(options.get("endpoints"), nodes, own, findings, is_guarded=is_guarded)
+    health = _health(parts.get("health"), nodes, own, findings, is_guarded=is_insecure)
+    if not _is_possible(system, placed, file, findings) or findings.has_errors:
         return None
     curve = require_text(options.get("curve"), "`curve`, a folder of keys", findings)
     return Deployment(
@@ -102,10 +126,18 @@ def deployment_of(
         system,
         nodes,
         placed,
-        wires_of(system, nodes, placed, endpoints, is_insecure=is_insecure),
+        wires_of(
+            system,
+            nodes,
+            placed,
+            endpoints,
+            is_insecure=is_insecure,
+            foreign=tuple("" if kind is None else kind.kind for kind in foreign),
+        ),
         _every(options.get("every"), findings),
         None if curve is None else folder / curve.value,
         health,
+        foreign,
     )
 
 
@@ -114,8 +146,8 @@ EXAMPLE = "write `system: cell.yaml` and `nodes: {a: [feeder, molder], b: [extra
 
 def _placed(
     node: Node, system: System, findings: Findings
-) -> tuple[tuple[str, ...], tuple[int | None, ...]] | None:
-    """Return the nodes, and for each machine its node."""
+) -> tuple[tuple[str, ...], tuple[int | None, ...], tuple[ForeignNode | None, ...]] | None:
+    """Return the nodes, for each machine its node, and which nodes are foreign."""
     mapping = require_mapping(node, "`nodes`", findings)
     if mapping is None:
         return None
@@ -123,6 +155,7 @@ def _placed(
         findings.add("broken-deployment", f"a deployment has 1 to {MOST_NODES} nodes", mapping.span)
         return None
     where: dict[int, tuple[int, Text]] = {}
+    foreign: list[ForeignNode | None] = []
     for place, (name, value) in enumerate(mapping.entries):
         if not name.value.isidentifier():
             findings.add(
@@ -131,8 +164,20 @@ def _placed(
                 name,
                 help="use letters, digits and `_`",
             )
-        for text in texts_of(value, f"the machines of `{name}`", "a machine", findings):
+        machines, kind = _node_of(name, value, findings)
+        foreign.append(kind)
+        for text in texts_of(machines, f"the machines of `{name}`", "a machine", findings):
             for machine in _machines(text, system, findings):
+                if kind is not None and not system.machines[machine].environment:
+                    findings.add(
+                        "broken-deployment",
+                        f"`{system.machines[machine].name}` is not of the environment, and `{name}`"
+                        " is foreign",
+                        text,
+                        secondary=[(kind.span, "here")],
+                        help=f"name it in `environment: {{will: [...]}}` of `{system.name}`, as a "
+                        "model of programs that exist, or place it on another node",
+                    )
                 if machine in where:
                     findings.add(
                         "broken-deployment",
@@ -157,7 +202,75 @@ def _placed(
             help="name each machine that is not of the environment on one node",
         )
     placed = tuple(where[n][0] if n in where else None for n in range(len(system.machines)))
-    return tuple(name.value for name, _ in mapping.entries), placed
+    return tuple(name.value for name, _ in mapping.entries), placed, tuple(foreign)
+
+
+def _node_of(name: Text, value: Node, findings: Findings) -> tuple[Node | None, ForeignNode | None]:
+    """Return the list of the machines of a node, and what it is if it is foreign."""
+    if not isinstance(value, Entries):
+        return value, None
+    parts = require_record(value, keys.NODE, f"the node `{name}`", findings) or {}
+    kind = require_text(parts.get("foreign"), "`foreign`", findings)
+    if kind is None:
+        return parts.get("machines"), None
+    if kind.value not in keys.FOREIGN:
+        findings.add(
+            "unexpected-value",
+            f"there are no foreign nodes of the kind `{kind}`",
+            kind,
+            help=f"use one of {', '.join(keys.FOREIGN)}",
+        )
+        return parts.get("machines"), None
+    return parts.get("machines"), ForeignNode(kind.value, kind.span, {})
+
+
+def _with_options(
+    foreign: tuple[ForeignNode | None, ...],
+    nodes: tuple[str, ...],
+    node: Node | None,
+    findings: Findings,
+) -> tuple[ForeignNode | None, ...]:
+    """Return the foreign nodes with their options."""
+    mapping = require_mapping(node, "`foreign`", findings)
+    kinds = dict(zip(nodes, foreign, strict=True))
+    if mapping is None:
+        return foreign
+    check_keys(mapping, [name for name in nodes if kinds[name] is not None], "`foreign`", findings)
+    for name, value in mapping.entries:
+        kind = kinds.get(name.value)
+        if kind is None:
+            continue
+        parts = require_record(value, keys.FOREIGN[kind.kind], f"`{name}`", findings) or {}
+        texts = {key: require_text(part, f"`{key}`", findings) for key, part in parts.items()}
+        options = {key: text for key, text in texts.items() if text is not None}
+        kinds[name.value] = replace(kind, options=options)
+    return tuple(kinds[name] for name in nodes)
+
+
+def _report_foreign_pairs(
+    system: System,
+    nodes: tuple[str, ...],
+    placed: tuple[int | None, ...],
+    foreign: tuple[ForeignNode | None, ...],
+    findings: Findings,
+) -> None:
+    """Report connections between two foreign nodes: nothing of fsmkit would carry them."""
+    pairs = {(link.source, link.target): None for link in system.event_links}
+    pairs |= {(link.source, link.target): None for link in system.input_links}
+    for source, target in pairs:
+        one, other = placed[source], placed[target]
+        if one is None or other is None or one == other:
+            continue
+        kind, another = foreign[one], foreign[other]
+        if kind is not None and another is not None:
+            findings.add(
+                "broken-deployment",
+                f"`{system.machines[source].name}` is connected to "
+                f"`{system.machines[target].name}`, and both are on foreign nodes",
+                kind.span,
+                secondary=[(another.span, f"the kind of `{nodes[other]}`")],
+                help="place both on one foreign node, or put a machine of yours between them",
+            )
 
 
 def _machines(text: Text, system: System, findings: Findings) -> list[int]:
@@ -209,13 +322,21 @@ def _without_environment(system: System, placed: tuple[int | None, ...]) -> Syst
 
 
 def _endpoints(
-    node: Node | None, nodes: tuple[str, ...], findings: Findings, *, is_guarded: bool
+    node: Node | None,
+    nodes: tuple[str, ...],
+    own: tuple[str, ...],
+    findings: Findings,
+    *,
+    is_guarded: bool,
 ) -> tuple[str, ...]:
-    """Return where each node publishes; without a guard, only within this computer."""
-    found = _addresses(node, "endpoints", nodes, findings, None if is_guarded else KEYLESS)
+    """Return where each node publishes, "" for one that is foreign.
+
+    Without a guard only within this computer.
+    """
+    found = _addresses(node, "endpoints", own, findings, None if is_guarded else KEYLESS)
     if node is None:
         return ()
-    missing = [name for name in nodes if name not in found]
+    missing = [name for name in own if name not in found]
     if missing and not findings.has_errors:
         findings.add(
             "broken-deployment",
@@ -227,10 +348,15 @@ def _endpoints(
 
 
 def _health(
-    node: Node | None, nodes: tuple[str, ...], findings: Findings, *, is_guarded: bool
+    node: Node | None,
+    nodes: tuple[str, ...],
+    own: tuple[str, ...],
+    findings: Findings,
+    *,
+    is_guarded: bool,
 ) -> tuple[str, ...]:
     """Return where each node answers how it is; not each must."""
-    found = _addresses(node, "health", nodes, findings, None if is_guarded else LOCAL)
+    found = _addresses(node, "health", own, findings, None if is_guarded else LOCAL)
     return tuple(found.get(name, "") for name in nodes) if found else ()
 
 

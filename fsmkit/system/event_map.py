@@ -32,6 +32,7 @@ def wires_of(
     endpoints: tuple[str, ...] = (),
     *,
     is_insecure: bool = False,
+    foreign: tuple[str, ...] = (),
 ) -> Wires:
     """Return what crosses the nodes; ``placed[machine]`` is its node, None for no node."""
     events = tuple(_crossing(system.event_links, placed))
@@ -48,7 +49,7 @@ def wires_of(
         for number, link in enumerate(events, 1)
     )
     levels = tuple(_level(system, link, placed) for link in inputs)
-    map_ = EventMap(system.name, nodes, messages, levels, endpoints, is_insecure)
+    map_ = EventMap(system.name, nodes, messages, levels, endpoints, is_insecure, foreign)
     return Wires(map_, events, inputs)
 
 

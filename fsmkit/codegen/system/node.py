@@ -58,8 +58,8 @@ def node_words(nodes: Iterable[str]) -> tuple[str, ...]:
 
 
 def nodes_of(deployment: Deployment) -> tuple[Node, ...]:
-    """Return the nodes."""
-    return tuple(_node(deployment, place) for place in range(len(deployment.nodes)))
+    """Return the nodes that run machines of fsmkit."""
+    return tuple(_node(deployment, place) for place in deployment.own_nodes)
 
 
 def _node(deployment: Deployment, place: int) -> Node:

@@ -351,7 +351,7 @@ def print_tables(out: Emitter, node: Node) -> None:
     out.line()
     if node.map.endpoints:
         with out.block(f"const char *const {s}_endpoints[{nodes}] = {{", "};"):
-            out.lines(f"{quoted(endpoint)}," for endpoint in node.map.endpoints)
+            out.lines(f"{quoted(at) if at else 'NULL'}," for at in node.map.endpoints)
         out.line()
 
 

@@ -65,11 +65,12 @@ def services_of(
     """
     system = plain(deployment.system.name)
     group = f"fsmkit-{_slug(system)}"
-    if node is not None and node not in deployment.nodes:
+    own = [deployment.nodes[place] for place in deployment.own_nodes]
+    if node is not None and node not in own:
         raise fail(
             "unknown-name",
-            f"the deployment has no node `{node}`",
-            help=f"name one of {', '.join(f'`{name}`' for name in deployment.nodes)}",
+            f"the deployment has no node `{node}` that runs machines of fsmkit",
+            help=f"name one of {', '.join(f'`{name}`' for name in own)}",
         )
     names = Namer()
     services = tuple(
@@ -88,6 +89,7 @@ def services_of(
             _command(template, name, plain(deployment.health[place]) if deployment.health else ""),
         )
         for place, name in enumerate(deployment.nodes)
+        if place in deployment.own_nodes
     )
     return tuple(service for service in services if node in (None, service.node))
 

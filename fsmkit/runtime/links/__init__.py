@@ -7,7 +7,7 @@ writes. The bytes are those of ``runtime/c/links``; docs/reference/links.md desc
 
 from fsmkit.runtime.links.event_map import EventMap, LevelType, Message, MessageType
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import Link, LinkKind, LinkTimeout
+from fsmkit.runtime.links.link import Link, LinkKind, LinkTimeout, Translator, TranslatorKind
 from fsmkit.runtime.links.receiving import Counters
 
 __all__ = [
@@ -20,4 +20,6 @@ __all__ = [
     "LinkTimeout",
     "Message",
     "MessageType",
+    "Translator",
+    "TranslatorKind",
 ]

@@ -95,9 +95,16 @@ class EventMap:
     """Where each node publishes, if the deployment says so; no part of the hash."""
     is_insecure: bool = field(default=False, compare=False)
     """Whether endpoints beyond this computer may go without keys; no part of the hash."""
+    foreign: tuple[str, ...] = field(default=(), compare=False)
+    """By node: the kind of a foreign one, "" for one of fsmkit; no part of the hash."""
 
     def __post_init__(self) -> None:
         guard(self, "system", "nodes", "endpoints")
+
+    @property
+    def own_nodes(self) -> tuple[int, ...]:
+        """The nodes that run machines of fsmkit, and speak in frames."""
+        return tuple(n for n in range(len(self.nodes)) if not (self.foreign and self.foreign[n]))
 
     @cached_property
     def hash(self) -> int:
@@ -168,6 +175,7 @@ class EventMap:
             **self._shape(),
             "endpoints": list(self.endpoints),
             "insecure": self.is_insecure,
+            **({"foreign": list(self.foreign)} if any(self.foreign) else {}),
             "hash": f"{self.hash:08x}",
         }
         return json.dumps(shape, indent=2) + "\n"
@@ -199,6 +207,7 @@ class EventMap:
                 ),
                 tuple(str(endpoint) for endpoint in found.get("endpoints", ())),
                 found.get("insecure", False) is True,
+                tuple(str(kind) for kind in found.get("foreign", ())),
             )
             is_whole = f"{made.hash:08x}" == found["hash"]
         except (KeyError, TypeError, AttributeError) as error:

@@ -22,6 +22,25 @@ class LinkTimeout(TimeoutError):  # noqa: N818  (what it is called in every libr
     """Frames, or a listener, that were waited for did not come in time; the text says which."""
 
 
+class Translator(Protocol):
+    """Carries what a link exchanges with a foreign node, in the form that its programs use."""
+
+    node: int
+    """The foreign node."""
+
+    def take(self, frame: Frame) -> None:
+        """Send what concerns the foreign node of a frame that goes out. Must not block."""
+        ...
+
+    def poll(self) -> None:
+        """Hand what has come to `Link.receiver`, when a cycle begins. Must not block."""
+        ...
+
+    def close(self) -> None:
+        """End threads and connections."""
+        ...
+
+
 @dataclass(slots=True)
 class _Queued:
     number: int
@@ -32,7 +51,7 @@ class Link(ABC):
     """A link of a node, in cycles: begin, receive and send, end. No call but `wait_*` blocks.
 
     Rings, numbers, levels and counting are the same for all kinds. A kind defines `_wake` (frames
-    wait), `_take_in` (block for one frame of a peer), `wait_listeners` and `close`.
+    wait), `_take_in` (block for one frame of a peer) and `wait_listeners`, and extends `close`.
     """
 
     def __init__(
@@ -69,6 +88,8 @@ class Link(ABC):
         self.sent = 0
         """The frames that were sent in this session, for `wait_frames` of a peer."""
         self._seen = [(0, 0) for _ in event_map.nodes]
+        self.translators: tuple[Translator, ...] = ()
+        """They take each frame that goes out; see `fsmkit.runtime.fan`."""
 
     # --- the loop's end ----------------------------------------------------------------------
 
@@ -76,6 +97,8 @@ class Link(ABC):
         """See what has come in."""
         self.receiver.cycle += 1
         cycle = self.receiver.cycle
+        for translator in self.translators:
+            translator.poll()
         self._pass_time()
         for node, peer in enumerate(self.receiver.peers):
             if peer.heard != self._seen[node][0]:
@@ -146,6 +169,8 @@ class Link(ABC):
         self._sequence = (self._sequence + 1) % WORD
         self._events = (self._events + (message != LEVELS)) % WORD
         self.sent += 1
+        for translator in self.translators:
+            translator.take(frame)
         return self.codec.encode(frame)
 
     # --- counting and waiting ----------------------------------------------------------------
@@ -215,9 +240,10 @@ class Link(ABC):
         has the key.
         """
 
-    @abstractmethod
     def close(self) -> None:
-        """End threads and connections."""
+        """End threads and connections; a kind ends its own, too."""
+        for translator in self.translators:
+            translator.close()
 
     def _pass_time(self) -> None:
         """Let delayed frames go on, unless another thread does."""
@@ -230,6 +256,18 @@ class Link(ABC):
     @abstractmethod
     def _take_in(self, node: int, timeout: float) -> bool:
         """Block until a frame of a peer has arrived; False when the time is over."""
+
+
+@runtime_checkable
+class TranslatorKind(Protocol):
+    """Opens translators for the foreign nodes of one kind: a plug-in."""
+
+    name: str
+    """The kind, as a deployment names it."""
+
+    def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
+        """Return what joins a link with a foreign node; `FsmkitError` where it cannot be opened."""
+        ...
 
 
 @runtime_checkable

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
@@ -150,7 +151,7 @@ class Peer:
 
 
 class Receiver:
-    """Takes in what comes to a node. `arrive` and `pass_time` belong to one thread.
+    """Takes in what comes to a node. Threads that call `arrive` and `pass_time` take turns.
 
     ``is_proven``: what carries the frames has made sure, by a key, which peer they come from.
     """
@@ -173,12 +174,17 @@ class Receiver:
         self.malformed = 0
         self.foreign = 0
         self.cycle = 0
+        self._turn = threading.Lock()
 
     def arrive(self, peer: int, content: bytes) -> bool:
         """Take bytes that came from the endpoint of a peer, perhaps a frame of it, perhaps not.
 
         Whether they were a frame of the present session of the peer, also one that faults drop.
         """
+        with self._turn:
+            return self._arrive(peer, content)
+
+    def _arrive(self, peer: int, content: bytes) -> bool:
         frame = self.codec.decode(content, self.node)
         if frame is Rejected.MALFORMED:
             self.malformed += 1
@@ -196,8 +202,9 @@ class Receiver:
     def pass_time(self) -> None:
         """Let delayed frames go on whose time has come."""
         if self.faults is not None:
-            for frame in self.faults.due(self.cycle):
-                self._take(frame)
+            with self._turn:
+                for frame in self.faults.due(self.cycle):
+                    self._take(frame)
 
     def _take(self, frame: Frame) -> None:
         peer = self.peers[frame.sender]

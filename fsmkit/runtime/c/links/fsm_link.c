@@ -97,6 +97,12 @@ void fsm_link_attach(fsm_link *link, const fsm_link_transport *transport, void *
     link->carrier = carrier;
 }
 
+void fsm_link_set_beside(fsm_link *link, const fsm_link_beside *beside, void *fan)
+{
+    link->beside = beside;
+    link->fan = fan;
+}
+
 /* ---- what is counted -------------------------------------------------------------------------- */
 
 uint32_t fsm_link_count(const fsm_link *link, uint8_t peer, fsm_link_counter what)
@@ -258,6 +264,8 @@ bool fsm_link_next(fsm_link *link, fsm_link_frame *frame)
         fsm_ring_release(&link->out.ring);
     }
     add(&link->totals[FSM_LINK_SENT], 1u);
+    if (link->beside != NULL)
+        link->beside->take(link->fan, frame);
     return true;
 }
 
@@ -480,6 +488,8 @@ void fsm_link_pass_time(fsm_link *link)
     uint32_t place = 0u;
     if (faults == NULL)
         return;
+    if (link->beside != NULL)
+        link->beside->enter(link->fan);
     while (place < faults->count) {
         uint8_t sender = faults->held[place].bytes[SENDER];
         if (!waiting[sender] && reached(now, faults->due[place])) {
@@ -489,9 +499,11 @@ void fsm_link_pass_time(fsm_link *link)
             place++;
         }
     }
+    if (link->beside != NULL)
+        link->beside->leave(link->fan);
 }
 
-bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
+static bool arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
 {
     if (!is_frame(link, peer, bytes, length) ||
         !is_present(link, &link->peers[peer], get32(bytes + SESSION)))
@@ -501,6 +513,17 @@ bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t 
     else
         take_in(link, bytes, length);
     return true;
+}
+
+bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
+{
+    bool is_present;
+    if (link->beside == NULL)
+        return arrive(link, peer, bytes, length);
+    link->beside->enter(link->fan);
+    is_present = arrive(link, peer, bytes, length);
+    link->beside->leave(link->fan);
+    return is_present;
 }
 
 /* ---- deterministic co-simulation -------------------------------------------------------------- */

@@ -245,12 +245,22 @@ typedef struct {
 
 void fsm_link_attach(fsm_link *link, const fsm_link_transport *transport, void *carrier);
 
+/* Beside the transport (fsm_link_fan.h): what sees each frame that goes out, in the thread of
+ * fsm_link_next, and lets the threads that call fsm_link_arrive take turns. */
+typedef struct {
+    void (*take)(void *fan, const fsm_link_frame *frame);
+    void (*enter)(void *fan);
+    void (*leave)(void *fan);
+} fsm_link_beside;
+
+void fsm_link_set_beside(fsm_link *link, const fsm_link_beside *beside, void *fan);
+
 /* The next frame to send, complete; false if there is none. One thread only. */
 bool fsm_link_next(fsm_link *link, fsm_link_frame *frame);
 
 /* Bytes came from the endpoint of a peer, perhaps a frame of it, perhaps not; whether they were one
- * of its present session, also if faults drop it. One thread only; it may be another than that of
- * fsm_link_next. */
+ * of its present session, also if faults drop it. One thread only, unless there is a fan; it may be
+ * another than that of fsm_link_next. */
 bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length);
 
 /* Let delayed frames go on whose time has come: now and then, by the thread of fsm_link_arrive. */
@@ -321,6 +331,8 @@ struct fsm_link {
     const fsm_link_map *map;
     const fsm_link_transport *transport;
     void *carrier;
+    const fsm_link_beside *beside; /* NULL: none */
+    void *fan;
     fsm_link_faults *faults;
     uint32_t session;
     uint32_t every;

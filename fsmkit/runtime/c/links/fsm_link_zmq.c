@@ -467,7 +467,8 @@ static bool is_guarded(const fsm_link_zmq *zmq, const fsm_link_zmq_options *opti
     if (options->public_keys != NULL || map->is_insecure)
         return true;
     for (unsigned node = 0u; node < map->nodes; node++) {
-        if (!fsm_link_zmq_is_loopback(options->endpoints[node]))
+        if (options->endpoints[node] != NULL &&
+            !fsm_link_zmq_is_loopback(options->endpoints[node]))
             return false;
     }
     return options->bind == NULL || fsm_link_zmq_is_loopback(options->bind);
@@ -495,7 +496,8 @@ static bool open_all(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
     if (!open_publisher(zmq, options))
         return false;
     for (unsigned peer = 0u; peer < zmq->link->map->nodes; peer++) {
-        if (peer != zmq->link->map->node && !open_subscriber(zmq, options, peer))
+        if (peer != zmq->link->map->node && options->endpoints[peer] != NULL &&
+            !open_subscriber(zmq, options, peer))
             return false;
     }
     return start_threads(zmq, options);

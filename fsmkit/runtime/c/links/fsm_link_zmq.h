@@ -37,7 +37,7 @@ extern "C" {
 #endif
 
 typedef struct {
-    const char *const *endpoints; /* [node], e.g. "tcp://127.0.0.1:5571" */
+    const char *const *endpoints; /* [node], e.g. "tcp://127.0.0.1:5571"; NULL: a foreign node */
     const char *bind;             /* where to publish, e.g. "tcp://eth0:5571"; NULL: as above */
     bool is_deterministic;
     /* CURVE: all public keys by node, and this node's secret one. Only nodes with these keys are

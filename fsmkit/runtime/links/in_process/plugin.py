@@ -36,13 +36,14 @@ class InProcessLink(Link):
 
     def wait_listeners(self, timeout: float) -> None:
         """Raise `LinkTimeout` where a node is missing: nothing changes while this waits."""
-        for node, name in enumerate(self.map.nodes):
+        for node in self.map.own_nodes:
             if node not in self._wire.links:
-                own = self.map.nodes[self.node]
+                own, name = self.map.nodes[self.node], self.map.nodes[node]
                 raise LinkTimeout(f"node `{own}` waited {timeout} s for `{name}` to listen")
 
     def close(self) -> None:
         """Leave the wire."""
+        super().close()
         if self._wire.links.get(self.node) is self:
             del self._wire.links[self.node]
 

@@ -83,7 +83,8 @@ class ZeroMqLink(Link):
         self._said = dict.fromkeys(range(len(event_map.nodes)), (0.0, 0))
         self._within = [False] * len(event_map.nodes)
         self._at = endpoints or dict(zip(event_map.nodes, event_map.endpoints, strict=False))
-        missing = [name for name in event_map.nodes if name not in self._at]
+        own = {place: event_map.nodes[place] for place in event_map.own_nodes}
+        missing = [name for name in own.values() if name not in self._at]
         if missing:
             raise fail(
                 "link-not-opened",
@@ -92,7 +93,7 @@ class ZeroMqLink(Link):
             )
         if keys is None and not event_map.is_insecure:
             _refuse_beyond(bind or self._at[node], node)
-            for name in event_map.nodes:
+            for name in own.values():
                 _refuse_beyond(self._at[name], name)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._authenticator: ThreadAuthenticator | None = None
@@ -106,9 +107,7 @@ class ZeroMqLink(Link):
             self._keys = {} if keys is None else self._read_keys(keys)
             self._publisher = self._publish_at(bind or self._at[node])
             self._subscribers = {
-                place: self._subscribe(place)
-                for place in range(len(event_map.nodes))
-                if place != self.node
+                place: self._subscribe(place) for place in own if place != self.node
             }
         except (zmq.ZMQError, OSError, ValueError) as error:
             self.close()
@@ -125,9 +124,10 @@ class ZeroMqLink(Link):
     # --- opening and closing -----------------------------------------------------------------
 
     def _read_keys(self, folder: Path) -> dict[str, tuple[bytes, bytes | None]]:
-        found = {name: zmq.auth.load_certificate(folder / f"{name}.key") for name in self.map.nodes}
+        places = {self.map.nodes[place]: place for place in self.map.own_nodes}
+        found = {name: zmq.auth.load_certificate(folder / f"{name}.key") for name in places}
         own = self.map.nodes[self.node]
-        self._nodes_by_key = {key.decode(): n for n, (key, _) in enumerate(found.values())}
+        self._nodes_by_key = {key.decode(): places[name] for name, (key, _) in found.items()}
         found[own] = zmq.auth.load_certificate(folder / f"{own}.key_secret")
         self._authenticator = ThreadAuthenticator(self._context)
         self._authenticator.start()
@@ -171,6 +171,7 @@ class ZeroMqLink(Link):
 
     def close(self) -> None:
         """End the threads and close what is open; what waits is sent, for `LINGER` ms at most."""
+        super().close()
         self._stop.set()
         self._work.release()
         for thread in self._threads:

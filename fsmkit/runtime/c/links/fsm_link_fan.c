@@ -1,0 +1,169 @@
+/* fsm_link_fan.c: see fsm_link_fan.h. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "fsm_link_fan.h"
+
+#include <errno.h>
+#include <sched.h>
+#include <string.h>
+
+/* Offsets in a frame: docs/reference/links.md. */
+enum { VERSION = 2, SENDER = 3, HASH = 4, SESSION = 8, SEQUENCE = 12, EVENTS = 16, MESSAGE = 20 };
+
+static void take(void *carrier, const fsm_link_frame *frame)
+{
+    fsm_link_fan *fan = carrier;
+    for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++) {
+        if (fan->peers[peer].send != NULL)
+            fan->peers[peer].send(fan->peers[peer].translator, frame);
+    }
+}
+
+static void enter(void *carrier)
+{
+    fsm_link_fan *fan = carrier;
+    (void)pthread_mutex_lock(&fan->turn);
+}
+
+static void leave(void *carrier)
+{
+    fsm_link_fan *fan = carrier;
+    (void)pthread_mutex_unlock(&fan->turn);
+}
+
+static void wake(void *carrier, fsm_link *link)
+{
+    fsm_link_fan *fan = carrier;
+    if (fan->inner != NULL)
+        fan->inner->wake(fan->inner_carrier, link);
+    else
+        (void)sem_post(&fan->work);
+}
+
+static bool is_foreign(const fsm_link_fan *fan, uint8_t peer)
+{
+    return peer >= FSM_LINK_NODES || fan->peers[peer].send != NULL;
+}
+
+static bool receive(void *carrier, fsm_link *link, uint8_t peer, uint32_t timeout_ms)
+{
+    const fsm_link_fan *fan = carrier;
+    return !is_foreign(fan, peer) &&
+           fan->inner->receive(fan->inner_carrier, link, peer, timeout_ms);
+}
+
+/* Nobody is known to listen on a bus, so a foreign node is never waited for. */
+static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t session,
+                     uint32_t timeout_ms)
+{
+    const fsm_link_fan *fan = carrier;
+    if (is_foreign(fan, peer))
+        return true;
+    return fan->inner != NULL && fan->inner->heard_by != NULL &&
+           fan->inner->heard_by(fan->inner_carrier, link, peer, session, timeout_ms);
+}
+
+static void *run_sender(void *carrier)
+{
+    fsm_link_fan *fan = carrier;
+    while (fsm_shared_read(&fan->stop) == 0u) {
+        fsm_link_frame frame;
+        while (sem_wait(&fan->work) != 0)
+            ;
+        while (fsm_link_next(fan->link, &frame)) /* which hands it to `take` */
+            ;
+        if (fan->link->faults != NULL)
+            fsm_link_pass_time(fan->link);
+    }
+    return NULL;
+}
+
+int fsm_link_fan_open(fsm_link_fan *fan, fsm_link *link)
+{
+    static const fsm_link_beside beside = {take, enter, leave};
+    int error;
+    memset(fan, 0, sizeof *fan);
+    fan->link = link;
+    error = pthread_mutex_init(&fan->turn, NULL);
+    if (error == 0)
+        fsm_link_set_beside(link, &beside, fan);
+    return error;
+}
+
+void fsm_link_fan_add(fsm_link_fan *fan, uint8_t peer, fsm_link_fan_send *send, void *translator)
+{
+    fan->peers[peer].translator = translator;
+    fan->peers[peer].send = send;
+    fan->peers[peer].session = 1u;
+}
+
+int fsm_link_fan_start(fsm_link_fan *fan, int priority)
+{
+    int error;
+    fan->inner = fan->link->transport;
+    fan->inner_carrier = fan->link->carrier;
+    fan->transport.wake = wake;
+    fan->transport.receive = fan->inner != NULL && fan->inner->receive != NULL ? receive : NULL;
+    fan->transport.heard_by = heard_by;
+    fan->transport.is_proven = fan->inner != NULL && fan->inner->is_proven;
+    fsm_link_attach(fan->link, &fan->transport, fan);
+    if (fan->inner != NULL)
+        return 0;
+    if (sem_init(&fan->work, 0, 0u) != 0)
+        return errno;
+    fan->has_work = true;
+    error = pthread_create(&fan->sender, NULL, run_sender, fan);
+    fan->has_sender = error == 0;
+    if (fan->has_sender && priority > 0) {
+        struct sched_param wish;
+        memset(&wish, 0, sizeof wish);
+        wish.sched_priority = priority;
+        error = pthread_setschedparam(fan->sender, SCHED_FIFO, &wish);
+    }
+    return error;
+}
+
+bool fsm_link_fan_arrive(fsm_link_fan *fan, uint8_t peer, uint16_t message, const uint8_t *payload,
+                         uint16_t size)
+{
+    uint8_t bytes[FSM_LINK_BYTES];
+    if (size > FSM_LINK_BYTES - FSM_LINK_HEADER)
+        return false;
+    bytes[0] = 0x46u; /* FK */
+    bytes[1] = 0x4bu;
+    bytes[VERSION] = FSM_LINK_VERSION;
+    bytes[SENDER] = peer;
+    fsm_link_put_bytes(bytes + HASH, fan->link->map->hash, 4u);
+    fsm_link_put_bytes(bytes + SESSION, fan->peers[peer].session, 4u);
+    fsm_link_put_bytes(bytes + SEQUENCE, fan->peers[peer].sequence, 4u);
+    fsm_link_put_bytes(bytes + EVENTS, fan->peers[peer].events, 4u);
+    fsm_link_put_bytes(bytes + MESSAGE, message, 2u);
+    if (size > 0u)
+        memcpy(bytes + FSM_LINK_HEADER, payload, size);
+    if (!fsm_link_arrive(fan->link, peer, bytes, (size_t)FSM_LINK_HEADER + size))
+        return false;
+    fan->peers[peer].sequence++;
+    fan->peers[peer].events += message != FSM_LINK_LEVELS ? 1u : 0u;
+    return true;
+}
+
+void fsm_link_fan_restarted(fsm_link_fan *fan, uint8_t peer)
+{
+    fan->peers[peer].session++;
+    fan->peers[peer].sequence = fan->peers[peer].events = 0u;
+}
+
+void fsm_link_fan_close(fsm_link_fan *fan)
+{
+    fsm_link_attach(fan->link, NULL, NULL);
+    if (fan->has_sender) {
+        fsm_shared_write(&fan->stop, 1u);
+        (void)sem_post(&fan->work);
+        (void)pthread_join(fan->sender, NULL);
+    }
+    if (fan->has_work)
+        (void)sem_destroy(&fan->work);
+    fsm_link_set_beside(fan->link, NULL, NULL);
+    (void)pthread_mutex_destroy(&fan->turn);
+    fan->has_sender = fan->has_work = false;
+}

@@ -1,0 +1,88 @@
+"""One link with a carrier for each peer: frames to nodes of fsmkit, translators to foreign ones.
+
+All frames of a node are numbered in one sequence, so each peer of fsmkit receives all of them, and
+counts no gap. A translator takes of them what concerns its foreign node, and makes frames of what
+comes from there. It does not know of connections between others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fsmkit.plugins import plugin
+from fsmkit.runtime.links.event_map import EventMap
+from fsmkit.runtime.links.faults import Faults
+from fsmkit.runtime.links.link import SLOTS, Link, LinkKind, Translator, TranslatorKind
+
+
+class ForeignOnly(Link):
+    """The link of a node that has no peer of fsmkit: only translators take its frames."""
+
+    def wait_listeners(self, timeout: float) -> None:
+        """Return at once: nobody is known to listen on a bus."""
+
+    def _wake(self) -> None:
+        while self.next_frame() is not None:
+            pass
+
+    def _take_in(self, node: int, timeout: float) -> bool:  # noqa: ARG002  (nobody sends frames)
+        return False
+
+
+def open_link(
+    event_map: EventMap,
+    node: str,
+    *,
+    session: int,
+    kind: str = "zeromq",
+    faults: Faults | None = None,
+    options: Mapping[str, Any] | None = None,
+    foreign: Mapping[str, Mapping[str, Any]] | None = None,
+) -> Link:
+    """Return the link of a node, with a translator for each foreign node it is connected to.
+
+    Args:
+        event_map: What crosses the nodes of the deployment.
+        node: The node whose link it is.
+        session: See `Link`.
+        kind: What carries frames between the nodes of fsmkit.
+        faults: Seeded faults of what arrives, from translators as well.
+        options: Those of the kind.
+        foreign: By foreign node, the options of its translator.
+
+    Raises:
+        FsmkitError: ``link-not-opened``, for the link or one of its translators;
+            ``unknown-plugin`` where nothing translates for foreign nodes of a kind.
+
+    """
+    own = event_map.node(node)
+    link: Link
+    if event_map.own_nodes == (own,):
+        link = ForeignOnly(event_map, node, session, faults, SLOTS, is_proven=False)
+    else:
+        link = plugin(LinkKind, kind).open(
+            event_map, node, session=session, faults=faults, options=options or {}
+        )
+    try:
+        translators: list[Translator] = []
+        for place in foreign_peers(event_map, own):
+            found = plugin(TranslatorKind, event_map.foreign[place])
+            given = (foreign or {}).get(event_map.nodes[place], {})
+            translators.append(found.translator(link, place, given))
+            link.translators = tuple(translators)
+    except BaseException:
+        link.close()
+        raise
+    return link
+
+
+def foreign_peers(event_map: EventMap, node: int) -> tuple[int, ...]:
+    """Return the foreign nodes with which a node exchanges messages or levels, in their order."""
+    ends = {(message.sender, message.receiver) for message in event_map.messages}
+    ends |= {(level.sender, level.receiver) for level in event_map.levels}
+    return tuple(
+        place
+        for place, kind in enumerate(event_map.foreign)
+        if kind and ((node, place) in ends or (place, node) in ends)
+    )
