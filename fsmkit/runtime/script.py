@@ -10,7 +10,7 @@ Operations return pseudo-random values, the same in every harness.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import assert_never
 
 from fsmkit.chart.chart import Chart
@@ -34,6 +34,8 @@ from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
 from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines, value_text
 
+NOTHING = Occurrence(0, ())
+"""The event of a line that has none."""
 LARGEST_RANGE = 2**22
 """Wider ranges are sampled from this many of their least values."""
 
@@ -50,11 +52,12 @@ class SeededHost:
         """Return the next value of the result type."""
         del arguments
         result = self._results[operation]
-        return None if result is None else self._value(result)
+        return None if result is None else self.value(result)
 
-    def _value(self, type_: Type) -> Value:
+    def value(self, type_: Type) -> Value:
+        """Return the next value of a type."""
         if isinstance(type_, ArrayType | RecordType):
-            return tuple(self._value(part) for part in part_types(type_))
+            return tuple(self.value(part) for part in part_types(type_))
         self.state = x = (1103515245 * self.state + 12345) % 2**31
         match type_:
             case BoolType():
@@ -109,47 +112,38 @@ class Player:
 
     def play(self, line: Text) -> tuple[Macrostep | str, ...]:
         """Do what a line says; return the macrosteps, or the lines of a trace that are not one."""
-        words = iter(tokens(line.value))
-        told = self._play(next(words, ""), words, line)
-        if next(words, None) is not None:
-            raise wrong_line(line, "there are words left at the end of the line", KNOWN)
-        return told
-
-    def _play(self, verb: str, words: Iterator[str], line: Text) -> tuple[Macrostep | str, ...]:
-        match verb:
+        read = read_line(self.chart, line)
+        match read.verb:
             case "start":
-                self._now = self._number(words, line)
+                self._now = read.number
                 inputs = self.snapshot.inputs
                 return self._done(interpreter.start(self.chart, self._now, self.host, inputs))
             case "run":
-                self._pass_time(self._number(words, line))
+                self._pass_time(read.number)
                 done = interpreter.run(self.chart, self.snapshot, self._now, self.host)
                 return self._done(*done)
             case "at":
-                self._pass_time(self._number(words, line))
+                self._pass_time(read.number)
             case "post":
-                event = read_event(self.chart, words, line)
-                posted = interpreter.post(self.chart, self.snapshot, event)
+                posted = interpreter.post(self.chart, self.snapshot, read.event)
                 self.snapshot = posted or self.snapshot
                 return () if posted else ("full queue",)
             case "dispatch" | "ask":
-                event = read_event(self.chart, words, line)
-                return self._dispatch(event, is_asking=verb == "ask")
+                return self._dispatch(read.event, is_asking=read.verb == "ask")
             case "input":
-                self._set_input(words, line)
+                place, inputs = read.number, self.snapshot.inputs
+                inputs = (*inputs[:place], read.value, *inputs[place + 1 :])
+                self.snapshot = replace(self.snapshot, inputs=inputs)
             case "seed":
-                self.host.state = self._number(words, line)
+                self.host.state = read.number
             case "dump":
                 return tuple(dump_lines(self.chart, self.snapshot))
             case "save":
                 self._saved = packing.pack(self.chart, self.snapshot)
                 return (f"saved {self._saved.hex()}",)
-            case "restore":
-                self._now = self._number(words, line)
-                saved = self._bytes(words, line) or self._saved
-                self.snapshot = packing.unpack(self.chart, saved, self._now)
-            case _:
-                raise wrong_line(line, f"there is no script line `{verb}`", KNOWN)
+            case _:  # restore
+                self._now = read.number
+                self.snapshot = packing.unpack(self.chart, read.data or self._saved, self._now)
         return ()
 
     def _dispatch(self, event: Occurrence, *, is_asking: bool) -> tuple[Macrostep | str, ...]:
@@ -177,29 +171,60 @@ class Player:
         passed = (now - self._now) % CLOCK
         self._now += passed if passed < CLOCK // 2 else passed - CLOCK
 
-    def _number(self, words: Iterator[str], line: Text) -> int:
-        word = next(words, "")
-        if not word.isdecimal():
-            raise wrong_line(line, f"`{word}` is no number", KNOWN)
-        return int(word)
-
-    def _bytes(self, words: Iterator[str], line: Text) -> bytes:
-        """Read bytes in hexadecimal; none where the line ends."""
-        word = next(words, "")
-        try:
-            return bytes.fromhex(word)
-        except ValueError as error:
-            raise wrong_line(line, f"`{word}` are no bytes in hexadecimal", KNOWN) from error
-
-    def _set_input(self, words: Iterator[str], line: Text) -> None:
-        place, value = read_input(self.chart, words, line)
-        inputs = (*self.snapshot.inputs[:place], value, *self.snapshot.inputs[place + 1 :])
-        self.snapshot = replace(self.snapshot, inputs=inputs)
-
 
 KNOWN = (
     "use `start`, `run`, `post`, `dispatch`, `ask`, `input`, `seed`, `dump`, `save` or `restore`"
 )
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of a script, read: what its verb needs."""
+
+    verb: str
+    number: int = 0
+    """A time, a seed, or the place of an input."""
+    event: Occurrence = NOTHING
+    value: Value = 0
+    data: bytes = b""
+
+
+def read_line(chart: Chart, line: Text) -> Line:
+    """Read a line of a script; `FsmkitError` (``wrong-script-line``) for what is none."""
+    words = iter(tokens(line.value))
+    match verb := next(words, ""):
+        case "start" | "run" | "at" | "seed":
+            read = Line(verb, _number(words, line))
+        case "restore":
+            read = Line(verb, _number(words, line), data=_bytes(words, line))
+        case "post" | "dispatch" | "ask":
+            read = Line(verb, event=read_event(chart, words, line))
+        case "input":
+            place, value = read_input(chart, words, line)
+            read = Line(verb, place, value=value)
+        case "dump" | "save":
+            read = Line(verb)
+        case _:
+            raise wrong_line(line, f"there is no script line `{verb}`", KNOWN)
+    if next(words, None) is not None:
+        raise wrong_line(line, "there are words left at the end of the line", KNOWN)
+    return read
+
+
+def _number(words: Iterator[str], line: Text) -> int:
+    word = next(words, "")
+    if not word.isdecimal():
+        raise wrong_line(line, f"`{word}` is no number", KNOWN)
+    return int(word)
+
+
+def _bytes(words: Iterator[str], line: Text) -> bytes:
+    """Read bytes in hexadecimal; none where the line ends."""
+    word = next(words, "")
+    try:
+        return bytes.fromhex(word)
+    except ValueError as error:
+        raise wrong_line(line, f"`{word}` are no bytes in hexadecimal", KNOWN) from error
 
 
 def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:

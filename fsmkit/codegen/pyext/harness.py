@@ -17,6 +17,7 @@ from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
 from fsmkit.codegen.pyext.members import Module, module_of
 from fsmkit.codegen.pyext.wrapper import ONCE, SAVING, machine_part, python_part
 from fsmkit.codegen.python.harness import Driven, is_same
+from fsmkit.runtime.script import script_texts
 
 QUICK = ("-O0",)
 NUMBERS = itertools.count()
@@ -54,7 +55,7 @@ def load_class(
 def _play(chart: Chart, script: Sequence[str], classes: Sequence[type[Any]]) -> list[str]:
     driven = [_DrivenExtension(chart, classes[0], traced=True)]
     driven.append(_DrivenExtension(chart, classes[1], traced=False))
-    for line in script:
+    for line in script_texts(script):
         is_same(driven, line)
     return driven[0].told
 

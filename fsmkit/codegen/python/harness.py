@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -11,23 +10,12 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.family import Member, family_of
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.template import arithmetic
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import Text
 from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
     SymbolType,
     Type,
 )
-
-WORDS = re.compile(r'"[^"]*"|[^\s\[\],"]+')
-"""Of a line: brackets tell nothing that the types do not."""
-LARGEST_RANGE = 2**22
-"""Wider ranges are sampled from this many of their least values."""
+from fsmkit.runtime.script import SeededHost, read_line, script_texts, wrong_line
 
 
 def _spelling() -> Callable[[object], str]:
@@ -41,12 +29,12 @@ def _spelling() -> Callable[[object], str]:
 shown = _spelling()
 
 
-class SeededHost:
-    """Operations that return pseudo-random values; events sent out are only traced."""
+class MethodHost(SeededHost):
+    """Operations, as methods, that return pseudo-random values; events sent out are only traced."""
 
     def __init__(self, family: Member) -> None:
-        """Provide every method that the machines of a module can ask for."""
-        self.state = 1
+        """Provide every method that the machines of a module can call."""
+        super().__init__(family.chart)
         for member in family.everyone:
             for operation in member.chart.operations:
                 method: Callable[..., Any] = partial(self._answer, operation.result)
@@ -55,30 +43,7 @@ class SeededHost:
                 setattr(self, f"send_{event}", lambda *_: None)
 
     def _answer(self, result: Type | None, *_: object) -> Any:
-        return None if result is None else self._value(result)
-
-    def _value(self, type_: Type) -> Any:
-        match type_:
-            case ArrayType(element, length):
-                return tuple([self._value(element) for _ in range(length)])
-            case RecordType(_, fields):
-                return tuple([self._value(part.type) for part in fields])
-            case _:
-                pass
-        self.state = x = (1103515245 * self.state + 12345) % 2**31
-        match type_:
-            case BoolType():
-                return bool(x >> 16 & 1)
-            case IntType(lo, hi):
-                return lo + (x >> 8) % min(hi - lo + 1, LARGEST_RANGE)
-            case EnumType(_, members):
-                return (x >> 8) % len(members)
-            case DurationType():
-                return (x >> 8) % 1001
-            case FloatType():
-                return ((x >> 8) % 2001 - 1000) / 8
-            case _:
-                return ""
+        return None if result is None else self.value(result)
 
 
 def load_machine(chart: Chart, *, traced: bool = False) -> type[Any]:
@@ -100,21 +65,17 @@ def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:
     driven = [
         Driven(chart, load_machine(chart, traced=traced), traced=traced) for traced in (True, False)
     ]
-    for line in script_lines:
+    for line in script_texts(script_lines):
         is_same(driven, line)
     return driven[0].told
 
 
-def is_same(driven: Sequence[Driven], line: str) -> bool:
+def is_same(driven: Sequence[Driven], line: Text) -> bool:
     """Let machines do what a line of a script says; whether the second does as the first.
 
     If not, the trace of the first tells so.
     """
-    verb, *words = WORDS.findall(line)
-    try:
-        seen = [each.obey(verb, words) for each in driven]
-    except (ValueError, KeyError, IndexError, TypeError, StopIteration) as error:
-        raise fail("wrong-script-line", f"`{line}`: {error}") from error
+    seen = [each.obey(line) for each in driven]
     if seen[0] != seen[1]:
         driven[0].told.append(f"without a trace after `{line}`: {seen[1]}, not {seen[0]}")
     return bool(seen[0] == seen[1])
@@ -127,7 +88,7 @@ class Driven:
         """Make a machine with a host of its own; one that is ``traced`` fills `told`."""
         self._chart = chart
         self.family = family_of(chart)
-        self._host = SeededHost(self.family)
+        self._host = MethodHost(self.family)
         self._class = machine_class
         self._is_traced = traced
         self._saved = b""
@@ -140,10 +101,10 @@ class Driven:
             machine.trace = self.told.append
         return machine
 
-    def _answer(self, event: str, is_handled: object) -> str:
+    def _answer(self, event: int, is_handled: object) -> str:
         """Return what came of an event that was dispatched, and the value of a reply or 0."""
         answer = ["answer", "handled" if is_handled else "ignored"]
-        type_ = self._chart.events[self._chart.event_index[event]].reply
+        type_ = self._chart.events[event].reply
         if type_ is not None:
             nothing = "" if isinstance(type_, SymbolType) else 0
             reply = self._machine.reply
@@ -158,29 +119,31 @@ class Driven:
         """Return the data, a line each."""
         return list(dump_lines(self.family, self._machine))
 
-    def obey(self, verb: str, words: list[str]) -> object:
+    def obey(self, line: Text) -> object:
         """Do what a line says; return what can be seen of the machine then."""
         machine, chart = self._machine, self._chart
+        read = read_line(chart, line)
+        event = chart.events[read.event.event].name, *read.event.payload
         result: object = None
-        match verb:
+        match read.verb:
             case "start" | "run":
-                result = getattr(machine, verb)(int(words[0]))
+                result = getattr(machine, read.verb)(read.number)
             case "post":
-                result = machine.post(words[0], *_payload(chart, words))
+                result = machine.post(*event)
                 if not result:
                     self.told.append("full queue")
             case "dispatch":
-                result = machine.dispatch(words[0], *_payload(chart, words))
+                result = machine.dispatch(*event)
             case "ask":
                 is_running = machine.running
-                result = machine.dispatch(words[0], *_payload(chart, words))
-                self.told.append(self._answer(words[0], result) if is_running else "answer stopped")
+                result = machine.dispatch(*event)
+                told = self._answer(read.event.event, result) if is_running else "answer stopped"
+                self.told.append(told)
             case "input":
-                (variable,) = [v for v in chart.inputs if v.name == words[0]]
-                value = _read(iter(words[1:]), variable.type)
-                setattr(machine, self.family.names.variables[words[0]], value)
+                name = self.family.names.variables[chart.inputs[read.number].name]
+                setattr(machine, name, read.value)
             case "seed":
-                self._host.state = int(words[0])
+                self._host.state = read.number
             case "dump":
                 self.dump()
             case "save":
@@ -188,9 +151,9 @@ class Driven:
                 self.told.append(f"saved {self._saved.hex()}")
             case "restore":
                 self._machine = machine = self._made()
-                machine.restore(self._saved, int(words[0]))
+                machine.restore(read.data or self._saved, read.number)
             case _:
-                raise ValueError(f"there is no script line `{verb}`")
+                raise wrong_line(line, f"a generated machine has no line `{read.verb}`")
         status = (machine.running, machine.finished, machine.fault, machine.next_deadline())
         return result, machine.active(), status, machine.reply, self._host.state, self.data()
 
@@ -206,28 +169,3 @@ def dump_lines(member: Member, machine: Any, before: str = "") -> Iterator[str]:
         for invocation, invoked, child in slots:
             if child.running:
                 yield from dump_lines(invoked, child, f"{before}{invocation.id}: ")
-
-
-def _payload(chart: Chart, words: Sequence[str]) -> list[Any]:
-    fields = chart.events[chart.event_index[words[0]]].fields
-    rest = iter(words[1:])
-    return [_read(rest, part.type) for part in fields]
-
-
-def _read(words: Iterator[str], type_: Type) -> Any:
-    match type_:
-        case BoolType():
-            return next(words) in {"1", "true"}
-        case FloatType():
-            return float(next(words))
-        case SymbolType():
-            return next(words).strip('"')
-        case EnumType(_, members):
-            word = next(words).rpartition(".")[2]
-            return members.index(word) if word in members else int(word)
-        case ArrayType(element, length):
-            return tuple([_read(words, element) for _ in range(length)])
-        case RecordType(_, fields):
-            return tuple([_read(words, part.type) for part in fields])
-        case IntType() | DurationType():
-            return int(next(words))

@@ -21,9 +21,8 @@ from fsmkit.codegen.transitions.names import ModelNames, model_names
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.document.document import Kind
 from fsmkit.language import Value
-from fsmkit.language.values import tokens
 from fsmkit.runtime.interpreter.trace import value_text
-from fsmkit.runtime.script import SeededHost, read_event, read_input, script_texts, wrong_line
+from fsmkit.runtime.script import SeededHost, read_line, script_texts, wrong_line
 
 LONGEST = 1000
 """Events in one macrostep, after which the library is not waited for."""
@@ -80,32 +79,30 @@ class Player:
 
     def play(self, line: Text) -> None:
         """Do what a line says."""
-        words = iter(tokens(line.value))
-        match next(words, ""):
+        read = read_line(self.chart, line)
+        event = self.chart.events[read.event.event].name, read.event.payload
+        match read.verb:
             case "start":
-                self.now = int(next(words))
+                self.now = read.number
                 self.queue.clear()
                 self._start()
             case "run":
-                self.now = int(next(words))
+                self.now = read.number
                 while self.queue and self.is_running:
                     self._take(*self.queue.pop(0))
             case "post":
-                event = read_event(self.chart, words, line)
                 if self.is_running and len(self.queue) < self.chart.capacities.queue:
-                    self.queue.append((self.chart.events[event.event].name, event.payload))
+                    self.queue.append(event)
                 else:
                     self.told.append("full queue")
             case "dispatch":
-                event = read_event(self.chart, words, line)
                 if self.is_running:
-                    self._take(self.chart.events[event.event].name, event.payload)
+                    self._take(*event)
             case "input":
-                place, value = read_input(self.chart, words, line)
-                self.inputs[self.chart.inputs[place].name] = value
+                self.inputs[self.chart.inputs[read.number].name] = read.value
                 self._set_inputs()
             case "seed":
-                self.host.state = int(next(words))
+                self.host.state = read.number
             case "dump":
                 self.told += self._dump()
             case verb:
