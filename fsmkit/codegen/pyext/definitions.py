@@ -53,7 +53,7 @@ def stub_text(module: Module) -> str:
 def _shared(module: Module) -> list[str]:
     members = [(each.member, Needs(emitted=set(each.emitted))) for each in module.bound.everyone]
     texts = [
-        *enumerations(tuple(member for member, _ in members)),
+        *enumerations(module.bound.member.names),
         host(module.bound.member.names, members),
     ]
     return [text.strip("\n") for text in texts if text]

@@ -102,8 +102,9 @@ class Printer:
     def fragment(self, expr: Expr) -> Fragment:
         """Return an expression as text that can stand inside more text."""
         match expr:
-            case Literal(value):
-                return _literal(value, expr.type)
+            case Literal(value, type_, name=name):
+                constant = self.names.constant(name, value, type_)
+                return _literal(value, type_) if constant is None else Fragment(constant)
             case Variable(name):
                 return Fragment(f"self.{self.names.variables[name]}")
             case EventField(name):

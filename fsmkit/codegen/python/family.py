@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
-from fsmkit.codegen.python.names import Names, distinct, identifier, names_of, timers_of
+from fsmkit.codegen.python.names import (
+    Module,
+    Names,
+    distinct,
+    identifier,
+    name_of_class,
+    names_of,
+)
 from fsmkit.codegen.python.template import BASES
 
 
@@ -44,32 +51,22 @@ def family_of(chart: Chart, prefix: str | None = None) -> Member:
 
     ``prefix`` takes the place of the name of the chart.
     """
-    names = names_of(chart, prefix=prefix)
+    machine = name_of_class(prefix or chart.name)
     if is_alone(chart):
-        return Member(chart, names)
-    (machine,) = distinct([names.machine], BASES)
-    names = replace(names, machine=machine)
-    taken = {machine, f"{machine}Host", *BASES, *names.states, *names.timers.values()}
-    return Member(chart, names, _invoked(chart, names, "S", tuple(names.variables.values()), taken))
+        return Member(chart, names_of(chart, Module([machine, f"{machine}Host"]), machine))
+    (machine,) = distinct([machine], BASES)
+    module = Module([machine, f"{machine}Host", *BASES])
+    names = names_of(chart, module, machine)
+    return Member(chart, names, _invoked(chart, names, module, ""))
 
 
-def _invoked(
-    chart: Chart, names: Names, prefix: str, hidden: tuple[str, ...], taken: set[str]
-) -> tuple[Member, ...]:
+def _invoked(chart: Chart, names: Names, module: Module, path: str) -> tuple[Member, ...]:
     found = []
     for invocation in chart.invocations:
         name = identifier(invocation.id)
-        own = names_of(invocation.chart, hidden)
-        (machine,) = distinct([f"{names.machine}_{name}"], taken)
-        taken.add(machine)
-        path = f"{prefix}_{name}"
-        states = distinct([f"{path}_{bare}".upper() for bare in own.bare[1:]], taken)
-        taken.update(states)
-        timers = timers_of(invocation.chart, f"T{path[1:]}".upper(), own.bare)
-        timers = dict(zip(timers, distinct(timers.values(), taken), strict=True))
-        taken.update(timers.values())
-        own = replace(own, machine=machine, states=("ROOT", *states), timers=timers)
-        found.append(
-            Member(invocation.chart, own, _invoked(invocation.chart, own, path, hidden, taken))
-        )
+        within = f"{path}{name}_"
+        machine = module.name(f"{names.machine}_{name}")
+        own = names_of(invocation.chart, module, machine, within, names.variables.values())
+        inner = _invoked(invocation.chart, own, module, within)
+        found.append(Member(invocation.chart, own, inner))
     return tuple(found)

@@ -8,11 +8,12 @@ from collections.abc import Iterator
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python import invoking, movement, plain, relations, saving, sending, template
 from fsmkit.codegen.python.content import ContentPrinter, Needs
+from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
 from fsmkit.codegen.python.features import features_of
 from fsmkit.codegen.python.head import print_head, wrapped
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.names import Names, distinct, identifier, members_of
+from fsmkit.codegen.python.names import Names, members_of
 from fsmkit.codegen.python.selection import (
     Offers,
     bit,
@@ -24,7 +25,6 @@ from fsmkit.codegen.python.straight import Straight
 from fsmkit.codegen.python.trees import Trees
 from fsmkit.codegen.python.trimming import trimmed, without_suites, without_trace
 from fsmkit.document.document import Trigger
-from fsmkit.language import EnumType
 from fsmkit.plan import Plan, lower
 from fsmkit.plan.image import Image
 from fsmkit.texts import printing
@@ -68,7 +68,8 @@ def module_text(
     arithmetic = template.arithmetic("\n".join(parts))
     pieces = (
         _header(chart, "\n".join((arithmetic, *parts))),
-        *enumerations(members),
+        *enumerations(family.names),
+        _values(family.names),
         *(_bits(member.chart, member.names) for member in members),
         arithmetic,
         host(family.names, list(zip(members, needs, strict=True))),
@@ -134,29 +135,37 @@ def _header(chart: Chart, text: str) -> str:
     )
 
 
-def enumerations(members: tuple[Member, ...]) -> Iterator[str]:
-    """Print the enumerations that are declared, the outermost machine's under their own names."""
-    known: list[EnumType] = []
-    taken = [member.names.machine for member in members[:-1]]
-    taken += [name for member in members for name in relations.constants(member.names)]
-    for type_ in (type_ for member in reversed(members) for type_ in member.chart.types):
-        if isinstance(type_, EnumType) and type_ not in known:
-            known.append(type_)
-            (named,) = distinct([identifier(type_.name)], taken)
-            taken.append(named)
-            out = Lines()
-            with out.suite(f"class {named}(IntEnum):"):
-                out.line('"""An enumeration of the chart."""')
-                out.line()
-                for place, member in enumerate(members_of(type_)):
-                    out.line(f"{member} = {place}")
-            yield out.finish()
+def enumerations(names: Names) -> Iterator[str]:
+    """Print the enumerations that are declared, by any machine of the module."""
+    for type_, name in names.enumerations.items():
+        out = Lines()
+        with out.suite(f"class {name}(IntEnum):"):
+            out.line('"""An enumeration of the chart."""')
+            out.line()
+            for place, member in enumerate(members_of(type_)):
+                out.line(f"{member} = {place}")
+        yield out.finish()
+
+
+def _values(names: Names) -> str:
+    """Return the members of enumerations as plain integers, which a step computes with."""
+    lines = [
+        f"{constant} = {names.enumerations[type_]}.{members_of(type_)[number]}.value"
+        for (type_, number), constant in names.members.items()
+        if isinstance(number, int)
+    ]
+    return "\n".join(lines)
 
 
 def _bits(chart: Chart, names: Names) -> str:
-    """Return the constants of states, a bit each, and of timers, in document order."""
+    """Return the constants of a chart, of its states, a bit each, and of its timers."""
+    literals = (literal for _, literal in chart.constants)
+    lines = [
+        f"{name} = {spell(literal.value, literal.type)}"
+        for literal, name in zip(literals, names.constants.values(), strict=True)
+    ]
     pairs = zip(chart.states, names.states, strict=True)
-    lines = [f"{name} = {bit(state.index)}" for state, name in pairs]
+    lines += [f"{name} = {bit(state.index)}" for state, name in pairs]
     if not has_regions(chart):
         lines += relations.configurations(chart, names)
     return "\n".join([*lines, *(f"{name} = {index}" for index, name in names.timers.items())])

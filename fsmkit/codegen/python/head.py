@@ -6,13 +6,13 @@ import json
 
 from fsmkit.codegen.python import invoking, relations, saving, sending, template
 from fsmkit.codegen.python.content import Needs
-from fsmkit.codegen.python.expressions import spell
+from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import decimal
 from fsmkit.document.document import Trigger
-from fsmkit.language import ArrayType, RecordType
+from fsmkit.language import ArrayType, Literal, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan.image import Image
 
@@ -68,12 +68,12 @@ def print_head(
         for number, length in enumerate(needs.copies):
             out.line(f"self._copy_{number}: list[Any] = [None] * {length}")
         for variable in chart.inputs:
-            value = _start(variable.init.value, variable.type)
+            value = _start(names, variable.init)
             out.line(f"self.{names.variables[variable.name]} = {value}")
         out.line("self._prepare(operations)")
     with out.method("_reset_data", "Give data, outputs and histories their start values."):
         for variable in (*chart.data, *chart.outputs):
-            value = _start(variable.init.value, variable.type)
+            value = _start(names, variable.init)
             out.line(f"self.{names.variables[variable.name]} = {value}")
         for state in chart.states:
             if state.is_history:
@@ -89,9 +89,10 @@ def _adoption(out: Lines, member: Member) -> None:
     wrapped(out, "self._adopt((", children, "))")
 
 
-def _start(value: object, type_: object) -> str:
-    is_parts = isinstance(type_, ArrayType | RecordType)
-    return spell(value, type_, mutable=is_parts)  # type: ignore[arg-type]
+def _start(names: Names, value: Literal) -> str:
+    """Return a start value; arrays and records as lists, which can be changed."""
+    is_parts = isinstance(value.type, ArrayType | RecordType)
+    return spell(value.value, value.type, mutable=True) if is_parts else Printer(names).print(value)
 
 
 def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:

@@ -16,6 +16,7 @@ from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import describe, is_dynamic, real_below, real_children
 from fsmkit.codegen.python.selection import bit, bits, has_regions, mask, payload_of
 from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import DurationType
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
 from fsmkit.plan.entries import entry_by_default
 from fsmkit.texts.python import quoted
@@ -139,9 +140,8 @@ class Mover:
         for history in self._plan.forgotten[state.index]:
             self._out.line(f"self._history_{self._names.bare[history]} = 0")
         for t in self._timed(state):
-            self._out.line(
-                f"self._insert({self._names.timers[t.index]}, {t.delay}, NOTHING, 0, None)"
-            )
+            delay = self._names.constant(t.delay_name, t.delay, DurationType()) or t.delay
+            self._out.line(f"self._arm({self._names.timers[t.index]}, {delay})")
         if state.invokes:
             self._out.line(f"self._waiting |= {self._names.states[state.index]}")
         self._content.blocks(self._out, tuple(block for block in state.on_entry if block), None)

@@ -4,19 +4,47 @@ from __future__ import annotations
 
 import keyword
 import sys
-from collections import Counter
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.template import machine as template
 from fsmkit.document.document import Trigger
-from fsmkit.emit import snake
-from fsmkit.emit.identifiers import legal
-from fsmkit.language import EnumType
+from fsmkit.emit import Namer, legal, snake
+from fsmkit.language import EnumType, Type, Value
 
 OFFERED = frozenset({"save", "restore"})
 """Methods of machines that are made so."""
+RESERVED = (
+    *("CLOCK", "FAR", "NOTHING", "ROOT", "Any", "Callable", "ClassVar", "IntEnum", "Iterator"),
+    *("Protocol", "ContentError", "EndOfBlock", "RangeFault"),
+)
+"""Names that each module has, of those that constants and enumerations could have."""
+
+
+class Module(Namer):
+    """Gives names to what stands in a module; all its machines share the enumerations."""
+
+    def __init__(self, reserved: Iterable[str]) -> None:
+        """Begin with names that are taken already."""
+        super().__init__((*RESERVED, *reserved))
+        self.enumerations: dict[EnumType, str] = {}
+        self.members: dict[tuple[EnumType, Value], str] = {}
+
+    def add(self, type_: EnumType) -> None:
+        """Name an enumeration and its members, unless another machine has it, too."""
+        if type_ not in self.enumerations:
+            self.enumerations[type_] = self.name(identifier(type_.name))
+            for number, member in enumerate(type_.members):
+                name = _constant(f"{snake(type_.name)}_{member}")
+                self.members[type_, number] = self.name(name)
+
+    def of_state(self, name: str) -> str:
+        """Return the constant of a state; that of its configuration differs in the letter alone."""
+        while True:
+            bit = self.name(f"S_{name}".upper())
+            if self.name(f"C{bit[1:]}") == f"C{bit[1:]}":
+                return bit
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,17 +64,37 @@ class Names:
     """Suffixes of methods that tell source and number."""
     variables: dict[str, str]
     operations: dict[str, str]
-    timers: dict[int, str]
-    """Constants of the transitions that time takes: ``T_IDLE``, of several ``T_IDLE_1`` ..."""
+    timers: dict[int, str] = field(default_factory=dict)
+    """Constants of the transitions that time takes: ``TIMER_IDLE_T_MOVE``, ``TIMER_IDLE_AFTER``."""
+    constants: dict[tuple[str, str], str] = field(default_factory=dict)
+    """Constants of the chart, by `_key`."""
+    enumerations: dict[EnumType, str] = field(default_factory=dict)
+    members: dict[tuple[EnumType, Value], str] = field(default_factory=dict)
+    """Constants of the members of enumerations, by number."""
+
+    def constant(self, name: str | None, value: Value, type_: Type | None) -> str | None:
+        """Return what a value is called, None for one without a name.
+
+        ``name``: of the constant of the chart that was written.
+        """
+        if isinstance(type_, EnumType):
+            return self.members.get((type_, value))
+        return None if name is None else self.constants.get(_key(name, value, type_))
 
 
-def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = None) -> Names:
-    """Return the names for a chart. A clash is resolved by underscores at the end.
+def _key(name: str, value: Value, type_: Type | None) -> tuple[str, str]:
+    """Return a constant with its value: a folded expression may have its name and another value."""
+    return name, f"{type(type_).__name__} {value!r}"
 
+
+def names_of(
+    chart: Chart, module: Module, machine: str, path: str = "", hidden: Collection[str] = ()
+) -> Names:
+    """Return the names for a chart. A clash is resolved by an addition at the end.
+
+    ``module``: names of the module; ``path``: what the constants of a machine in a slot begin with;
     ``hidden``: what operations cannot be called, because a machine around it is called so.
-    ``prefix`` names the machine instead of the chart.
     """
-    machine = name_of_class(prefix or chart.name)
     events = distinct([identifier(event.name) for event in chart.events])
     methods = [f"{verb}_{event}" for event in events for verb in ("post", "dispatch", "send")]
     taken = template().names | OFFERED | set(methods)
@@ -54,38 +102,40 @@ def names_of(chart: Chart, hidden: Collection[str] = (), prefix: str | None = No
     attributes = distinct([_public(name) for name in variables], taken)
     states = distinct([identifier(state.id) for state in chart.states])
     operations = [operation.name for operation in chart.operations]
+    for type_ in chart.types:
+        if isinstance(type_, EnumType):
+            module.add(type_)
     # methods of a subclass: they must not hide what the machine has
     own = distinct(map(_public, operations), taken | {*attributes, *hidden})
     return Names(
         machine=machine,
-        states=("ROOT", *constants("S", states[1:])),
+        states=("ROOT", *(module.of_state(f"{path}{state}") for state in states[1:])),
         bare=states,
         events=events,
         types=tuple(event.type for event in chart.events),
         transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
         variables=dict(zip(variables, attributes, strict=True)),
         operations=dict(zip(operations, own, strict=True)),
-        timers=timers_of(chart, "T", states),
+        timers={
+            t.index: module.name(
+                f"TIMER_{path}{states[t.source]}_{t.delay_name or t.trigger.value}".upper()
+            )
+            for t in chart.transitions
+            if t.trigger in (Trigger.AFTER, Trigger.EVERY)
+        },
+        constants={
+            _key(name, literal.value, literal.type): module.name(_constant(f"{path}{name}"))
+            for name, literal in chart.constants
+        },
+        enumerations=module.enumerations,
+        members=module.members,
     )
 
 
-def constants(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
-    """Return names of constants, in capitals and different from each other."""
-    return distinct(f"{prefix}_{name.upper()}" for name in names)
-
-
-def timers_of(chart: Chart, prefix: str, states: tuple[str, ...]) -> dict[int, str]:
-    """Return names for the transitions that time takes: of their state, counted if several."""
-    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
-    count = Counter(t.source for t in timed)
-    seen: Counter[int] = Counter()
-    wanted = []
-    for transition in timed:
-        seen[transition.source] += 1
-        several = count[transition.source] > 1
-        number = f"_{seen[transition.source]}" if several else ""
-        wanted.append(f"{states[transition.source]}{number}")
-    return dict(zip((t.index for t in timed), constants(prefix, wanted), strict=True))
+def _constant(name: str) -> str:
+    """Return a name in capitals; no two underscores begin it, which a class would mangle."""
+    text = identifier(name).upper()
+    return f"V{text}" if text.startswith("__") else text
 
 
 def identifier(name: str) -> str:

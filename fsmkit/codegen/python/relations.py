@@ -124,12 +124,6 @@ def configurations(chart: Chart, names: Names) -> list[str]:
     ]
 
 
-def constants(names: Names) -> list[str]:
-    """Return what the constants of states and configurations are called, or could be."""
-    configurations = (configuration(names, state) for state in range(len(names.states)))
-    return [*names.states, *names.timers.values(), *configurations]
-
-
 def configuration(names: Names, state: int) -> str:
     """Return the constant of a state: ``C_IDLE`` for ``S_IDLE``."""
     return f"C{names.states[state][1:]}" if state else names.states[0]

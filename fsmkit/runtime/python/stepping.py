@@ -207,7 +207,7 @@ class Stepping(Timers):
             self._cause = f"@{self._now} > timeout {transition}"
             self._tell(None)
         if self.PERIODS[transition]:
-            self._insert(transition, self.PERIODS[transition], NOTHING, 0, None)
+            self._arm(transition, self.PERIODS[transition])
         self._tried = 0
         is_enabled = self._GUARDS[transition] is None or self._test(transition)
         self._budget -= 1

@@ -14,7 +14,9 @@ class Timers(Queues):
 
     # --- timers -----------------------------------------------------------------------------------
 
-    def _insert(self, what: int, delay: int, mark: int, route: int, peer: str | None) -> int:
+    def _arm(
+        self, what: int, delay: int, mark: int = NOTHING, route: int = 0, peer: str | None = None
+    ) -> int:
         """Insert a timer behind those that are due no later; where its payload goes.
 
         ``what`` is a transition, or the complement of the event to send; ``route`` tells where to.
@@ -63,7 +65,7 @@ class Timers(Queues):
                 self._tell("full delayed")
             return NOTHING
         self._sends += 1
-        return self._insert(~event, delay, mark, route, peer)
+        return self._arm(~event, delay, mark, route, peer)
 
     def _cancel(self, mark: int) -> None:
         """Drop the delayed sends of an id."""

@@ -431,6 +431,32 @@ def test_many_states_are_found_in_a_table(tmp_path: Path) -> None:
     assert harness.run(chart, script) == list(run_script(chart, script))
 
 
+def test_constants_members_and_timers_stand_by_their_names(tmp_path: Path) -> None:
+    """Also where two of them would have one name, or one that the module has already."""
+    path = tmp_path / "named.yaml"
+    path.write_text(
+        "chart: Named\nconstants: {__wait: 20ms, any: 3, ANY: 4, far: 2.5, kind_a: 7}\n"
+        "types: {Kind: [a, b], Any: [c]}\n"
+        "data: {k: Kind = Kind.b, n: int32 = any, x: float64 = far, e: Any = Any.c}\n"
+        "events: {in: [go]}\n"
+        "states:\n  on:\n    on: {go: {do: n = ANY; n += kind_a; x = far + far; k = Kind.a}}\n"
+        "    after: {__wait: off}\n  off: {}\n"
+    )
+    chart = load(path)
+    text = module_text(chart)
+    for line in (
+        "self._arm(TIMER_ON___WAIT, V__WAIT)", "self.n = ANY_2", "self.n + KIND_A_2",
+        "self.k = KIND_A", "self.x = 5.0",
+    ):  # fmt: skip
+        assert line in text, line
+    machine = load_machine(chart)()
+    machine.start(0)
+    assert (machine.k, machine.n, machine.x, machine.e) == (1, 3, 2.5, 0)
+    assert machine.dispatch_go()
+    assert (machine.k, machine.n, machine.x) == (0, 11, 5.0)
+    assert machine.next_deadline() == 20
+
+
 def test_an_enumeration_named_as_a_constant_gets_an_underscore(tmp_path: Path) -> None:
     path = tmp_path / "clash.yaml"
     path.write_text(
