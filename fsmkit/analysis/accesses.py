@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from fsmkit.analysis.effects import can_end, can_fail
 from fsmkit.chart.content import values, variables, written
 from fsmkit.chart.statements import Block, CallOperation, ForEach, If, Invoke, Send, Statement
-from fsmkit.chart.walk import nodes
 from fsmkit.language import Call, EventField, EventName, Location, Variable
-from fsmkit.language.walk import root
+from fsmkit.language.walk import nodes, root
 
 Names = frozenset[str]
 NONE: Names = frozenset()

@@ -15,7 +15,7 @@ from typing import assert_never
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Send
-from fsmkit.chart.walk import charts_within, nodes
+from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Span
 from fsmkit.language import (
     LONGEST_DURATION,
@@ -38,6 +38,7 @@ from fsmkit.language import (
     Value,
     Variable,
 )
+from fsmkit.language.walk import nodes
 
 ENUMERATED = 32
 """A range of at most so many values is enumerated."""

@@ -23,7 +23,6 @@ from fsmkit.chart.statements import (
     Send,
     Statement,
 )
-from fsmkit.chart.walk import nodes
 from fsmkit.document.document import Kind
 from fsmkit.language import (
     ArrayType,
@@ -44,7 +43,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.conversion import of_type
 from fsmkit.language.statements.tree import bodies, statements
-from fsmkit.language.walk import root
+from fsmkit.language.walk import nodes, root
 
 # --- failing --------------------------------------------------------------------------------------
 

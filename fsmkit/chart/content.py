@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import get_args
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Assign, Block, ForEach, If, Statement
-from fsmkit.chart.walk import children, nodes
 from fsmkit.language import Element, Expr, Location, Storage, Variable
 from fsmkit.language.statements.tree import statements
-from fsmkit.language.walk import subexpressions
-
-EXPRESSIONS = frozenset(get_args(Expr))
+from fsmkit.language.walk import nodes, parts, subexpressions
 
 
 def blocks(chart: Chart) -> Iterator[Block]:
@@ -58,9 +54,7 @@ def values(statement: Statement) -> tuple[Expr, ...]:
         case ForEach(array=array):
             return (array,)
         case _:
-            held = children(statement)
-            each = (part if isinstance(part, tuple) else (part,) for part in held)
-            return tuple(p for parts in each for p in parts if p.__class__ in EXPRESSIONS)
+            return parts(statement)
 
 
 def written(statement: Statement) -> tuple[Location, ...]:

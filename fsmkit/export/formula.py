@@ -9,11 +9,11 @@ from functools import reduce
 from itertools import product
 from typing import assert_never
 
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.export.exporter import leave_out
 from fsmkit.export.network import Network
 from fsmkit.language import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Variable
+from fsmkit.language.walk import nodes
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.system.properties.kinds import never
 from fsmkit.system.properties.property import Atom, AtStates, Builtin, OverGraph, Property

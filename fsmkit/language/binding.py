@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Span, Text
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.durations import duration_of
 from fsmkit.language.ecmascript import (
@@ -20,7 +21,7 @@ from fsmkit.language.ecmascript import (
     truth,
 )
 from fsmkit.language.literals import bind_array, bind_number
-from fsmkit.language.names import Context, report_unknown, suggestion
+from fsmkit.language.names import Context, report_unknown
 from fsmkit.language.operators import (
     BITS,
     EQUALITY,
@@ -340,7 +341,7 @@ class Binder:
                 if isinstance(type_, EnumType):
                     if name in type_.members:
                         return Literal(type_.members.index(name), type_, span)
-                    advice = suggestion(
+                    advice = suggest(
                         name,
                         type_.members,
                         "its members are " + ", ".join(f"`{member}`" for member in type_.members),
@@ -356,7 +357,7 @@ class Binder:
                     return Member(base, name, field.type, span)
             names = [field.name for field in base.type.fields]
             message = f"`{base.type.name}` has no field `{name}`"
-            return self.context.report("unknown-name", message, at, suggestion(name, names))
+            return self.context.report("unknown-name", message, at, suggest(name, names))
         if isinstance(base.type, ArrayType) and name == "length":
             return Literal(base.type.length, exact(base.type.length, base.type.length), span)
         message = f"{described(base.type)} has no field `{name}`"
@@ -393,4 +394,4 @@ class Binder:
         if not fields:
             known = f"declare it: `event({name} 0..100)` under `events`"
         message = f"the event has no field `{name}`"
-        return self.context.report("unknown-name", message, at, suggestion(name, fields, known))
+        return self.context.report("unknown-name", message, at, suggest(name, fields, known))

@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fsmkit.diagnostics import Severity
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.mathematics import MATH, apply, bind_math
-from fsmkit.language.names import suggestion
 from fsmkit.language.scope import Signature
 from fsmkit.language.syntax import CallNode, MemberNode, NameNode, StringNode
 from fsmkit.language.tree import Call, Expr, Function, InState, Literal
@@ -43,7 +43,7 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
                 "unknown-name",
                 f"unknown operation `{name}`",
                 binder.span(node.callee),
-                suggestion(name, known, declare),
+                suggest(name, known, declare),
             )
         case _:
             return binder.context.report(
@@ -96,7 +96,7 @@ def _in_state(binder: Binder, node: CallNode) -> Expr | None:
         "unknown-name",
         f"unknown state `{state}`",
         binder.span(argument),
-        suggestion(state, states, otherwise or "name a state of this chart"),
+        suggest(state, states, otherwise or "name a state of this chart"),
         Severity.WARNING if is_loose else None,
     )
     return Literal(False, BOOL, binder.span(node)) if is_loose else None

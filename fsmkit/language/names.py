@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Severity, Span, Text
-from fsmkit.diagnostics.suggest import nearest
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.scope import Scope
 from fsmkit.language.types import EnumType, Type
 
@@ -33,12 +32,6 @@ class Context:
     ) -> None:
         """Add a finding. Returns None, so that ``return context.report(...)`` gives up."""
         self.findings.add(rule, message, at, help=advice, severity=severity)
-
-
-def suggestion(name: str, candidates: Iterable[str], otherwise: str | None = None) -> str | None:
-    """Return the help ``did you mean ...`` where something is spelt much like a name."""
-    near = nearest(name, candidates)
-    return f"did you mean `{near}`?" if near else otherwise
 
 
 def kinds_of_name(scope: Scope) -> dict[str, str]:
@@ -79,4 +72,4 @@ def _meant(scope: Scope, name: str, hint: Type | None) -> str:
     members = hint.members if isinstance(hint, EnumType) else ()
     known = (*scope.variables, *scope.constants, *members, *scope.operations)
     declare = "declare it under `data`, `inputs`, `outputs` or `constants`"
-    return suggestion(name, known, declare) or declare
+    return suggest(name, known, declare) or declare

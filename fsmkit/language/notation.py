@@ -8,10 +8,11 @@ from __future__ import annotations
 import re
 
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import representable
 from fsmkit.language.durations import WRITTEN, duration_of
 from fsmkit.language.folding import fold
-from fsmkit.language.names import Context, suggestion
+from fsmkit.language.names import Context
 from fsmkit.language.scope import Scope
 from fsmkit.language.tree import Literal
 from fsmkit.language.types import (
@@ -78,7 +79,7 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
     found = NAMED.get(name) or scope.types.get(name)
     if found is not None:
         return found
-    help_ = suggestion(name, (*NAMED, *scope.types), "declare it under `types`")
+    help_ = suggest(name, (*NAMED, *scope.types), "declare it under `types`")
     if name in FOREIGN:
         help_ = f"write `{FOREIGN[name]}`"
     return context.report("unknown-name", f"unknown type `{name}`", text, help_)

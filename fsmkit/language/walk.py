@@ -1,49 +1,59 @@
-"""Visit or change every part of an expression."""
+"""Visit or change the parts of a tree: of expressions, of statements, of a Chart."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
-from typing import assert_never
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from typing import Any, get_args
 
-from fsmkit.language.tree import (
-    Apply,
-    Binary,
-    Call,
-    Conditional,
-    Convert,
-    Element,
-    EventField,
-    EventName,
-    Expr,
-    InState,
-    Invalid,
-    Literal,
-    Member,
-    Unary,
-    Variable,
-)
+from fsmkit.diagnostics import Source, Span
+from fsmkit.language.placing import BARE, values_of
+from fsmkit.language.tree import Call, Element, Expr, Member, Variable
+
+EXPRESSIONS = frozenset(get_args(Expr))
 
 
-def parts(expr: Expr) -> tuple[Expr, ...]:
-    """Return the direct parts of an expression."""
-    match expr:
-        case Literal() | Variable() | EventField() | EventName() | InState() | Invalid():
-            return ()
-        case Unary(operand=operand) | Convert(operand=operand):
-            return (operand,)
-        case Binary(left=left, right=right):
-            return (left, right)
-        case Conditional(test, then, otherwise):
-            return (test, then, otherwise)
-        case Element(array, index):
-            return (array, index)
-        case Member(record):
-            return (record,)
-        case Apply(arguments=arguments) | Call(arguments=arguments):
-            return arguments
-        case _:
-            assert_never(expr)
+def nodes(node: object) -> Iterator[object]:
+    """Yield a node and all below it: dataclasses and tuples, in order.
+
+    Places and the types of expressions are left out.
+    """
+    left: list[Any] = [node]
+    while left:
+        part = left.pop()
+        if type(part) is tuple:
+            left += part[::-1]
+        elif (held := _held(part.__class__)) is not None:
+            yield part
+            left += held(part)[::-1]
+
+
+def children(node: Any) -> tuple[object, ...]:
+    """Return the fields of a node that may hold nodes, in order."""
+    held = _held(node.__class__)
+    return () if held is None else held(node)
+
+
+@cache
+def _held(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
+    """Return how to take what a node may hold of nodes; None for what is none."""
+    names = _names(kind)
+    return None if names is None else values_of(names)
+
+
+@cache
+def _names(kind: Any) -> tuple[str, ...] | None:
+    if not is_dataclass(kind) or kind in (Span, Source):
+        return None
+    held = (field for field in fields(kind) if not BARE.fullmatch(str(field.type)))
+    return tuple(field.name for field in held if field.name not in ("span", "type"))
+
+
+def parts(node: object) -> tuple[Expr, ...]:
+    """Return the direct parts of an expression, or the expressions that a statement holds."""
+    each = (part if isinstance(part, tuple) else (part,) for part in children(node))
+    return tuple([part for some in each for part in some if part.__class__ in EXPRESSIONS])
 
 
 def subexpressions(expr: Expr) -> Iterator[Expr]:
@@ -68,23 +78,15 @@ def root(location: Expr) -> Variable:
 
 def with_parts(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     """Return an expression each direct part of which is changed; arrays stay the variables."""
-    match expr:
-        case Literal() | Variable() | EventField() | EventName() | InState() | Invalid():
-            return expr
-        case Unary(_, operand) | Convert(operand):
-            return replace(expr, operand=change(operand))
-        case Binary(_, left, right):
-            return replace(expr, left=change(left), right=change(right))
-        case Conditional(test, then, otherwise):
-            return replace(expr, test=change(test), then=change(then), otherwise=change(otherwise))
-        case Element(_, index):
-            return replace(expr, index=change(index))
-        case Member(record):
-            return replace(expr, record=change(record))
-        case Apply(_, arguments) | Call(_, arguments):
-            return replace(expr, arguments=tuple(map(change, arguments)))
-        case _:
-            assert_never(expr)
+    new: dict[str, Any] = {}
+    kind: Any = expr.__class__
+    for name in _names(kind) or ():
+        value = getattr(expr, name)
+        if isinstance(value, tuple):
+            new[name] = tuple(map(change, value))
+        elif value.__class__ in EXPRESSIONS and name != "array":
+            new[name] = change(value)
+    return replace(expr, **new) if new else expr
 
 
 def rebuilt(expr: Expr, change: Callable[[Expr], Expr | None]) -> Expr:

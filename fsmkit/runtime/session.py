@@ -281,7 +281,7 @@ class Session:
         """Tell of all events that left, also of those that invoked machines sent meanwhile."""
         for effect in macrostep.effects:
             match effect:
-                case Emitted() if is_leaving(effect):
+                case Emitted() if effect.is_leaving:
                     self._deliver(chart, effect)
                 case Ran(slot, within):
                     self._deliver_all(chart.invocations[slot].chart, within)
@@ -362,11 +362,6 @@ class Inputs(MutableMapping[str, object]):
 
     def __len__(self) -> int:
         return len(self._session.chart.inputs)
-
-
-def is_leaving(effect: Emitted) -> bool:
-    """Whether an event goes to the host, and not from one machine to another (SCXML 6.2.4)."""
-    return effect.peer is None or not effect.peer.startswith("#_")
 
 
 def _configuration(chart: Chart, snapshot: Snapshot) -> tuple[str, ...]:

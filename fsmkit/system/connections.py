@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.statements import Raise, Send
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, SymbolType, Type
+from fsmkit.language.walk import nodes
 from fsmkit.system.indices import INDEXED, canonical, each
 from fsmkit.system.links import DIRECT, ChannelOptions, channel, read_options
 from fsmkit.system.system import EventLink, InputLink, Machine, Possible, operation_port

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.content import all_statements, written
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import (
@@ -31,7 +30,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.constants import start_value
 from fsmkit.language.statements.reading import read_typed
-from fsmkit.language.walk import root
+from fsmkit.language.walk import nodes, root
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import InputLink, Machine, Slot

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Reply
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
 from fsmkit.language import (
@@ -19,6 +18,7 @@ from fsmkit.language import (
     Literal,
     RecordType,
 )
+from fsmkit.language.walk import nodes
 
 LARGEST_CAPACITY = 250
 MOST_STATES = 65535

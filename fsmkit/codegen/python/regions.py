@@ -12,12 +12,12 @@ from fsmkit.analysis.effects import can_fail, has_effect, is_plain
 from fsmkit.chart.chart import State, Transition
 from fsmkit.chart.content import variables, written
 from fsmkit.chart.statements import Block
-from fsmkit.chart.walk import nodes
 from fsmkit.codegen.python.relations import LONG
 from fsmkit.codegen.python.selection import Groups, is_needing_memo
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import EventField, EventName, InState
 from fsmkit.language.statements.tree import statements
+from fsmkit.language.walk import nodes
 from fsmkit.plan import Enter, Plan
 
 TIMED = (Trigger.AFTER, Trigger.EVERY)

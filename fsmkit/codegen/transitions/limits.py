@@ -21,7 +21,6 @@ from fsmkit.chart.statements import (
     Statement,
 )
 from fsmkit.chart.structure import are_orthogonal
-from fsmkit.chart.walk import nodes
 from fsmkit.codegen.transitions.content import PRINTED
 from fsmkit.codegen.transitions.order import Order, pairs
 from fsmkit.diagnostics import Findings, Span
@@ -39,7 +38,7 @@ from fsmkit.language import (
     fold,
 )
 from fsmkit.language.statements.tree import statements
-from fsmkit.language.walk import subexpressions
+from fsmkit.language.walk import nodes, subexpressions
 
 KINDS = {
     Kind.SHALLOW_HISTORY: ("no history", "name the state to return to as the target"),

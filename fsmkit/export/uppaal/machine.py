@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import prod
 
-from fsmkit.chart.walk import nodes
 from fsmkit.export.identifiers import word
 from fsmkit.export.uppaal.automaton import Automaton, Cause, Trigger, Ways
 from fsmkit.export.uppaal.data import Data
@@ -45,6 +44,7 @@ from fsmkit.language import (
     Value,
     Variable,
 )
+from fsmkit.language.walk import nodes
 from fsmkit.system.system import EventLink
 
 MOST_CLOCK = 2**30 - 2

@@ -31,7 +31,6 @@ from fsmkit.chart.statements import (
     Send,
     Statement,
 )
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Span
 from fsmkit.export.uppaal.entries import (
     FIRST_SLOT,
@@ -75,7 +74,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.statements.tree import statements
-from fsmkit.language.walk import rebuilt, root
+from fsmkit.language.walk import nodes, rebuilt, root
 from fsmkit.verify.statespace.actions import Chooser
 
 NUMBER = IntType(-(2**30), -1)

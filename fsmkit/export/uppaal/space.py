@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from fsmkit.chart.statements import Destination, Send
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Span
 from fsmkit.export.identifiers import Names
 from fsmkit.export.uppaal.names import RESERVED
@@ -25,6 +24,7 @@ from fsmkit.language import (
     Type,
     Value,
 )
+from fsmkit.language.walk import nodes
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 

@@ -6,7 +6,6 @@ time, if the system is closed so: then an armed timer fires whenever it may.
 
 from __future__ import annotations
 
-from fsmkit.chart.walk import nodes
 from fsmkit.export.uppaal.automaton import Automaton, followed
 from fsmkit.export.uppaal.data import Data
 from fsmkit.export.uppaal.entries import Output, Path, Posted
@@ -18,6 +17,7 @@ from fsmkit.export.uppaal.queries import MANY, Queries
 from fsmkit.export.uppaal.space import Space
 from fsmkit.export.uppaal.terms import refuse
 from fsmkit.language import InState
+from fsmkit.language.walk import nodes
 from fsmkit.system.system import OBSERVED
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 

@@ -139,6 +139,11 @@ class Emitted:
     occurrence: Occurrence
     peer: str | None = None
 
+    @property
+    def is_leaving(self) -> bool:
+        """Whether it goes to the host, and not from one machine to another (SCXML 6.2.4)."""
+        return self.peer is None or not self.peer.startswith("#_")
+
 
 @dataclass(frozen=True, slots=True)
 class Raised:

@@ -24,9 +24,8 @@ from fsmkit.language.syntax import (
     NameNode,
     Node,
     StringNode,
-    SyntaxFault,
-    parse,
 )
+from fsmkit.scxml.ecmascript.rewrite import parsed
 
 MOST_VALUES = 32
 """A variable that is given more strings than this is not told apart."""
@@ -72,7 +71,7 @@ class KnownStrings:
         The last has no condition where the variables are sure to have a value. ``statement`` is
         the one that evaluates it.
         """
-        node = _read(text)
+        node = parsed(text)
         names = sorted(_names(node) - self.constants.keys())
         known = [self._before(name, statement) for name in names]
         if node is None or not all(known) or not self._is_joined(node):
@@ -92,7 +91,7 @@ class KnownStrings:
 
     def joins(self, text: Text) -> bool:
         """Whether an expression joins strings of which at least one is a variable's."""
-        node = _read(text)
+        node = parsed(text)
         if not isinstance(node, BinaryNode) or not self._is_joined(node):
             return False
         names = _names(node)
@@ -201,16 +200,16 @@ def find_strings(
             case DocData(name=written, init=Text() as init):
                 stands = placeholders.get(written.value)
                 gifts.append(
-                    (written.value, _read(init if stands is None else string(stands, init)), 0)
+                    (written.value, parsed(init if stands is None else string(stands, init)), 0)
                 )
             case Assign(location, value, operator=operator):
                 gifts.append(
-                    (location.value.strip(), _read(assigned(location, value, operator)), id(part))
+                    (location.value.strip(), parsed(assigned(location, value, operator)), id(part))
                 )
             case ForEach(item=item, index=index):
                 gifts += [(each.value.strip(), None, 0) for each in (item, index) if each]
             case DocSend(id=Text() as made, id_location=Text() as location):
-                gifts.append((location.value.strip(), _read(string(made.value, location)), 0))
+                gifts.append((location.value.strip(), parsed(string(made.value, location)), 0))
             case DocInvoke(id_location=Text() as location):
                 gifts.append((location.value.strip(), None, 0))
             case _:
@@ -225,13 +224,6 @@ def assigned(location: Text, value: Text, operator: str) -> Text:
         return value
     text = f"{location.value.strip()} {operator} ({value.value})"
     return Text(text, value.span, ())
-
-
-def _read(text: Text) -> Node | None:
-    try:
-        return parse(text.value)
-    except SyntaxFault:
-        return None
 
 
 def _names(node: Node | None) -> set[str]:

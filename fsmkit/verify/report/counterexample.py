@@ -32,7 +32,7 @@ from fsmkit.verify.statespace.actions import Action, Chooser, Message, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Trail
 from fsmkit.verify.statespace.local_steps import LocalSteps
-from fsmkit.verify.statespace.sessions import effects_within, leaves_family
+from fsmkit.verify.statespace.sessions import effects_within
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +225,7 @@ def checked_lines(chart: Chart, done: Macrostep) -> Iterator[str]:
             case Called(operation, arguments, result):
                 answer = () if result is None else ("=", plain(result))
                 yield path + " ".join(("op", operation, *map(plain, arguments), *answer))
-            case Emitted(Occurrence(event, payload)) if leaves_family(effect):
+            case Emitted(Occurrence(event, payload)) if effect.is_leaving:
                 yield path + " ".join(("out", own.events[event].name, *map(plain, payload)))
             case Overflowed(queue):
                 yield f"{path}full {queue}"

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.format import spell_signature
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.language import Storage, Variable
+from fsmkit.language.walk import nodes
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.spread import Kind, Part, Spread, parts_of
 

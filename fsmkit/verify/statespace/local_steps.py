@@ -64,7 +64,6 @@ from fsmkit.verify.statespace.sessions import (
     effects_within,
     invoked_elapsed,
     is_due,
-    leaves_family,
     settled,
     timers_within,
     waiting,
@@ -294,7 +293,7 @@ class LocalSteps:
             found += self._messages(machine, OBSERVED + done.event.event, done.event.payload)
         for effect in done.effects:
             match effect:
-                case Emitted(Occurrence(event, payload)) if leaves_family(effect):
+                case Emitted(Occurrence(event, payload)) if effect.is_leaving:
                     port, values = event, payload
                 case Called(operation, arguments):
                     port, values = self._ports[machine][operation], arguments

@@ -19,7 +19,6 @@ from fsmkit.runtime.interpreter.run import is_deferred, next_deadline
 from fsmkit.runtime.interpreter.snapshot import (
     Delayed,
     Effect,
-    Emitted,
     Macrostep,
     Ran,
     Snapshot,
@@ -50,11 +49,6 @@ def effects_within(
             yield from effects_within(invocation.chart, effect.macrostep, inner)
         else:
             yield path, chart, effect
-
-
-def leaves_family(effect: Emitted) -> bool:
-    """Whether an event goes out by the port, not to an invoked machine nor to the invoker."""
-    return effect.peer is None or not effect.peer.startswith("#_")
 
 
 def require_explorable(chart: Chart) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.chart.walk import nodes
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
 from fsmkit.language import InState
 from fsmkit.language import Variable as Named
+from fsmkit.language.walk import nodes
 from fsmkit.system.properties.property import Atom, Property, asked_events, judged
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment
