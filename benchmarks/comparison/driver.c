@@ -66,7 +66,7 @@ static void verify(void)
     begin();
     for (uint32_t i = 0; i < COUNT; i++) {
         BENCH_DISPATCH(i);
-        path = mixed(path, (uint32_t)machine.n & 0xffu);
+        path = mixed(path, (uint32_t)machine.data.n & 0xffu);
     }
     const uint32_t data[] = {BENCH_DATA};
     for (size_t i = 0; i < sizeof data / sizeof *data; i++)

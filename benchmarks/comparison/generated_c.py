@@ -196,6 +196,7 @@ def state_codes(machine: Machine, stream: Stream) -> list[int]:
 
 def driver_page(machine: Machine, stream: Stream) -> str:
     """Return ``bench_chart.h``: the machine's names for the driver."""
+    data = [f"(uint32_t)machine.data.{name}" for name in stream.variables]
     lines = [
         "#ifndef BENCH_CHART_H",
         "#define BENCH_CHART_H",
@@ -215,7 +216,7 @@ def driver_page(machine: Machine, stream: Stream) -> str:
         f"#define BENCH_INIT {call(machine, 'init')}",
         f"#define BENCH_START {call(machine, 'start')}",
         f"#define BENCH_DISPATCH(i) {call(machine, 'dispatch')}",
-        f"#define BENCH_DATA {', '.join(f'(uint32_t)machine.{name}' for name in stream.variables)}",
+        f"#define BENCH_DATA {', '.join(data)}",
         "#endif",
     ]
     return "\n".join(lines) + "\n"
@@ -240,7 +241,7 @@ def size_page(stream: Stream) -> str:
 
     One byte more each, for a section of none would not be there.
     """
-    user = " + ".join(f"sizeof ((BENCH_MACHINE *)0)->{name}" for name in stream.variables)
+    user = " + ".join(f"sizeof ((BENCH_MACHINE *)0)->data.{name}" for name in stream.variables)
     return (
         '#include "bench_chart.h"\n'
         "#define IN(name) __attribute__((section(name)))\n"

@@ -87,9 +87,9 @@ def unguarded(program: Program) -> Program:
     for line in lines:
         if skips:
             skips = False
-        elif line.strip() == "if (m->busy)":
+        elif line.strip() == "if (m->fsm.busy)":
             skips = True
-        elif "m->busy = " not in line:
+        elif "m->fsm.busy = " not in line:
             kept.append(line)
     text = "\n".join(kept)
     if "busy" in text:

@@ -502,11 +502,11 @@ static void check_laws(void)
 {
     const x *m = &machine;
     all.checks++;
-    equal("waiting in the queue", waiting, m->queue_count);
+    equal("waiting in the queue", waiting, m->fsm.queue_count);
     equal("deferred", deferred, held(m, &x_info.deferred));
-    equal("refused since the start", refused_since < 65535 ? refused_since : 65535, m->rejected);
+    equal("refused since the start", refused_since < 65535 ? refused_since : 65535, m->fsm.rejected);
     equal("unhandled since the start", unhandled_since < 65535 ? unhandled_since : 65535,
-          m->unhandled);
+          m->fsm.unhandled);
     equal("in the mailbox", in_mailbox, fsm_ring_count(&mailbox.ring));
     equal("lost at the mailbox", all.lost, watched_mailbox_lost(&mailbox));
     equal("armed timers", armed_now, held(m, &x_info.timers));

@@ -38,7 +38,7 @@ def test_the_guard_is_cut_out_whole() -> None:
 
 def test_a_guard_of_another_form_is_not_measured() -> None:
     made = pump(CALLING)
-    text = made.files["pump.c"].replace("m->busy = true;", "set_busy(m);")
+    text = made.files["pump.c"].replace("m->fsm.busy = true;", "set_busy(m);")
     with pytest.raises(UnavailableError, match="another form"):
         unguarded(type(made)({**made.files, "pump.c": text}, made.sources, made.calls, made.turn))
 

@@ -63,7 +63,7 @@ int main(int argc, char **argv)
     error = strcmp(argv[1], "periodic") == 0 ? fsm_posix_periodic(&host, step, &machine)
                                              : fsm_posix_tickless(&host, step, next, &machine);
     (void)pthread_join(thread, NULL);
-    printf("sum %lu ticks %d\n", (unsigned long)machine.sum, machine.ticks > 0);
+    printf("sum %lu ticks %d\n", (unsigned long)machine.data.sum, machine.data.ticks > 0);
     fsm_posix_print(&host, stdout);
     fsm_posix_close(&host);
     return error;

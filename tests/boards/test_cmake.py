@@ -71,9 +71,9 @@ int main(void)
     second_post_press(&two);
     gate_mailbox_run(&box, &one, 0);
     second_run(&two, 0);
-    printf("level %d", one.level);
+    printf("level %d", one.out.level);
     fsm_posix_periodic(&host, step, NULL);
-    printf(" then %d\\n", one.level);
+    printf(" then %d\\n", one.out.level);
     fsm_posix_close(&host);
     return 0;
 }

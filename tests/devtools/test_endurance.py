@@ -114,23 +114,26 @@ def test_what_the_cell_does_without(station: Chart, tmp_path: Path) -> None:
     ("old", "new", "law"),
     [
         pytest.param(
-            "fsm_count(&m->rejected);", "", "refused since the start", id="a refusal is not counted"
+            "fsm_count(&m->fsm.rejected);",
+            "",
+            "refused since the start",
+            id="a refusal is not counted",
         ),
         pytest.param(
-            "m->queue_count++;",
-            "if (m->queue_count < 3u) m->queue_count++;",
+            "m->fsm.queue_count++;",
+            "if (m->fsm.queue_count < 3u) m->fsm.queue_count++;",
             "waiting in the queue",
             id="an event overwrites another",
         ),
         pytest.param(
-            "fsm_timers_disarm(m->timers, &m->timer_count, ",
+            "fsm_timers_disarm(m->fsm.timers, &m->fsm.timer_count, ",
             "(void)(",
             "armed timers",
             id="a timer outlives its state",
         ),
         pytest.param(
-            "fsm_reached(now, m->timers[0].deadline)",
-            "now >= m->timers[0].deadline",
+            "fsm_reached(now, m->fsm.timers[0].deadline)",
+            "now >= m->fsm.timers[0].deadline",
             "overdue",
             id="the clock must not wrap around",
         ),

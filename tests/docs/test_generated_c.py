@@ -14,9 +14,10 @@ PAGE = (ROOT / "docs/reference/c.md").read_text(encoding="utf-8")
 
 
 def test_the_code_is_that_of_the_feeder() -> None:
-    source = generate_machine(load(ROOT / "machines/production_cell/feeder.yaml")).files["feeder.c"]
+    files = generate_machine(load(ROOT / "machines/production_cell/feeder.yaml")).files
+    source = files["feeder.h"] + files["feeder.c"]
     blocks = re.findall(r"```c\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     for block in blocks:
         assert block in source
 

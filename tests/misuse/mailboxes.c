@@ -68,7 +68,7 @@ int main(int count, char **words)
     for (uint32_t done = 0u; done < events || !is_empty(&producers[0]) || !is_empty(&producers[1]);
          done++) {
         if (done % 64u == 0u) {
-            given_up += machine.queue_count;
+            given_up += machine.fsm.queue_count;
             abused_start(&machine, now);
         }
         (void)abused_mailbox_drain(&producers[0].box, &machine);

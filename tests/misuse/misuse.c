@@ -40,7 +40,7 @@ static bool is_nesting;
 
 static uint32_t waiting(void)
 {
-    return (uint32_t)m.queue_count + m.deferred_count;
+    return (uint32_t)m.fsm.queue_count + m.fsm.deferred_count;
 }
 
 static uint32_t stops(uint32_t count) /* where a counter stops */
@@ -51,12 +51,12 @@ static uint32_t stops(uint32_t count) /* where a counter stops */
 /* Post a tap; the return value, the counter and the queue must agree. */
 static bool tap(void)
 {
-    const uint32_t before = waiting(), rejected = m.rejected;
-    const bool has_room = m.running && before < ABUSED_QUEUE;
+    const uint32_t before = waiting(), rejected = m.fsm.rejected;
+    const bool has_room = m.fsm.running && before < ABUSED_QUEUE;
     const bool fits = abused_post_tap(&m, ++number);
     LAW(fits == has_room);
     LAW(waiting() == before + (fits ? 1u : 0u));
-    LAW(m.rejected == (fits ? rejected : stops(rejected + 1u)));
+    LAW(m.fsm.rejected == (fits ? rejected : stops(rejected + 1u)));
     sum.posted++;
     sum.refused += fits ? 0u : 1u;
     return fits;
@@ -78,14 +78,14 @@ void abused_touched(abused *which, uint32_t tapped)
         return;
     const abused before = m;
     uint32_t deadline;
-    LAW(now_event(ABUSED_EVENT_TAP, m.now + draw(99)) == FSM_BUSY);
-    abused_run(&m, m.now + draw(1000));
+    LAW(now_event(ABUSED_EVENT_TAP, m.fsm.now + draw(99)) == FSM_BUSY);
+    abused_run(&m, m.fsm.now + draw(1000));
     abused_start(&m, draw(1000));
     LAW(!abused_step_event(&m) && !abused_step_timer(&m) && !abused_step_eventless(&m));
-    LAW(abused_next_deadline(&m, &deadline) == (before.timer_count > 0u));
-    LAW(before.queue_count == m.queue_count && before.timer_count == m.timer_count &&
-        before.now == m.now && before.handled == m.handled && before.active == m.active &&
-        before.beats == m.beats && before.running == m.running && before.busy == m.busy);
+    LAW(abused_next_deadline(&m, &deadline) == (before.fsm.timer_count > 0u));
+    LAW(before.fsm.queue_count == m.fsm.queue_count && before.fsm.timer_count == m.fsm.timer_count &&
+        before.fsm.now == m.fsm.now && before.data.handled == m.data.handled && before.fsm.active == m.fsm.active &&
+        before.data.beats == m.data.beats && before.fsm.running == m.fsm.running && before.fsm.busy == m.fsm.busy);
     nested += 6u;
     for (uint32_t i = draw(3); i > 0u; i--)
         (void)tap();
@@ -94,8 +94,8 @@ void abused_touched(abused *which, uint32_t tapped)
 /* Close the account of a machine that is about to begin anew. */
 static void close_account(void)
 {
-    sum.handled += m.handled;
-    sum.ignored += m.unhandled;
+    sum.handled += m.data.handled;
+    sum.ignored += m.fsm.unhandled;
     sum.given_up += waiting();
 }
 
@@ -103,21 +103,21 @@ static void anew(uint32_t now)
 {
     close_account();
     abused_start(&m, now);
-    LAW(m.running && !m.finished && m.fault == FSM_NO_FAULT && abused_in(&m, ABUSED_STATE_IDLE));
-    LAW(waiting() == 0u && m.rejected == 0u && m.unhandled == 0u && m.timer_count == 0u);
+    LAW(m.fsm.running && !m.fsm.finished && m.fsm.fault == FSM_NO_FAULT && abused_in(&m, ABUSED_STATE_IDLE));
+    LAW(waiting() == 0u && m.fsm.rejected == 0u && m.fsm.unhandled == 0u && m.fsm.timer_count == 0u);
 }
 
 static void is_stopped(fsm_fault fault)
 {
     uint32_t deadline;
-    const uint32_t handled = m.handled, queued = waiting();
+    const uint32_t handled = m.data.handled, queued = waiting();
     for (uint32_t i = draw(4); i > 0u; i--)
         LAW(!tap());
-    abused_run(&m, m.now + draw(1000));
+    abused_run(&m, m.fsm.now + draw(1000));
     LAW(now_event(ABUSED_EVENT_TAP, 0u) == FSM_STOPPED);
     LAW(!abused_step_event(&m) && !abused_step_timer(&m) && !abused_step_eventless(&m));
     (void)abused_next_deadline(&m, &deadline);
-    LAW(!m.running && m.handled == handled && waiting() == queued && abused_fault(&m) == fault);
+    LAW(!m.fsm.running && m.data.handled == handled && waiting() == queued && abused_fault(&m) == fault);
 }
 
 static void before_start(void)
@@ -128,34 +128,34 @@ static void before_start(void)
     for (uint32_t i = draw(9); i > 0u; i--)
         is_stopped(FSM_NO_FAULT);
     anew(draw(1000));
-    LAW(m.handled == 0u);
+    LAW(m.data.handled == 0u);
     (void)tap();
     abused_run(&m, 0u);
-    LAW(m.handled == 1u);
+    LAW(m.data.handled == 1u);
 }
 
 static void within_a_step(void)
 {
     is_nesting = true;
     if (!abused_in(&m, ABUSED_STATE_BEATING))
-        LAW(now_event(ABUSED_EVENT_BEAT_ON, m.now) == FSM_HANDLED);
+        LAW(now_event(ABUSED_EVENT_BEAT_ON, m.fsm.now) == FSM_HANDLED);
     for (uint32_t i = draw(12); i > 0u; i--)
         (void)tap();
-    abused_run(&m, m.now + draw(30));
+    abused_run(&m, m.fsm.now + draw(30));
     is_nesting = false;
-    LAW(abused_in(&m, ABUSED_STATE_BEATING) && m.fault == FSM_NO_FAULT);
+    LAW(abused_in(&m, ABUSED_STATE_BEATING) && m.fsm.fault == FSM_NO_FAULT);
 }
 
 /* The timer fires at its deadlines, once each, however the clock jumps and wherever it stands. */
 static void beats(uint32_t now, uint32_t *due)
 {
-    const uint32_t before = m.beats;
+    const uint32_t before = m.data.beats;
     uint32_t fired = 0u, deadline = 0u;
     for (; (uint32_t)(now - *due) < UINT32_C(0x80000000); *due += 10u)
         fired++;
     (void)tap();
     abused_run(&m, now);
-    LAW(m.beats == before + fired && m.now == now && m.queue_count == 0u);
+    LAW(m.data.beats == before + fired && m.fsm.now == now && m.fsm.queue_count == 0u);
     LAW(abused_next_deadline(&m, &deadline) && deadline == *due);
 }
 
@@ -187,24 +187,24 @@ static void full(void)
 {
     for (uint32_t i = 0u; i < 3u * ABUSED_QUEUE; i++)
         LAW(tap() == (i < ABUSED_QUEUE));
-    const uint32_t handled = m.handled;
-    abused_run(&m, m.now + draw(30));
-    LAW(m.handled == handled + ABUSED_QUEUE && waiting() == 0u);
+    const uint32_t handled = m.data.handled;
+    abused_run(&m, m.fsm.now + draw(30));
+    LAW(m.data.handled == handled + ABUSED_QUEUE && waiting() == 0u);
 }
 
 static void deferred(void)
 {
-    LAW(now_event(ABUSED_EVENT_HOLD, m.now) == FSM_HANDLED);
-    const uint32_t handled = m.handled;
+    LAW(now_event(ABUSED_EVENT_HOLD, m.fsm.now) == FSM_HANDLED);
+    const uint32_t handled = m.data.handled;
     for (uint32_t i = 0u; i < 2u * ABUSED_QUEUE; i++) {
         LAW(tap() == (i < ABUSED_QUEUE)); /* deferred events take room of the queue */
-        abused_run(&m, m.now + draw(3));
-        LAW(m.handled == handled);
+        abused_run(&m, m.fsm.now + draw(3));
+        LAW(m.data.handled == handled);
     }
-    LAW(m.deferred_count == ABUSED_QUEUE);
-    LAW(now_event(ABUSED_EVENT_RELEASE, m.now) == FSM_HANDLED);
-    abused_run(&m, m.now);
-    LAW(m.handled == handled + ABUSED_QUEUE && waiting() == 0u);
+    LAW(m.fsm.deferred_count == ABUSED_QUEUE);
+    LAW(now_event(ABUSED_EVENT_RELEASE, m.fsm.now) == FSM_HANDLED);
+    abused_run(&m, m.fsm.now);
+    LAW(m.data.handled == handled + ABUSED_QUEUE && waiting() == 0u);
 }
 
 static void endless(void) /* eventless transitions, internal events: a fault, and at once */
@@ -213,41 +213,41 @@ static void endless(void) /* eventless transitions, internal events: a fault, an
     for (uint32_t i = draw(12); i > 0u; i--)
         (void)tap();
     const fsm_result result =
-        now_event(is_internal ? ABUSED_EVENT_CIRCLE : ABUSED_EVENT_WHIRL, m.now);
-    LAW(result == FSM_HANDLED && m.loops <= ABUSED_MICROSTEPS);
+        now_event(is_internal ? ABUSED_EVENT_CIRCLE : ABUSED_EVENT_WHIRL, m.fsm.now);
+    LAW(result == FSM_HANDLED && m.data.loops <= ABUSED_MICROSTEPS);
     is_stopped(FSM_FAULT_MICROSTEPS);
-    anew(m.now);
+    anew(m.fsm.now);
 }
 
 static void without_delay(void) /* timers of no delay: one step at a time, in which no time passes */
 {
-    const uint32_t now = m.now, loops = m.loops, steps = draw(40);
+    const uint32_t now = m.fsm.now, loops = m.data.loops, steps = draw(40);
     LAW(now_event(ABUSED_EVENT_CHASE, now) == FSM_HANDLED);
     for (uint32_t i = 0u; i < steps; i++) {
         (void)tap();
         LAW(abused_step_timer(&m));
         (void)abused_step_event(&m);
-        LAW(m.now == now && m.timer_count == 1u && abused_in(&m, ABUSED_STATE_CHASING));
+        LAW(m.fsm.now == now && m.fsm.timer_count == 1u && abused_in(&m, ABUSED_STATE_CHASING));
     }
-    LAW(m.loops == loops + 1u + steps);
-    LAW(now_event(ABUSED_EVENT_RELEASE, now) == FSM_HANDLED && m.timer_count == 0u);
+    LAW(m.data.loops == loops + 1u + steps);
+    LAW(now_event(ABUSED_EVENT_RELEASE, now) == FSM_HANDLED && m.fsm.timer_count == 0u);
 }
 
 static void to_itself(void) /* an event that sends itself: run ends, and goes on the next time */
 {
     abused_event e = ABUSED_NO_EVENT;
     e.event = ABUSED_EVENT_ECHO;
-    anew(m.now);
+    anew(m.fsm.now);
     LAW(abused_post(&m, &e));
     sum.posted++; /* and given up in the end */
     for (uint32_t i = draw(9); i > 0u; i--) {
-        const uint32_t loops = m.loops;
+        const uint32_t loops = m.data.loops;
         (void)tap();
-        abused_run(&m, m.now + 1u);
-        LAW(m.loops > loops && m.loops <= loops + ABUSED_MICROSTEPS + ABUSED_QUEUE);
-        LAW(m.queue_count == 1u && m.running);
+        abused_run(&m, m.fsm.now + 1u);
+        LAW(m.data.loops > loops && m.data.loops <= loops + ABUSED_MICROSTEPS + ABUSED_QUEUE);
+        LAW(m.fsm.queue_count == 1u && m.fsm.running);
     }
-    anew(m.now);
+    anew(m.fsm.now);
 }
 
 static void after_the_end(void)
@@ -255,16 +255,16 @@ static void after_the_end(void)
     for (uint32_t i = draw(12); i > 0u; i--)
         (void)tap();
     sum.given_up += waiting(); /* with the machine */
-    LAW(now_event(ABUSED_EVENT_FINISH, m.now) == FSM_HANDLED);
+    LAW(now_event(ABUSED_EVENT_FINISH, m.fsm.now) == FSM_HANDLED);
     LAW(abused_finished(&m) && waiting() == 0u);
     is_stopped(FSM_NO_FAULT);
-    anew(m.now);
+    anew(m.fsm.now);
 }
 
 static void no_event(void) /* numbers that are none, and events that nobody wants */
 {
     abused_event e = ABUSED_NO_EVENT;
-    const uint32_t before = m.unhandled, handled = m.handled;
+    const uint32_t before = m.fsm.unhandled, handled = m.data.handled;
     e.event = draw(2) == 0u ? 0u : ABUSED_EVENTS + draw(UINT32_MAX / 2u);
     if (draw(3) == 0u)
         e.event = UINT32_C(0x10000) * (1u + draw(99)) + draw(ABUSED_EVENTS); /* cut short, an event */
@@ -273,18 +273,18 @@ static void no_event(void) /* numbers that are none, and events that nobody want
     sum.posted++;
 #ifdef FSM_CHECKED
     if (e.event != ABUSED_EVENT_OTHER) {
-        const uint32_t rejected = m.rejected;
-        LAW(abused_dispatch(&m, &e, m.now) == FSM_REFUSED && !abused_post(&m, &e));
-        LAW(m.rejected == stops(rejected + 1u) && waiting() == 0u && m.unhandled == before);
+        const uint32_t rejected = m.fsm.rejected;
+        LAW(abused_dispatch(&m, &e, m.fsm.now) == FSM_REFUSED && !abused_post(&m, &e));
+        LAW(m.fsm.rejected == stops(rejected + 1u) && waiting() == 0u && m.fsm.unhandled == before);
         sum.refused++;
         return;
     }
 #endif
     LAW(abused_post(&m, &e));
-    abused_run(&m, m.now);
-    LAW(m.unhandled == before + 1u && m.handled == handled && abused_in(&m, ABUSED_STATE_IDLE));
-    if (m.unhandled == 60000u)
-        anew(m.now);
+    abused_run(&m, m.fsm.now);
+    LAW(m.fsm.unhandled == before + 1u && m.data.handled == handled && abused_in(&m, ABUSED_STATE_IDLE));
+    if (m.fsm.unhandled == 60000u)
+        anew(m.fsm.now);
 }
 
 static void abuse(const char *name, void (*how)(void), uint32_t events)

@@ -10,7 +10,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
 from fsmkit.codegen.c.info import info_source
-from fsmkit.codegen.c.layout import Member, Needs, members, reply_type, timers_needed
+from fsmkit.codegen.c.layout import Group, Needs, groups, reply_type, timers_needed
 from fsmkit.codegen.c.names import Names, name_everything
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.pruning import touched
@@ -32,8 +32,8 @@ class Machine:
     figures: dict[str, int]
     alignment: int = 1
     """Of the struct, in bytes."""
-    family: tuple[tuple[Names, list[Member]], ...] = ()
-    """The machines in its slots, innermost first, then itself: names and members."""
+    family: tuple[tuple[Names, frozenset[str]], ...] = ()
+    """The machines in its slots, innermost first, then itself: names and paths of members."""
 
 
 @printing
@@ -83,7 +83,7 @@ def _generate(names: Names, extras: frozenset[str]) -> Machine:
         touched=touched([text]),
         inside=tuple((machine.figures["struct_bytes"], machine.alignment) for machine in inside),
     )
-    layout = members(names, needs, declaration)
+    layout = groups(names, needs, declaration)
     figures = _figures(names, layout, needs)
     if "save" in extras and not names.is_invoked:
         figures["saved_bytes"] = image_of(chart).total
@@ -93,11 +93,12 @@ def _generate(names: Names, extras: frozenset[str]) -> Machine:
     }
     for machine in inside:
         texts |= machine.files
-    family = (*(each for machine in inside for each in machine.family), (names, layout))
+    paths = frozenset(member.path for group in layout for member in group.members)
+    family = (*(each for machine in inside for each in machine.family), (names, paths))
     return Machine(names, texts, figures, max(m.alignment for m in layout), family)
 
 
-def _figures(names: Names, layout: list[Member], needs: Needs) -> dict[str, int]:
+def _figures(names: Names, layout: list[Group], needs: Needs) -> dict[str, int]:
     capacities = names.chart.capacities
     figures = {
         "queue": capacities.queue if names.does["queued"] else 0,

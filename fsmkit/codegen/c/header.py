@@ -5,7 +5,7 @@ from __future__ import annotations
 import fsmkit
 from fsmkit.analysis.host_events import posted_events, sent_events
 from fsmkit.codegen.c.expressions.types import integer_storage, storage
-from fsmkit.codegen.c.layout import Member
+from fsmkit.codegen.c.layout import Group
 from fsmkit.codegen.c.names import Names, file_name
 from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, EnumType, Field, RecordType, Type
@@ -26,7 +26,7 @@ def banner(names: Names, file: str) -> list[str]:
     ]
 
 
-def header(names: Names, members: list[Member], figures: dict[str, int]) -> str:
+def header(names: Names, groups: list[Group], figures: dict[str, int]) -> str:
     """Return the text of the header."""
     out = Emitter()
     guard = f"{names.upper}_H"
@@ -42,12 +42,12 @@ def header(names: Names, members: list[Member], figures: dict[str, int]) -> str:
     _chart_constants(out, names)
     _enumerations(out, names)
     _events(out, names)
-    if any(member.text.startswith(f"{names.prefix}_delayed ") for member in members):
+    if any(member.path == "fsm.delayed" for group in groups for member in group.members):
         with out.block("typedef struct {", f"}} {names.prefix}_delayed;"):
             out.line(f"{names.prefix}_event e;")
             out.lines(["uint16_t peer;", "uint16_t route;"])
         out.line()
-    _struct(out, names, members)
+    _struct(out, names, groups)
     if names.is_invoked:
         _invoked_functions(out, names)
     else:
@@ -151,14 +151,23 @@ def _events(out: Emitter, names: Names) -> None:
     out.line()
 
 
-def _struct(out: Emitter, names: Names, members: list[Member]) -> None:
+def _struct(out: Emitter, names: Names, groups: list[Group]) -> None:
     out.line("/* The machine: no pointer, every byte defined, so a copy is a snapshot. The host")
-    out.line(" * writes inputs and reads outputs and data; the rest is the machine's own. */")
+    out.line(" * writes `in` and reads `out` and `data`; `fsm` is the machine's own. */")
     with out.block(f"typedef struct {names.prefix} {{", f"}} {names.prefix};"):
-        for member in members:
-            note = f" /* {comment(member.note)} */" if member.note else ""
-            out.line(f"{member.text};{note}")
+        for group in groups:
+            if group.name:
+                with out.block("struct {", f"}} {group.name};"):
+                    _declare(out, group)
+            else:
+                _declare(out, group)
     out.line()
+
+
+def _declare(out: Emitter, group: Group) -> None:
+    for member in group.members:
+        note = f" /* {comment(member.note)} */" if member.note else ""
+        out.line(f"{member.text};{note}")
 
 
 def parameters(fields: tuple[Field, ...], names: Names) -> str:
@@ -222,7 +231,7 @@ def _functions(out: Emitter, names: Names) -> None:
         """)
         out.line()
     out.text(f"""
-    /* Process one event at once, ahead of the queue; what it replied is in m->reply. */
+    /* Process one event at once, ahead of the queue; what it replied is in m->fsm.reply. */
     fsm_result {p}_dispatch({p} *m, const {p}_event *e, uint32_t now);
     """)
     out.line()

@@ -14,8 +14,8 @@ static const @_event @_no_event = %_NO_EVENT;
 static void @_stop(@ *m, fsm_fault fault, const char *why)
 {
     (void)why;
-    if (m->fault == FSM_NO_FAULT) {
-        m->fault = (uint8_t)fault;
+    if (m->fsm.fault == FSM_NO_FAULT) {
+        m->fsm.fault = (uint8_t)fault;
         FSM_HOOK_TEXT(m, FSM_FAULT, why, 0);
     }
 }
@@ -33,18 +33,18 @@ static @_event @_take_out(@_event *queue, uint8_t *count, uint8_t room, uint8_t 
 
 static bool @_has_room(const @ *m)
 {
-    return m->queue_count$DEFERRED_COUNT < %_QUEUE;
+    return m->fsm.queue_count$DEFERRED_COUNT < %_QUEUE;
 }
 
 /* Put an event into the queue; one that finds it full is counted. */
 static bool @_enqueue(@ *m, const @_event *e)
 {
-    if (m->queue_count$DEFERRED_COUNT >= %_QUEUE) {
-[counted]        fsm_count(&m->rejected);
+    if (m->fsm.queue_count$DEFERRED_COUNT >= %_QUEUE) {
+[counted]        fsm_count(&m->fsm.rejected);
         return false;
     }
-    m->queue[m->queue_count] = *e;
-    m->queue_count++;
+    m->fsm.queue[m->fsm.queue_count] = *e;
+    m->fsm.queue_count++;
     return true;
 }
 
@@ -56,9 +56,9 @@ static void @_raise(@ *m, const @_event *e, bool tell)
 {
     if (tell)
         FSM_HOOK_EVENT(m, FSM_RAISED, e);
-    if (m->internal_count < %_INTERNAL) {
-        m->internal[m->internal_count] = *e;
-        m->internal_count++;
+    if (m->fsm.internal_count < %_INTERNAL) {
+        m->fsm.internal[m->fsm.internal_count] = *e;
+        m->fsm.internal_count++;
     } else {
         FSM_HOOK_TEXT(m, FSM_FULL, "internal", 0);
         @_stop(m, FSM_FAULT_INTERNAL, "internal");
@@ -87,8 +87,8 @@ static void @_error(@ *m, uint16_t event, const char *name)
     "end_block": """
 static void @_end_block(@ *m)
 {
-    uint8_t failed = m->failed;
-    m->failed = FSM_FINE;
+    uint8_t failed = m->fsm.failed;
+    m->fsm.failed = FSM_FINE;
     if (failed == FSM_CONTENT_ERROR)
         @_error(m, %_EVENT_ERROR_EXECUTION, "error.execution");
     else if (failed == FSM_RANGE_FAULT)
@@ -108,18 +108,18 @@ static void @_send(@ *m, const @_event *e)
 /* A condition that cannot be evaluated is false (SCXML 5.9.1). */
 static bool @_holds(@ *m, bool holds)
 {
-    if (m->failed == FSM_CONTENT_ERROR) {
+    if (m->fsm.failed == FSM_CONTENT_ERROR) {
         @_end_block(m);
         return false;
     }
-    return holds && m->failed == FSM_FINE;
+    return holds && m->fsm.failed == FSM_FINE;
 }
 """,
     "guard_holds": """
 /* A guard that cannot be evaluated is false (SCXML 5.9.1). */
 static bool @_guard_holds(@ *m, bool holds)
 {
-    bool is_sound = m->failed == FSM_FINE;
+    bool is_sound = m->fsm.failed == FSM_FINE;
     if (!is_sound)
         @_end_block(m);
     return is_sound && holds;
@@ -129,7 +129,7 @@ static bool @_guard_holds(@ *m, bool holds)
 /* The nearest bound of a range, and `error.range` for a value outside it. */
 static int64_t @_clamp(@ *m, int64_t value, int64_t lo, int64_t hi)
 {
-    if (m->failed != FSM_FINE || (value >= lo && value <= hi))
+    if (m->fsm.failed != FSM_FINE || (value >= lo && value <= hi))
         return value < lo ? lo : value > hi ? hi : value;
     @_error(m, %_EVENT_ERROR_RANGE, "error.range");
     return value < lo ? lo : hi;
@@ -138,7 +138,7 @@ static int64_t @_clamp(@ *m, int64_t value, int64_t lo, int64_t hi)
     "clamp_u": """
 static uint64_t @_clamp_u(@ *m, bool below, uint64_t value, uint64_t lo, uint64_t hi)
 {
-    if (m->failed != FSM_FINE || (!below && value >= lo && value <= hi))
+    if (m->fsm.failed != FSM_FINE || (!below && value >= lo && value <= hi))
         return below || value < lo ? lo : value > hi ? hi : value;
     @_error(m, %_EVENT_ERROR_RANGE, "error.range");
     return below || value < lo ? lo : hi;
@@ -149,7 +149,7 @@ static int64_t @_clamp_f(@ *m, double value, int64_t lo, int64_t hi)
 {
     bool outside = false;
     int64_t whole = fsm_truncate(value, lo, hi, &outside);
-    if (outside && m->failed == FSM_FINE)
+    if (outside && m->fsm.failed == FSM_FINE)
         @_error(m, %_EVENT_ERROR_RANGE, "error.range");
     return whole;
 }
@@ -157,15 +157,15 @@ static int64_t @_clamp_f(@ *m, double value, int64_t lo, int64_t hi)
     "arm": """
 static void @_arm(@ *m, uint16_t transition, uint32_t delay)
 {
-    const fsm_timer timer = {m->now + delay, transition, 0u};
-    if (m->timer_count < %_TIMERS) /* always: there is one for each that can be armed at once */
-        (void)fsm_timers_insert(m->timers, &m->timer_count, timer);
+    const fsm_timer timer = {m->fsm.now + delay, transition, 0u};
+    if (m->fsm.timer_count < %_TIMERS) /* always: there is one for each that can be armed at once */
+        (void)fsm_timers_insert(m->fsm.timers, &m->fsm.timer_count, timer);
 }
 """,
     "disarm": """
 static void @_disarm(@ *m, uint16_t transition)
 {
-    fsm_timers_disarm(m->timers, &m->timer_count, transition);
+    fsm_timers_disarm(m->fsm.timers, &m->fsm.timer_count, transition);
 }
 """,
     "delay": """
@@ -175,32 +175,32 @@ static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint1
 {
     FSM_HOOK_EVENT(m, FSM_DELAYED, e);
     FSM_HOOK_TEXT(m, FSM_DELAYED, "", delay);
-    if (m->delayed_count >= %_DELAYED || m->timer_count >= %_TIMERS) {
-[counted]        fsm_count(&m->rejected);
+    if (m->fsm.delayed_count >= %_DELAYED || m->fsm.timer_count >= %_TIMERS) {
+[counted]        fsm_count(&m->fsm.rejected);
         FSM_HOOK_TEXT(m, FSM_FULL, "delayed", 0);
         return;
     }
-    const fsm_timer timer = {m->now + delay, FSM_TIMER_SEND, mark};
-    uint8_t place = fsm_timers_insert(m->timers, &m->timer_count, timer);
+    const fsm_timer timer = {m->fsm.now + delay, FSM_TIMER_SEND, mark};
+    uint8_t place = fsm_timers_insert(m->fsm.timers, &m->fsm.timer_count, timer);
     uint8_t rank = 0u;
     for (uint8_t i = 0u; i < place && rank + 1u < %_DELAYED; i++)
-        rank = (uint8_t)(rank + (m->timers[i].what == FSM_TIMER_SEND ? 1u : 0u));
+        rank = (uint8_t)(rank + (m->fsm.timers[i].what == FSM_TIMER_SEND ? 1u : 0u));
     for (uint8_t i = %_DELAYED - 1u; i > rank; i--)
-        m->delayed[i] = m->delayed[i - 1u];
-    m->delayed_count++;
-    m->delayed[rank].e = *e;
-    m->delayed[rank].peer = peer;
-    m->delayed[rank].route = route;
+        m->fsm.delayed[i] = m->fsm.delayed[i - 1u];
+    m->fsm.delayed_count++;
+    m->fsm.delayed[rank].e = *e;
+    m->fsm.delayed[rank].peer = peer;
+    m->fsm.delayed[rank].route = route;
 }
 
 static @_delayed @_undelay(@ *m, uint8_t rank)
 {
     static const @_delayed none = {%_NO_EVENT, 0u, 0u};
-    @_delayed found = m->delayed[rank];
-    m->delayed_count--;
-    for (; rank + 1u < %_DELAYED && rank < m->delayed_count; rank++)
-        m->delayed[rank] = m->delayed[rank + 1u];
-    m->delayed[rank] = none;
+    @_delayed found = m->fsm.delayed[rank];
+    m->fsm.delayed_count--;
+    for (; rank + 1u < %_DELAYED && rank < m->fsm.delayed_count; rank++)
+        m->fsm.delayed[rank] = m->fsm.delayed[rank + 1u];
+    m->fsm.delayed[rank] = none;
     return found;
 }
 """,
@@ -210,11 +210,11 @@ static void @_cancel(@ *m, uint16_t mark)
 {
     uint8_t rank = 0u;
     uint8_t place = 0u;
-    while (place < m->timer_count && rank < %_DELAYED) {
-        if (m->timers[place].what != FSM_TIMER_SEND) {
+    while (place < m->fsm.timer_count && rank < %_DELAYED) {
+        if (m->fsm.timers[place].what != FSM_TIMER_SEND) {
             place++;
-        } else if (m->timers[place].mark == mark) {
-            fsm_timers_remove(m->timers, &m->timer_count, place);
+        } else if (m->fsm.timers[place].mark == mark) {
+            fsm_timers_remove(m->fsm.timers, &m->fsm.timer_count, place);
             (void)@_undelay(m, rank);
         } else {
             place++;

@@ -13,7 +13,7 @@ from fsmkit.chart.statements import Destination
 from fsmkit.codegen.c.expressions.content import ROUTES
 from fsmkit.codegen.c.expressions.types import interval, storage
 from fsmkit.codegen.c.header import NOTICE
-from fsmkit.codegen.c.layout import Member, reply_type
+from fsmkit.codegen.c.layout import OWN, reply_type
 from fsmkit.codegen.c.names import Names
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
@@ -63,7 +63,8 @@ KINDS = {
 TIMED = (Trigger.AFTER, Trigger.EVERY)
 LISTS = ("routes", "marks", "peers", "texts")
 Way = tuple[Destination, tuple[int, ...]]
-Machines = Sequence[tuple[Names, list[Member]]]
+Machines = Sequence[tuple[Names, frozenset[str]]]
+"""Names, and the paths of the members of each."""
 
 
 def info_source(machines: Machines) -> str:
@@ -77,7 +78,7 @@ def info_source(machines: Machines) -> str:
     used = [file for extra, file in library.items() if extra in extras] or ["fsm_info.h"]
     out.lines([*(f'#include "{file}"' for file in used), ""])
     for each, members in machines:
-        _Table(out, each, frozenset(member.name for member in members)).print()
+        _Table(out, each, members).print()
     if "save" in extras:
         is_logged = "trace" in extras
         lines = SAVING.strip("\n").replace("@", names.prefix).split("\n")
@@ -332,13 +333,14 @@ class _Table:
 
     def _list(self, member: str, room: int) -> str:
         count = "timer_count" if member == "timers" else f"{member}_count"
-        return row(self._offset(member), self._offset(count), room).removesuffix(",")
+        places = (self._offset(f"{OWN}.{name}") for name in (member, count))
+        return row(*places, room).removesuffix(",")
 
     def _saved_lists(self) -> Iterator[tuple[str, str]]:
         """Print how what a saved machine numbers is numbered in C; yield the lists by name."""
         names, image = self._names, self._image
         lists: dict[str, list[int]] = {name: [] for name in LISTS}
-        if "delayed" in self._members:
+        if f"{OWN}.delayed" in self._members:
             ways: list[Way] = [(destination, ()) for destination in ROUTES]
             ways += [(Destination.INVOKER, ())] if "to_invoker" in names.used else []
             ways += [(Destination.INVOKED, slots) for slots in names.reached]
@@ -355,7 +357,7 @@ class _Table:
         """Print the table, in the order of ``fsm_machine_info``."""
         names, chart, image, p = self._names, self._chart, self._image, self._names.prefix
         timeouts = [t for t in chart.transitions if t.trigger in TIMED]
-        has_delayed = "delayed" in self._members
+        has_delayed = f"{OWN}.delayed" in self._members
         members: dict[str, object] = {
             "name": self._text(chart.name),
             "size": f"sizeof({p})",
@@ -394,7 +396,7 @@ class _Table:
             **dict(self._saved_lists()),
         }
         for member in ("running", "finished", "fault", "busy", "now", "reply"):
-            members[member] = self._offset(member)
+            members[member] = self._offset(f"{OWN}.{member}")
         members["reply_type"] = self._type(self._reply)
         if not names.is_invoked:
             self._array("uint8_t", "head", [" ".join(f"0x{byte:02X}u," for byte in head(chart))])

@@ -28,14 +28,14 @@ bool @_post_by_name(@ *m, @_event_name event)
 END = """
 bool @_finished(const @ *m)
 {
-[ends]    return m->finished;
+[ends]    return m->fsm.finished;
 [!ends]    (void)m;
 [!ends]    return false;
 }
 
 fsm_fault @_fault(const @ *m)
 {
-[stops]    return (fsm_fault)m->fault;
+[stops]    return (fsm_fault)m->fsm.fault;
 [!stops]    (void)m;
 [!stops]    return FSM_NO_FAULT;
 }
@@ -81,22 +81,22 @@ class InterfacePrinter:
             if names.slots:
                 self._first_of_all(out)
             elif has_timers:
-                out.line("return fsm_timers_first(m->timers, m->timer_count, deadline);")
+                out.line("return fsm_timers_first(m->fsm.timers, m->fsm.timer_count, deadline);")
             else:
                 out.lines(["(void)m;", "(void)deadline;", "return false;"])
         out.line()
         out.line(f"void {p}_rebase({p} *m, uint32_t now)")
         with out.block("{"):
             if has_timers:
-                out.line("for (uint8_t i = 0u; i < m->timer_count; i++)")
+                out.line("for (uint8_t i = 0u; i < m->fsm.timer_count; i++)")
                 with out.indented():
-                    out.line("m->timers[i].deadline -= now;")
+                    out.line("m->fsm.timers[i].deadline -= now;")
             if names.does["now"]:
-                out.line("m->now -= now;")
+                out.line("m->fsm.now -= now;")
             elif not has_timers:
                 out.lines(["(void)m;", "(void)now;"])
             for inside, slot in zip(names.invoked, names.slots, strict=True):
-                out.line(f"if (m->{slot}.running)")
+                out.line(f"if (m->{slot}.fsm.running)")
                 out.line(f"    {inside.prefix}_rebase(&m->{slot}, now);")
         out.line()
         out.lines(fill(names, END))
@@ -108,10 +108,12 @@ class InterfacePrinter:
         names = self.names
         out.lines(["bool found = false;", "uint32_t due = 0u;", "uint32_t first = 0u;"])
         if names.has_timers or names.delays:
-            with out.block("if (m->timer_count > 0u) {"):
-                out.lines(["found = true;", "first = m->timers[0].deadline;"])
+            with out.block("if (m->fsm.timer_count > 0u) {"):
+                out.lines(["found = true;", "first = m->fsm.timers[0].deadline;"])
         for inside, slot in zip(names.invoked, names.slots, strict=True):
-            out.line(f"if (m->{slot}.running && {inside.prefix}_next_deadline(&m->{slot}, &due)")
+            out.line(
+                f"if (m->{slot}.fsm.running && {inside.prefix}_next_deadline(&m->{slot}, &due)"
+            )
             with out.block("    && (!found || !fsm_reached(due, first))) {"):
                 out.lines(["found = true;", "first = due;"])
         out.lines(["if (found)", "    *deadline = first;", "return found;"])

@@ -1,4 +1,8 @@
-"""The members of the struct, ordered so that no byte between them is undefined."""
+"""The members of the struct, ordered so that no byte between them is undefined.
+
+They stand in groups: ``in``, ``out`` and ``data`` are the chart's, ``fsm`` is the machine's own.
+Machines in slots have no group.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,11 @@ from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.language import INT64, UINT64, FloatType, IntType, Type
 from fsmkit.plan.image import timeouts_at_once
 
+OWN = "fsm"
+"""The group of what is the machine's own."""
+GROUPS = (OWN, "in", "out", "data", "")
+"""In the order of the struct, as far as alignment leaves it open."""
+
 WIDTH = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4}
 """Bytes of the types of numbers."""
 
@@ -27,17 +36,41 @@ def narrowest(most: int, least: str = "uint8_t") -> str:
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A member: its declaration, size and alignment in bytes, what it is for."""
+    """A member: its declaration, size and alignment in bytes, its comment, its group."""
 
     text: str
     size: int
     alignment: int
     note: str = ""
+    group: str = OWN
 
     @property
     def name(self) -> str:
         """The name that is declared."""
         return self.text.partition("[")[0].split()[-1]
+
+    @property
+    def path(self) -> str:
+        """How the machine's struct leads to it: ``fsm.now``."""
+        return f"{self.group}.{self.name}" if self.group else self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Members in their order; of a group without a name, those of the struct itself."""
+
+    name: str
+    members: tuple[Member, ...]
+
+    @property
+    def alignment(self) -> int:
+        """Of the group, in bytes."""
+        return max(member.alignment for member in self.members)
+
+    @property
+    def size(self) -> int:
+        """In bytes, a multiple of the alignment."""
+        return sum(member.size for member in self.members)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,19 +93,43 @@ def timers_needed(names: Names, *, delayed: bool) -> int:
     return timeouts_at_once(names.plan) + (names.chart.capacities.delayed if delayed else 0)
 
 
-def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Member]:
-    """Return the members in the order of the struct: by descending alignment."""
+def groups(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Group]:
+    """Return the groups in the order of the struct: by descending alignment, as their members."""
+    found = _members(names, needs, declare)
+    grouped = []
+    for name in GROUPS:
+        inside = [member for member in found if member.group == name]
+        if inside and name:
+            grouped.append(Group(name, _ordered(inside)))
+        grouped += [Group("", (slot,)) for slot in inside if not name]
+    grouped.sort(key=lambda group: -group.alignment)
+    total, largest = sum(group.size for group in grouped), grouped[0].alignment
+    spare = _spare(total, largest, "")
+    return [*grouped, *(Group("", (member,)) for member in spare)]
+
+
+def _ordered(inside: list[Member]) -> tuple[Member, ...]:
+    """Return members by alignment, single ones before arrays: a small offset takes less code."""
+    inside = sorted(inside, key=lambda m: (-m.alignment, m.text.endswith("]")))
+    total, largest = sum(member.size for member in inside), inside[0].alignment
+    return (*inside, *_spare(total, largest, inside[0].group))
+
+
+def _spare(total: int, alignment: int, group: str) -> list[Member]:
+    """Return a member for the bytes that the compiler would add."""
+    count = -total % alignment
+    text = f"uint8_t spare_[{count}]"
+    return [Member(text, count, 1, "so that no byte is undefined", group)] if count else []
+
+
+def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Member]:
     chart, capacities = names.chart, names.chart.capacities
     found = []
-    for kind, variables in (
-        ("input", chart.inputs),
-        ("output", chart.outputs),
-        ("", chart.data),
-    ):
-        for variable in variables:
-            stored = storage(variable.type, names.records)
-            text = declare(variable.type, names.variables[variable.name], names)
-            found.append(Member(text, stored.size, stored.alignment, kind))
+    for variable in (*chart.inputs, *chart.outputs, *chart.data):
+        group, _, name = names.variables[variable.name].partition(".")
+        stored = storage(variable.type, names.records)
+        text = declare(variable.type, name, names)
+        found.append(Member(text, stored.size, stored.alignment, group=group))
     own = len(found)
     event = f"{names.prefix}_event"
     size, alignment = needs.event_size, needs.event_alignment
@@ -105,8 +162,10 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
         if region.index in names.shared:
             held = chart.states[names.shared[region.index]].id
             note += ", or recorded by " + held + f", with {RECORDED} more"
-        found.append(Member(f"{ctype} {names.regions[region.index]}", size, size, note))
-    for (history, region_), name in names.histories.items():
+        name = names.regions[region.index].removeprefix(f"{OWN}.")
+        found.append(Member(f"{ctype} {name}", size, size, note))
+    for (history, region_), path in names.histories.items():
+        name = path.removeprefix(f"{OWN}.")
         ctype = names.number_type(region_)
         size = WIDTH[ctype]
         note = "recorded by " + chart.states[history].id
@@ -114,7 +173,7 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
     for invocation, (inner, aligned) in zip(chart.invocations, needs.inside, strict=True):
         slot, inside = names.slots[invocation.index], names.invoked[invocation.index].prefix
         note = "slot `" + invocation.id + "`: invoked by " + chart.states[invocation.state].id
-        found.append(Member(f"{inside} {slot}", inner, aligned, note))
+        found.append(Member(f"{inside} {slot}", inner, aligned, note, ""))
     if names.invoking:
         count = (len(names.invoking) + 7) // 8
         found.append(Member(f"uint8_t {TO_INVOKE}[{count}]", count, 1, "entered, to invoke yet"))
@@ -135,14 +194,7 @@ def members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Mem
         Member("bool finished", 1, 1),
         Member("bool busy", 1, 1),
     ]
-    found = found[:own] + [member for member in found[own:] if member.name in needs.touched]
-    ordered = sorted(found, key=lambda member: -member.alignment)
-    total = sum(member.size for member in ordered)
-    largest = ordered[0].alignment
-    if total % largest:
-        spare = largest - total % largest
-        ordered.append(Member(f"uint8_t spare_[{spare}]", spare, 1, "so that no byte is undefined"))
-    return ordered
+    return [m for place, m in enumerate(found) if place < own or m.path in needs.touched]
 
 
 def reply_type(chart: Chart) -> Type | None:

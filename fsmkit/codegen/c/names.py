@@ -14,6 +14,7 @@ from fsmkit.codegen.c.reserved import (
     COUNTED,
     FAMILIES,
     FUNCTIONS,
+    GROUPS,
     HEADERS,
     INSIDE,
     INVOKING,
@@ -129,12 +130,12 @@ class Names:
     @property
     def running(self) -> str:
         """The test whether the machine runs; known when all content is printed."""
-        return "m->running" if self.does["running"] else f"m->{self.regions[0]} != 0u"
+        return "m->fsm.running" if self.does["running"] else f"m->{self.regions[0]} != 0u"
 
     @property
     def stopped(self) -> str:
         """The test whether it does not."""
-        return "!m->running" if self.does["running"] else f"m->{self.regions[0]} == 0u"
+        return "!m->fsm.running" if self.does["running"] else f"m->{self.regions[0]} == 0u"
 
     @property
     def is_invoked(self) -> bool:
@@ -149,7 +150,7 @@ class Names:
     def to_invoke(self, state: int) -> tuple[str, int]:
         """Return the member that holds the bit of a state that invokes something, and the bit."""
         place = self.invoking.index(state)
-        return f"m->{TO_INVOKE}[{place // 8}]", 1 << place % 8
+        return f"m->fsm.{TO_INVOKE}[{place // 8}]", 1 << place % 8
 
     @property
     def has_deadlines(self) -> bool:
@@ -232,7 +233,7 @@ class Names:
         """Return the test whether a state is active."""
         plan = self.plan
         if state == 0:
-            return f"{machine}->running" if not self.does else self.running
+            return f"{machine}->fsm.running" if not self.does else self.running
         variable = f"{machine}->{self.regions[plan.region_of[state]]}"
         return self.within(variable, state, plan.last_below[state], plan.region_of[state])
 
@@ -303,11 +304,13 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     upper = lower.upper()
     own_types = [snake(t.name) for t in chart.types if isinstance(t, EnumType | RecordType)]
     types = {f"{lower}_{word}" for word in ("event", "delayed", *own_types)}
-    members = Namer(KEYWORDS | MEMBERS | types)  # in C++ no member may be called as a type
+    members = Namer(KEYWORDS | types)  # in C++ no member may be called as a type
+    own_members = Namer(MEMBERS)
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
     variables = {
-        v.name: members.name(unreserved(v.name))
-        for v in (*chart.inputs, *chart.outputs, *chart.data)
+        v.name: f"{group}.{members.name(unreserved(v.name))}"
+        for group, of in (("in", chart.inputs), ("out", chart.outputs), ("data", chart.data))
+        for v in of
     }
     constants = Namer()
     states = tuple(
@@ -371,11 +374,13 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             if t.trigger in (Trigger.AFTER, Trigger.EVERY)
         },
         regions=tuple(
-            members.name("active" if r.index == 0 else "active_" + chart.states[r.top].id)
+            "fsm."
+            + own_members.name("active" if r.index == 0 else "active_" + chart.states[r.top].id)
             for r in plan.regions
         ),
         histories={
-            (s.index, region): members.name("was_" + s.id + (f"_{region}" if region else ""))
+            (s.index, region): "fsm."
+            + own_members.name("was_" + s.id + (f"_{region}" if region else ""))
             for s in chart.states
             for region in plan.recorded_regions[s.index]
         },
@@ -388,8 +393,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         names.outermost = holder.outermost
         names.symbols, names.numbers = holder.symbols, holder.numbers
     if is_invoking:
-        members.name(TO_INVOKE)
-        names.slots = _slots(chart, members)
+        names.slots = _slots(chart, Namer(KEYWORDS | types | GROUPS))
         names.invoked = tuple(
             _name(lower_plan(i.chart), f"{lower}_{names.slots[i.index]}", names, i.id)
             for i in chart.invocations

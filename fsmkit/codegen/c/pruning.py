@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 WORD = re.compile(r"[A-Za-z_]\w*")
-MEMBER = re.compile(r"\b(?:m|before)->(\w+)|\bbefore\.(\w+)")
+MEMBER = re.compile(r"\b(?:m|before)(?:->|\.)(fsm\.\w+|\w+)")
 DEFINED = re.compile(r"(\w+)(?:\[[^\]]*\])*\s*(?:\(|=|;|$)")
 
 
@@ -54,7 +54,7 @@ def pruned(text: str) -> str:
 
 def touched(texts: Iterable[str]) -> frozenset[str]:
     """Return the members of the machine that sources read or write."""
-    return frozenset(first or second for text in texts for first, second in MEMBER.findall(text))
+    return frozenset(path for text in texts for path in MEMBER.findall(text))
 
 
 def _definitions(text: str) -> Iterator[_Definition]:

@@ -59,12 +59,15 @@ INSIDE = _words(
 COUNTED = re.compile(r"(copy|holds|item|way|[dinostvw])_?\d+|was_\d+_\d+")
 """Nor those made by number."""
 
+GROUPS = _words("in out data fsm spare_")
+"""Members of the struct beside the machines in its slots."""
+
 MEMBERS = _words(
-    "now timers queue deferred internal delayed event fault failed budget timer_count queue_count "
-    "deferred_count internal_count delayed_count running finished busy "
+    "to_invoke_ now timers queue deferred internal delayed event fault failed budget timer_count "
+    "queue_count deferred_count internal_count delayed_count running finished busy "
     "reply asked unhandled rejected spare_"
 )
-"""Members of the struct that no variable may be called."""
+"""Members of the machine's own group, whose others are made of names of states."""
 
 FUNCTIONS = _words(
     "init start post run dispatch next_deadline in finished fault active rebase state event symbol "

@@ -72,7 +72,7 @@ class SourcePrinter:
         out.lines(banner(names, f"{names.prefix}.c"))
         out.line(f'#include "{names.prefix}.h"')
         out.line()
-        left = "(m)->budget" if names.does["loops"] else f"{names.upper}_MICROSTEPS - 1u"
+        left = "(m)->fsm.budget" if names.does["loops"] else f"{names.upper}_MICROSTEPS - 1u"
         out.lines(["#undef FSM_MICROSTEPS_LEFT", f"#define FSM_MICROSTEPS_LEFT(m) ({left})"])
         out.line()
         if names.timers:
@@ -99,7 +99,7 @@ class SourcePrinter:
             up = ["INVOKER"] if "to_invoker" in names.used else []
             routes = ", ".join(f"{names.upper}_TO_{r}" for r in (*ROUTES.values(), *up, *reached))
             out.line(f"enum {{ {routes} }};")
-        deferred = " + m->deferred_count" if self.names.defers else ""
+        deferred = " + m->fsm.deferred_count" if self.names.defers else ""
         out.lines(fill(names, QUEUES, DEFERRED_COUNT=deferred))
         out.line()
         helpers(out, names, names.used, event_type(names))
@@ -119,7 +119,7 @@ class SourcePrinter:
             passed = "".join(f", {names.field(part.name)}" for part in fields)
             out.line(head)
             with out.block("{"):
-                out.line("if (m->failed != FSM_FINE)")
+                out.line("if (m->fsm.failed != FSM_FINE)")
                 with out.indented():
                     empty = "{0}" if isinstance(result, RecordType) else "0"
                     if isinstance(result, RecordType):

@@ -33,8 +33,7 @@ def tracing_source(machines: Machines) -> str:
     out.lines(["#ifdef FSM_LOGGED", bytes_, "#endif", ""])
     numbers = {each.prefix: number for number, each in enumerate((outer, *within(outer)))}
     for names, members in machines:
-        has = frozenset(member.name for member in members)
-        _print(out, names, has, numbers[names.prefix])
+        _print(out, names, members, numbers[names.prefix])
     return out.finish()
 
 
@@ -46,8 +45,8 @@ def _print(out: Emitter, names: Names, members: frozenset[str], number: int) -> 
         "": p,
         "_NUMBER": f"{number}u",
         "_BYTES": f"fsm_{names.outermost}_bytes",
-        "_NOW(m)": "(m)->now" if "now" in members else "fsm_trace_time()",
-        "_BUSY(m)": "(m)->busy" if "busy" in members else "false",
+        "_NOW(m)": "(m)->fsm.now" if "fsm.now" in members else "fsm_trace_time()",
+        "_BUSY(m)": "(m)->fsm.busy" if "fsm.busy" in members else "false",
     }
     if not names.is_invoked and names.does["queued"]:
         defined["_POSTS"] = ""

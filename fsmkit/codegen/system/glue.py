@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from fsmkit.chart.chart import Chart, Operation
@@ -24,16 +24,16 @@ STEPS = 1000
 def compose(
     system: System,
     charts: tuple[Chart, ...],
-    headers: Mapping[str, str],
+    queued: Collection[str],
     findings: Findings,
 ) -> dict[str, str]:
     """Return header and source; nothing, after saying why, where it cannot be written in C.
 
-    ``charts``: `named_charts`; ``headers``: of their machines, by file name.
+    ``charts``: `named_charts`; ``queued``: the names of those whose code has a queue.
     """
     if not report_limits(system, findings):
         return {}
-    return glue(system, parts_of(system, charts, headers))
+    return glue(system, parts_of(system, charts, queued))
 
 
 @printing
@@ -269,7 +269,7 @@ class GluePrinter:
             p, member = part.prefix, f"s->{part.member}"
             with out.function(f"static bool {s}_has_work_{part.member}(const {s} *s)"):
                 out.line("uint32_t due = 0u;")
-                tests = [f"{member}.queue_count > 0u"] if part.has_queue else []
+                tests = [f"{member}.fsm.queue_count > 0u"] if part.has_queue else []
                 if part.samples:
                     tests.append(f"s->changed_{part.member}")
                 due = f"{p}_next_deadline(&{member}, &due) && fsm_reached(s->now, due)"

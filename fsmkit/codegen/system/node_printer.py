@@ -6,7 +6,7 @@ written into the ring to the worker, and what came in is posted at the beginning
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.system.glue import GluePrinter, header, literal
@@ -22,9 +22,9 @@ from fsmkit.texts.c import comment, quoted
 
 
 @printing
-def compose_node(node: Node, headers: Mapping[str, str]) -> dict[str, str]:
-    """Return header and source; ``headers``: of the machines, by file name."""
-    parts = parts_of(node.system, node.charts, headers)
+def compose_node(node: Node, queued: Collection[str]) -> dict[str, str]:
+    """Return header and source; ``queued``: the names of charts whose code has a queue."""
+    parts = parts_of(node.system, node.charts, queued)
     return {
         f"{node.prefix}.h": _header(node, parts),
         f"{node.prefix}.c": NodePrinter(node, parts).text(),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
@@ -70,11 +70,12 @@ def named_charts(system: System, *, is_joined: bool = True) -> tuple[Chart, ...]
 
 
 def parts_of(
-    system: System, charts: tuple[Chart, ...], headers: Mapping[str, str]
+    system: System, charts: tuple[Chart, ...], queued: Collection[str]
 ) -> tuple[Part, ...]:
-    """Return the machines, those of the environment first, with the texts of headers by name.
+    """Return the machines, those of the environment first.
 
-    ``charts`` are those of the machines, named as their code is.
+    ``charts`` are those of the machines, named as their code is; ``queued``: the names of those
+    whose code has a queue.
     """
     members = Namer(KEYWORDS | MEMBERS)
     fed = {link.target for link in system.event_links}
@@ -85,7 +86,6 @@ def parts_of(
             t.trigger is Trigger.EVENTLESS and t.guard is not None and reads_input(t.guard)
             for t in chart.transitions
         )
-        has_queue = " queue_count;" in headers[f"{names.prefix}.h"]
         member = members.name(snake(legal(machine.name).strip("_")))
-        found.append(Part(index, names, member, samples, index in fed, has_queue))
+        found.append(Part(index, names, member, samples, index in fed, chart.name in queued))
     return tuple(sorted(found, key=lambda part: not system.machines[part.index].environment))

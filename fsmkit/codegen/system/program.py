@@ -111,11 +111,11 @@ def _program(
     if len(machines) < len(once) or findings.has_errors:
         raise FsmkitError(findings)
     parts = [each for _, each in machines]
-    texts = {path: text for each in parts for path, text in each.files.items()}
+    queued = frozenset(chart.name for chart, each in machines if each.figures.get("queue"))
     if isinstance(joined, System):
-        parts.append(Generated(compose(joined, charts, texts, findings), {}))
+        parts.append(Generated(compose(joined, charts, queued, findings), {}))
     elif joined is not None:
-        parts.append(Generated(compose_node(joined, texts), {}))
+        parts.append(Generated(compose_node(joined, queued), {}))
     return Program(_united(parts), machines)
 
 

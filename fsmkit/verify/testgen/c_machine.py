@@ -163,9 +163,9 @@ class MachineTest:
                 return;
             }}
             (void){t}_post(m, e);
-            for (uint32_t i = m->queue_count - 1u; i > 0u; i--)
-                m->queue[i] = m->queue[i - 1u];
-            m->queue[0] = *e;
+            for (uint32_t i = m->fsm.queue_count - 1u; i > 0u; i--)
+                m->fsm.queue[i] = m->fsm.queue[i - 1u];
+            m->fsm.queue[0] = *e;
             (void){t}_step_event(m);
         }}
         """)
@@ -177,33 +177,32 @@ class MachineTest:
         out.line(
             "/* A timer fires, as the first and now: that of a transition, or of an event sent. */"
         )
-        delayed = "delayed" in self._members
+        delayed = "fsm.delayed" in self._members
         event = f", const {t}_event *e" if delayed else ""
         with out.block(f"static void {t}_fire({t} *m, uint32_t what, bool due{event})\n{{"):
             out.lines(["uint32_t at = 0u;", "uint32_t rank = 0u;"])
-            found = "m->timers[at].what == what"
+            found = "m->fsm.timers[at].what == what"
             if delayed:
-                found += (
-                    " && (what != FSM_TIMER_SEND || memcmp(&m->delayed[rank].e, e, sizeof *e) == 0)"
-                )
-            out.line("while (at < m->timer_count")
+                found += " && (what != FSM_TIMER_SEND"
+                found += " || memcmp(&m->fsm.delayed[rank].e, e, sizeof *e) == 0)"
+            out.line("while (at < m->fsm.timer_count")
             with out.block(f"    && !({found})) {{"):
-                out.lines(["rank += m->timers[at].what == FSM_TIMER_SEND;", "at++;"])
-            with out.block("if (at == m->timer_count) {"):
+                out.lines(["rank += m->fsm.timers[at].what == FSM_TIMER_SEND;", "at++;"])
+            with out.block("if (at == m->fsm.timer_count) {"):
                 out.lines(['printf("no such timer\\n");', "return;"])
-            out.line("fsm_timer timer = m->timers[at];")
+            out.line("fsm_timer timer = m->fsm.timers[at];")
             with out.block("if (due && timer.deadline != 0u) {"):
                 out.line('printf("not due, but in %" PRId32 " ticks\\n", (int32_t)timer.deadline);')
             with out.block("for (; at > 0u; at--) {"):
-                out.line("m->timers[at] = m->timers[at - 1u];")
-            out.lines(["timer.deadline = 0u;", "m->timers[0] = timer;"])
+                out.line("m->fsm.timers[at] = m->fsm.timers[at - 1u];")
+            out.lines(["timer.deadline = 0u;", "m->fsm.timers[0] = timer;"])
             if delayed:
                 out.text(f"""
                 if (what == FSM_TIMER_SEND) {{
-                    {t}_delayed first = m->delayed[rank];
+                    {t}_delayed first = m->fsm.delayed[rank];
                     for (; rank > 0u; rank--)
-                        m->delayed[rank] = m->delayed[rank - 1u];
-                    m->delayed[0] = first;
+                        m->fsm.delayed[rank] = m->fsm.delayed[rank - 1u];
+                    m->fsm.delayed[0] = first;
                 }}
                 """)
             else:
@@ -220,8 +219,8 @@ class MachineTest:
         with out.block("{"):
             if elapsed:
                 out.line(f"{t}_rebase(&{machine}, {elapsed}u);")
-            if "now" in self._members and elapsed is not None:
-                out.line(f"{machine}.now = 0u;")
+            if "fsm.now" in self._members and elapsed is not None:
+                out.line(f"{machine}.fsm.now = 0u;")
             if command.inputs:
                 out.line(f"{t} *m = &{machine};")
             for place, value in command.inputs:
@@ -286,5 +285,5 @@ class MachineTest:
         else:
             assert timer is not None  # noqa: S101  (one fires)
             what = f"{timer.transition}u"
-            more = ", NULL" if "delayed" in self._members else ""
+            more = ", NULL" if "fsm.delayed" in self._members else ""
         out.line(f"{t}_fire(&{machine}, {what}, {str(command.due).lower()}{more});")

@@ -157,7 +157,7 @@ def _header(chart: Chart, sources: dict[str, None]) -> tuple[str, frozenset[str]
     findings.stop_on_errors()
     made = generate_machine(chart)
     sources.update(dict.fromkeys(made.files))
-    return made.names.prefix, frozenset(member.name for member in made.family[-1][1])
+    return made.names.prefix, made.family[-1][1]
 
 
 SEEN = ("op", "out", "d", "=")

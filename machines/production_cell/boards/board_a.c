@@ -81,11 +81,11 @@ static void read_buttons(bool is_off)
 
 static void board_sense(bool is_off)
 {
-    node.feeder_belt.entry_occupied = in.f0 != 0;
-    node.feeder_belt.pocket_occupied = in.p != 0;
-    node.feeder.pocket_occupied = in.p != 0;
-    node.feeder.cavity_occupied = in.m != 0;
-    node.molder.cavity_occupied = in.m != 0;
+    node.feeder_belt.in.entry_occupied = in.f0 != 0;
+    node.feeder_belt.in.pocket_occupied = in.p != 0;
+    node.feeder.in.pocket_occupied = in.p != 0;
+    node.feeder.in.cavity_occupied = in.m != 0;
+    node.molder.in.cavity_occupied = in.m != 0;
     read_buttons(is_off);
 }
 
@@ -99,6 +99,6 @@ static int32_t beacon(void)
 
 static void board_act(bool is_off)
 {
-    out.lamp = node.feeder_belt.lamp && !is_off;
+    out.lamp = node.feeder_belt.out.lamp && !is_off;
     out.beacon = is_off ? 2 : beacon();
 }

@@ -126,12 +126,12 @@ static void look(void)
 static void board_sense(bool is_off)
 {
     (void)is_off;
-    node.extraction_belt.entry_occupied = in.e0 != 0;
-    node.extraction_belt.middle_occupied = in.e1 != 0;
-    node.extraction_belt.exit_occupied = in.e2 != 0;
-    node.sorter.slot_occupied = in.e1 != 0;
-    node.sorter.retracted = in.retracted != 0;
-    node.camera.in_view = in.e0 != 0;
+    node.extraction_belt.in.entry_occupied = in.e0 != 0;
+    node.extraction_belt.in.middle_occupied = in.e1 != 0;
+    node.extraction_belt.in.exit_occupied = in.e2 != 0;
+    node.sorter.in.slot_occupied = in.e1 != 0;
+    node.sorter.in.retracted = in.retracted != 0;
+    node.camera.in.in_view = in.e0 != 0;
     look();
 }
 

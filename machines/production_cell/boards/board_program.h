@@ -107,7 +107,7 @@ BOARD_DRIVES(BOARD_MOVES)
             (void)X##_post_limit(&node.X);                                                         \
         if ((noticed & DRIVE_ARRIVED) != 0u)                                                       \
             (void)X##_post_arrived(&node.X);                                                       \
-        node.X.at = drive_is_at(&X##_drive, UPPER##_AT_HOME)     ? UPPER##_PLACE_HOME              \
+        node.X.in.at = drive_is_at(&X##_drive, UPPER##_AT_HOME)     ? UPPER##_PLACE_HOME           \
                     : drive_is_at(&X##_drive, UPPER##_AT_OFFSET) ? UPPER##_PLACE_OFFSET            \
                     : drive_is_at(&X##_drive, UPPER##_##FAR)     ? UPPER##_PLACE_FAR               \
                                                                  : UPPER##_PLACE_BETWEEN;          \
@@ -139,11 +139,11 @@ BOARD_MODULES(BOARD_HOMES)
     }                                                                                              \
     static uint8_t X##_told_fault(void)                                                            \
     {                                                                                              \
-        return node.X.fault_code;                                                                  \
+        return node.X.data.fault_code;                                                             \
     }                                                                                              \
     static unsigned X##_told_refused(void)                                                         \
     {                                                                                              \
-        return node.X.rejected;                                                                    \
+        return node.X.fsm.rejected;                                                                \
     }
 #define BOARD_MACHINE_ROW(X, UPPER)                                                                \
     {#X, UPPER##_STATES, X##_told_name, X##_told_leaf, X##_told_fault, X##_told_refused},

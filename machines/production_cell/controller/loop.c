@@ -347,11 +347,11 @@ static uint8_t place(const axis *self, int32_t far_end)
 
 static void inputs(void)
 {
-    cell.feeder.at = place(&cell.pusher, PUSHED);
-    cell.feeder.pocket_occupied = cell.pocket;
-    cell.feeder.cavity_occupied = cell.cavity;
-    cell.molder.at = place(&cell.door, OPEN);
-    cell.molder.cavity_occupied = cell.cavity;
+    cell.feeder.in.at = place(&cell.pusher, PUSHED);
+    cell.feeder.in.pocket_occupied = cell.pocket;
+    cell.feeder.in.cavity_occupied = cell.cavity;
+    cell.molder.in.at = place(&cell.door, OPEN);
+    cell.molder.in.cavity_occupied = cell.cavity;
 }
 
 /* Prints the states that became active since the last tick. */

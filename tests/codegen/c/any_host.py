@@ -139,7 +139,7 @@ def _hints(names: Names) -> list[str]:
             "delayed_count": capacities.delayed if each.delays else 0,
         }
         lines += [
-            f"    //@ widen_hints global:{place}.{name}, {bound - 1}, {bound};"
+            f"    //@ widen_hints global:{place}.fsm.{name}, {bound - 1}, {bound};"
             for name, bound in bounds.items()
             if bound
         ]

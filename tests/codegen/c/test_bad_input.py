@@ -208,7 +208,7 @@ int main(void)
     e.of.many.at.x = 0;
     e.of.many.few[2] = 2;
     give(&e);
-    printf("n %d, refused %d\\n", m.n, m.rejected);
+    printf("n %d, refused %d\\n", m.data.n, m.fsm.rejected);
     return 0;
 }
 """

@@ -81,37 +81,37 @@ HOST = """
         lamp_init(&two);
         CHECK(memcmp(&one, &two, sizeof one) == 0);
         CHECK(!lamp_post_toggle(&one)); /* not started */
-        one.mains = true;
-        two.mains = true;
+        one.in.mains = true;
+        two.in.mains = true;
         lamp_start(&one, start);
         lamp_start(&two, start);
-        CHECK(one.mains && lamp_in(&one, LAMP_STATE_DARK));
+        CHECK(one.in.mains && lamp_in(&one, LAMP_STATE_DARK));
         CHECK(!lamp_next_deadline(&one, &deadline));
         CHECK(lamp_post_toggle(&one));
         CHECK(lamp_in(&one, LAMP_STATE_DARK)); /* posting does nothing yet */
         lamp_run(&one, start);
-        CHECK(lit_by == &one && gone == 1u && one.power == 40u);
+        CHECK(lit_by == &one && gone == 1u && one.out.power == 40u);
         CHECK(lamp_in(&one, LAMP_STATE_BRIGHT) && lamp_in(&two, LAMP_STATE_DARK));
         CHECK(lamp_active(&one, active, 2u) == 1u && active[0] == LAMP_STATE_BRIGHT);
-        CHECK(two.count == 0u && two.power == 0u);
+        CHECK(two.data.count == 0u && two.out.power == 0u);
         CHECK(lamp_next_deadline(&one, &deadline) && deadline == start + 100u);
         lamp_run(&one, start + 99u);
         CHECK(lamp_in(&one, LAMP_STATE_BRIGHT));
         copy = one; /* a snapshot is a copy */
         lamp_run(&one, start + 100u);
-        CHECK(lamp_in(&one, LAMP_STATE_DARK) && one.power == 0u);
+        CHECK(lamp_in(&one, LAMP_STATE_DARK) && one.out.power == 0u);
         lamp_rebase(&copy, start + 99u);
         lamp_run(&copy, 1u);
         CHECK(lamp_in(&copy, LAMP_STATE_DARK));
         CHECK(lamp_post_toggle(&two) && lamp_post_toggle(&two) && !lamp_post_toggle(&two));
-        CHECK(two.rejected == 1u);
+        CHECK(two.fsm.rejected == 1u);
         lamp_event e = LAMP_NO_EVENT;
         e.event = LAMP_EVENT_ASK;
-        CHECK(lamp_dispatch(&one, &e, start + 100u) == FSM_HANDLED && one.reply == 1);
+        CHECK(lamp_dispatch(&one, &e, start + 100u) == FSM_HANDLED && one.fsm.reply == 1);
         e.event = LAMP_EVENT_PAINT;
         e.of.paint.colour = LAMP_COLOUR_GREEN;
         CHECK(lamp_dispatch(&one, &e, start + 100u) == FSM_HANDLED);
-        CHECK(one.colour == LAMP_COLOUR_GREEN && two.colour == LAMP_COLOUR_RED);
+        CHECK(one.data.colour == LAMP_COLOUR_GREEN && two.data.colour == LAMP_COLOUR_RED);
         CHECK(lamp_fault(&one) == FSM_NO_FAULT && !lamp_finished(&one));
         CHECK(strcmp(lamp_state_name(LAMP_STATE_DARK), "dark") == 0);
         return 0;

@@ -37,8 +37,8 @@ def test_an_alarm_is_seen(tmp_path: Path, require_tool: Callable[[str], str]) ->
     """A queue that is used beyond its end."""
     machine = machine_of("flat")
     source = machine.files["flat.c"]
-    assert source.count("m->queue_count >= FLAT_QUEUE") == 1
-    broken = source.replace("m->queue_count >= FLAT_QUEUE", "m->queue_count > FLAT_QUEUE")
+    assert source.count("m->fsm.queue_count >= FLAT_QUEUE") == 1
+    broken = source.replace("m->fsm.queue_count >= FLAT_QUEUE", "m->fsm.queue_count > FLAT_QUEUE")
     files = machine.files | {"flat.c": broken}
     proof = prove(require_tool("frama-c"), Machine(machine.names, files, machine.figures), tmp_path)
     assert proof.alarms

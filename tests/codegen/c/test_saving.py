@@ -55,8 +55,8 @@ int main(int count, char **arguments)
         oven_run(&m, 4000000000u + 3999u);
         printf("%d ", oven_in(&m, OVEN_STATE_HOT));
         oven_run(&m, 4000000000u + 4000u);
-        printf("%d %d %d %d %g %d", oven_in(&m, OVEN_STATE_HOT), m.heat, m.grams, m.rows[1],
-               m.factor, is_nested);
+        printf("%d %d %d %d %g %d", oven_in(&m, OVEN_STATE_HOT), m.data.heat, m.data.grams,
+               m.data.rows[1], m.data.factor, is_nested);
         return 0;
     }
     oven_start(&m, 4294967290u);

@@ -36,7 +36,7 @@ int main(void)
     door_start(&m, 0u);
     if (door_dispatch(&m, &open, 0u) != FSM_HANDLED || door_dispatch(&m, &open, 0u) != FSM_IGNORED)
         return 2;
-    return door_in(&m, DOOR_STATE_AJAR) && m.opened == 1u ? 0 : 3;
+    return door_in(&m, DOOR_STATE_AJAR) && m.data.opened == 1u ? 0 : 3;
 }
 """
 LEAN = Options(frozenset({"queue", "counters"}))

@@ -248,9 +248,10 @@ def built(
     system = load_system(path, findings)
     charts = named_charts(system)
     files = {name: text for chart in charts for name, text in generate_machine(chart).files.items()}
-    joined = compose(system, charts, files, findings)
+    queued = {chart.name for chart in charts}
+    joined = compose(system, charts, queued, findings)
     assert joined, [finding.message for finding in findings]
-    parts = parts_of(system, charts, files)
+    parts = parts_of(system, charts, queued)
     script = random_script(system, seed, length)
     files |= joined | {"main.c": host(system, parts, script)}
     prefixes = dict.fromkeys(part.prefix for part in parts)
@@ -316,8 +317,7 @@ def test_what_does_not_fit_is_counted(
     assert execute(["compile", str(talk), "--out", str(folder)]) == 0
     system = load_system(talk, Findings())
     charts = named_charts(system)
-    headers = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
-    empty = "\n".join(unconnected(system, parts_of(system, charts, headers)))
+    empty = "\n".join(unconnected(system, parts_of(system, charts, ())))
     (folder / "main.c").write_text(
         f"""
         #include <stdio.h>
@@ -329,12 +329,12 @@ def test_what_does_not_fit_is_counted(
             talk_init(&s);
             for (int i = 0; i < 3; i++)
                 west_call(&s.west, 1, 1);
-            printf("%u %u\\n", (unsigned)s.lost, (unsigned)s.judge.rejected);
+            printf("%u %u\\n", (unsigned)s.lost, (unsigned)s.judge.fsm.rejected);
             if (!talk_start(&s, 0))
                 return 1;
             for (int i = 0; i < 11; i++)
                 west_call(&s.west, 1, 1);
-            printf("%u %u\\n", (unsigned)s.lost, (unsigned)s.judge.rejected);
+            printf("%u %u\\n", (unsigned)s.lost, (unsigned)s.judge.fsm.rejected);
             return 0;
         }}
         """,

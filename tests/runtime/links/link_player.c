@@ -66,7 +66,7 @@ static void serve(unsigned n)
 
 static void print_node(void)
 {
-    printf("west got %d mood %d\n", node.west.got, node.west.mood);
+    printf("west got %d mood %d\n", node.west.data.got, node.west.in.mood);
 }
 #else
 static void serve(unsigned n)
@@ -77,8 +77,8 @@ static void serve(unsigned n)
 static void print_node(void)
 {
     printf("east got %d n %" PRIu32 " least %d level %a sum %a speed %" PRId32 " lit %d\n",
-           node.east.got, node.east.n, node.east.least, node.east.level, node.east.sum,
-           node.east.speed, node.judge.lit);
+           node.east.data.got, node.east.data.n, node.east.data.least, node.east.data.level, node.east.data.sum,
+           node.east.in.speed, node.judge.in.lit);
 }
 #endif
 

@@ -93,7 +93,7 @@ class ContentPrinter:
 
     def _check(self, out: Emitter, *expressions: Expr) -> None:
         if any(map(can_fail, expressions)):
-            out.line("if (m->failed != FSM_FINE)")
+            out.line("if (m->fsm.failed != FSM_FINE)")
             with out.indented():
                 out.line("return;")
 
@@ -125,20 +125,20 @@ class ContentPrinter:
             case ForEach():
                 self._for_each(out, statement, printer, failing=failing)
             case Reply(value):
-                out.line(f"m->reply = {printer.value(value)};")
+                out.line(f"m->fsm.reply = {printer.value(value)};")
                 self._check(out, value)
                 out.line('FSM_HOOK_TEXT(m, FSM_REPLY, "", 0);')
-                self._show(out, value, printer, "m->reply")
+                self._show(out, value, printer, "m->fsm.reply")
                 out.line("FSM_HOOK_LINE(m);")
             case CallOperation(call):
                 out.line(f"(void){printer.fragment(call).text};" if call.type is not None
                          else f"{printer.fragment(call).text};")  # fmt: skip
                 self._check(out, call)
             case Fail(is_raised=True):
-                out.line("m->failed = FSM_TOLD;")
+                out.line("m->fsm.failed = FSM_TOLD;")
                 out.line("return;")
             case Fail():
-                out.line("(void)fsm_fails(&m->failed);")
+                out.line("(void)fsm_fails(&m->fsm.failed);")
                 out.line("return;")
             case Invoke():
                 self._invoke(out, statement, printer)
@@ -164,7 +164,7 @@ class ContentPrinter:
             text = printer.value(argument, data.type) if is_array else f"v{number}"
             target = f"{member}.{inside.variables[data.name]}"
             copy(out, Place(names, data.type, text), Place(inside, data.type, target))
-        out.line(f"{inside.prefix}_start_given(&{member}, m->now);")
+        out.line(f"{inside.prefix}_start_given(&{member}, m->fsm.now);")
         out.line(f"{names.prefix}_absorb_{slot}(m);")
         out.close()
 

@@ -2,7 +2,7 @@
 
 Each fragment knows the C type it has: ``int`` where every value fits in 16 bits, else int32_t,
 int64_t, uint32_t or uint64_t, ``double``, ``bool``. Wrapping arithmetic is done unsigned. What can
-fail notes so in ``m->failed``; and since C leaves the order of operands open where the language
+fail notes so in ``m->fsm.failed``; and since C leaves the order of operands open where the language
 goes from left to right, operands with effects go through temporaries.
 """
 
@@ -127,7 +127,7 @@ class Printer(Operators):
             case Convert(operand, type_):
                 return self._convert(operand, type_)
             case Invalid():
-                return Fragment("fsm_fails(&m->failed)", "bool")
+                return Fragment("fsm_fails(&m->fsm.failed)", "bool")
             case _:
                 raise AssertionError(expr)
 
@@ -191,7 +191,7 @@ class Printer(Operators):
         fragment = self.fragment(index)
         if interval(index.type).lo >= 0 and interval(index.type).hi < length:
             return fragment.text
-        return f"fsm_place(&m->failed, {self.cast(fragment, 'int64_t')}, {length}u)"
+        return f"fsm_place(&m->fsm.failed, {self.cast(fragment, 'int64_t')}, {length}u)"
 
     def _of_event(self, text: Callable[[Event], str]) -> str:
         """Return the number of a text that the event at hand has, 0 where there is none."""
@@ -199,7 +199,7 @@ class Printer(Operators):
         choice = "0"
         for event in reversed(self.events or range(len(chart.events))):
             symbol = self.names.symbol(text(chart.events[event]))
-            choice = f"m->event.event == {self.names.events[event]} ? {symbol} : {choice}"
+            choice = f"m->fsm.event.event == {self.names.events[event]} ? {symbol} : {choice}"
         return f"({choice})"
 
     def _event_field(self, name: str) -> str:
@@ -208,13 +208,15 @@ class Printer(Operators):
             for e in (self.events or range(len(self.names.chart.events)))
             if any(part.name == name for part in self.names.chart.events[e].fields)
         ]
-        texts = [f"m->event.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having]
+        texts = [
+            f"m->fsm.event.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having
+        ]
         if len(set(texts)) <= 1:
             return texts[0]
         # one of several events: their payloads may lie differently
         choice = texts[-1]
         for event, text in zip(having[-2::-1], texts[-2::-1], strict=True):
-            choice = f"m->event.event == {self.names.events[event]} ? {text} : {choice}"
+            choice = f"m->fsm.event.event == {self.names.events[event]} ? {text} : {choice}"
         return f"({choice})"
 
     # --- operators ------------------------------------------------------------------------

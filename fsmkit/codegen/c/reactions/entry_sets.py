@@ -72,8 +72,8 @@ class MovePrinter(LeavePrinter):
         parent = chart.states[state].parent
         assert parent is not None  # noqa: S101
         if parent == 0:
-            out.line("m->running = false;")
-            out.line("m->finished = true;")
+            out.line("m->fsm.running = false;")
+            out.line("m->fsm.finished = true;")
             return
         self._done(out, parent, state)
         above = chart.states[parent].parent
@@ -138,7 +138,7 @@ class MovePrinter(LeavePrinter):
                     out.line(f"{ctype} {name};")
                 if can_fail(data[number]):
                     out.line(f"{_stored(names, part)} value = {text};")
-                    out.line("if (m->failed == FSM_FINE)")
+                    out.line("if (m->fsm.failed == FSM_FINE)")
                     with out.indented():
                         out.line(f"{place} = value;")
                     out.line(f"{self.prefix}_end_block(m);")

@@ -27,7 +27,7 @@ static void @_to_invoker(@ *m, const @_event *e)
 {
     FSM_HOOK_EVENT(m, FSM_LEFT, e);
     FSM_HOOK_TEXT(m, FSM_LEFT, "", $INVOKERu);
-    if (!m->running && !m->finished)
+    if (!m->fsm.running && !m->fsm.finished)
         return;
 $RETURN
     FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
@@ -40,9 +40,9 @@ SLOT = """
 /* What the machine `$ID` has come to: a slot is empty when its machine has ended. */
 static void @_absorb_$N(@ *m)
 {
-    if (m->$SLOT.running)
+    if (m->$SLOT.fsm.running)
         return;
-    if (m->$SLOT.fault != FSM_NO_FAULT)
+    if (m->$SLOT.fsm.fault != FSM_NO_FAULT)
         @_stop(m, FSM_FAULT_INVOKED, "invoked");
     else
         $INSIDE_init(&m->$SLOT);
@@ -51,9 +51,9 @@ static void @_absorb_$N(@ *m)
 /* Its state is left: it ends, too (SCXML 6.4.3). */
 static void @_end_$N(@ *m)
 {
-    if (!m->$SLOT.running)
+    if (!m->$SLOT.fsm.running)
         return;
-    $INSIDE_abandon(&m->$SLOT, m->now);
+    $INSIDE_abandon(&m->$SLOT, m->fsm.now);
     @_absorb_$N(m);
 }
 """
@@ -67,8 +67,8 @@ static @ *@_holder_of_$N($INSIDE *m)
 """
 
 ONE_STEP = """
-        if (m->$SLOT.running && m->fault == FSM_NO_FAULT) {
-            m->$SLOT.now = m->now;
+        if (m->$SLOT.fsm.running && m->fsm.fault == FSM_NO_FAULT) {
+            m->$SLOT.fsm.now = m->fsm.now;
             if ($INSIDE_step_event(&m->$SLOT)) {
                 is_quiet = false;
                 @_absorb_$N(m);
@@ -87,7 +87,7 @@ $STEPS
         if (is_quiet)
             break;
         acted = true;
-        if (m->fault != FSM_NO_FAULT)
+        if (m->fsm.fault != FSM_NO_FAULT)
             break;
     }
     return acted;
@@ -96,18 +96,19 @@ $STEPS
 /* Here nothing happened, or it is done: invoked machines go on. */
 static bool @_go_on(@ *m)
 {
-    m->busy = true;
-    bool acted = m->fault == FSM_NO_FAULT && @_run_invoked(m);
-    if (m->fault != FSM_NO_FAULT) {
-        m->running = false;
-        m->finished = false;
+    m->fsm.busy = true;
+    bool acted = m->fsm.fault == FSM_NO_FAULT && @_run_invoked(m);
+    if (m->fsm.fault != FSM_NO_FAULT) {
+        m->fsm.running = false;
+        m->fsm.finished = false;
     }
-    m->busy = false;
+    m->fsm.busy = false;
     return acted;
 }
 """
 
-ONE_TIMER = """if (m->$SLOT.running && $INSIDE_next_deadline(&m->$SLOT, &due) && due == deadline) {
+ONE_TIMER = """if (m->$SLOT.fsm.running && $INSIDE_next_deadline(&m->$SLOT, &due)
+        && due == deadline) {
         (void)$INSIDE_step_timer(&m->$SLOT);
         @_absorb_$N(m);
     }"""
@@ -117,8 +118,8 @@ STEP_TIMER_WITHIN = """
 static void @_step_timer_within(@ *m, uint32_t deadline)
 {
     uint32_t due = 0u;
-    m->now = deadline;
-    m->busy = true;
+    m->fsm.now = deadline;
+    m->fsm.busy = true;
     $TIMERS
     (void)@_go_on(m);
 }
@@ -160,7 +161,7 @@ class InvocationPrinter:
         names = self.names
         if "to_invoker" in names.used:
             symbol = str(names.symbol(INVOKER))
-            returned = RETURN if names.is_invoked else "    fsm_count(&m->rejected);"
+            returned = RETURN if names.is_invoked else "    fsm_count(&m->fsm.rejected);"
             out.lines(fill(names, TO_INVOKER, INVOKER=symbol, RETURN=returned))
             out.line()
         for slot in range(len(names.slots)):
@@ -195,7 +196,7 @@ class InvocationPrinter:
                         out.line("break;")
                 out.line("default:")
                 out.line(f"    return {p}_has_room({holder});")
-            out.line(f"return {holder}->running && {p}_enqueue({holder}, &coming);")
+            out.line(f"return {holder}->fsm.running && {p}_enqueue({holder}, &coming);")
         out.line()
 
     def _convert(self, out: Emitter, slot: int, event: int, known: int) -> None:
@@ -256,7 +257,7 @@ class InvocationPrinter:
             out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
             word = ""
             for slot in slots:
-                out.line(f"{word}if (m->{names.slots[slot]}.running)")
+                out.line(f"{word}if (m->{names.slots[slot]}.fsm.running)")
                 out.line(f"    {p}_give_{slot}(m, e);")
                 word = "else "
             if not slots:
@@ -298,7 +299,7 @@ class InvocationPrinter:
     def waiting(self) -> str:
         """Return the condition that some state is entered that has not invoked yet."""
         count = (len(self.names.invoking) + 7) // 8
-        tests = [f"m->{TO_INVOKE}[{place}] != 0u" for place in range(count)]
+        tests = [f"m->fsm.{TO_INVOKE}[{place}] != 0u" for place in range(count)]
         return tests[0] if count == 1 else f"({' || '.join(tests)})"
 
     def _invoke(self, out: Emitter) -> None:
@@ -315,7 +316,7 @@ class InvocationPrinter:
                         what = "invocation by " + self.chart.states[state].id
                         self.content.block(out, block, (), what)
             for place in range((len(self.names.invoking) + 7) // 8):
-                out.line(f"m->{TO_INVOKE}[{place}] = 0u;")
+                out.line(f"m->fsm.{TO_INVOKE}[{place}] = 0u;")
         out.line()
 
     def _external(self, out: Emitter) -> None:
@@ -332,7 +333,7 @@ class InvocationPrinter:
                 self._finalize(out)
             for invocation in self.chart.invocations:
                 if invocation.autoforward:
-                    out.line(f"if (m->{names.slots[invocation.index]}.running)")
+                    out.line(f"if (m->{names.slots[invocation.index]}.fsm.running)")
                     out.line(f"    {p}_give_{invocation.index}(m, e);")
         out.line()
 

@@ -6,7 +6,7 @@
 REACT = """
 static fsm_result @_react(@ *m, const @_event *e)
 {
-[event]    m->event = *e;
+[event]    m->fsm.event = *e;
     return @_respond(m, e);
 }
 """
@@ -14,7 +14,7 @@ static fsm_result @_react(@ *m, const @_event *e)
 UNHANDLED = """
 static fsm_result @_unhandled(@ *m, const @_event *e)
 {
-[counted]    fsm_count(&m->unhandled);
+[counted]    fsm_count(&m->fsm.unhandled);
 [!counted]    (void)m; /* for the hook alone */
     FSM_HOOK_EVENT(m, FSM_UNHANDLED, e);
 $STRICT
@@ -27,38 +27,38 @@ LOOP_END = """
 [settles]static bool @_$LOOP(@ *m)
 [settles]{
 [loops]    bool acted = false;
-[loops]    while (m->running && m->fault == FSM_NO_FAULT) {
+[loops]    while (m->fsm.running && m->fsm.fault == FSM_NO_FAULT) {
 [eventless]        if (@_take_eventless(m)) {
 [eventless]            acted = true;
 [eventless]            continue;
 [eventless]        }
-[raises]        if (m->internal_count == 0u || m->fault != FSM_NO_FAULT)
+[raises]        if (m->fsm.internal_count == 0u || m->fsm.fault != FSM_NO_FAULT)
 [raises]            break;
 [raises]        acted = true;
-[raises]        if (m->budget == 0u) {
+[raises]        if (m->fsm.budget == 0u) {
 [raises]            @_stop(m, FSM_FAULT_MICROSTEPS, "microsteps");
 [raises]            break;
 [raises]        }
-[raises]        m->budget--;
-[raises]        @_event e = @_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
+[raises]        m->fsm.budget--;
+[raises]        @_event e = @_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);
 [raises]        (void)@_react(m, &e$NEVER);
 [!raises][loops]        break;
 [loops]    }
 $INVOKE
-[stops]    if (m->fault != FSM_NO_FAULT) {
-[stops]        m->running = false;
-[stops][ends]        m->finished = false;
-[raises]        while (m->internal_count > 0u)
-[raises]            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
+[stops]    if (m->fsm.fault != FSM_NO_FAULT) {
+[stops]        m->fsm.running = false;
+[stops][ends]        m->fsm.finished = false;
+[raises]        while (m->fsm.internal_count > 0u)
+[raises]            (void)@_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);
 $FORGET
 [stops][ends]        return $ACTED;
 [stops]    }
-[ends]    if (!m->running) {
+[ends]    if (!m->fsm.running) {
 [ends]        $LEAVE
-[ends][raises]        while (m->internal_count > 0u)
-[ends][raises]            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);
-[ends][queued]        while (m->queue_count > 0u)
-[ends][queued]            (void)@_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
+[ends][raises]        while (m->fsm.internal_count > 0u)
+[ends][raises]            (void)@_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);
+[ends][queued]        while (m->fsm.queue_count > 0u)
+[ends][queued]            (void)@_take_out(m->fsm.queue, &m->fsm.queue_count, %_QUEUE, 0u);
 $CLEAR
 [ends]    }
 [settles]    return $ACTED;
@@ -67,26 +67,26 @@ $CLEAR
 [rests]/* What is left of a macrostep is nothing, so that equal states are equal bytes. */
 [rests]static void @_rest(@ *m)
 [rests]{
-[event]    m->event = @_no_event;
-[loops]    m->budget = 0u;
-[guarded]    m->busy = false;
+[event]    m->fsm.event = @_no_event;
+[loops]    m->fsm.budget = 0u;
+[guarded]    m->fsm.busy = false;
 [rests]}
 
 [begins]static void @_begin(@ *m)
 [begins]{
-[guarded]    m->busy = true;
-[loops]    m->budget = %_MICROSTEPS;
+[guarded]    m->fsm.busy = true;
+[loops]    m->fsm.budget = %_MICROSTEPS;
 [begins]}
 
 /* One macrostep for an event that is out of its queue. */
 static fsm_result @_macrostep(@ *m, const @_event *e$MAY_DEFER$IS_EXTERNAL)
 {
 [begins]    @_begin(m);
-[external]    m->event = *e;
+[external]    m->fsm.event = *e;
     FSM_HOOK_BEGIN(m, FSM_EVENT, 0);
     FSM_HOOK_EVENT(m, FSM_TAKEN, e);
 $BEFORE
-[loops]    m->budget--;
+[loops]    m->fsm.budget--;
     fsm_result result = @_react(m, e$DEFER);
 [settles]    (void)@_settle(m);
 [rests]    @_rest(m);
@@ -96,14 +96,14 @@ $BEFORE
 
 [queued]bool @_step_event(@ *m)
 [queued]{
-[queued][guarded]    if (m->busy)
+[queued][guarded]    if (m->fsm.busy)
 [queued][guarded]        return false;
 [queued]    if ($STOPPED)
 [queued]        return false;
 $RECALL
-[queued]    if (m->queue_count == 0u)
+[queued]    if (m->fsm.queue_count == 0u)
 [queued]        return $IDLE;
-[queued]    @_event e = @_take_out(m->queue, &m->queue_count, %_QUEUE, 0u);
+[queued]    @_event e = @_take_out(m->fsm.queue, &m->fsm.queue_count, %_QUEUE, 0u);
 [queued]    (void)@_macrostep(m, &e$ALWAYS$EXTERNAL);
 [queued]    return true;
 [queued]}
@@ -114,7 +114,7 @@ HOST = """
 [polls]{
 [polls][!loops]    (void)m;
 [polls][!loops]    return false;
-[polls][loops][guarded]    if (m->busy)
+[polls][loops][guarded]    if (m->fsm.busy)
 [polls][loops][guarded]        return false;
 [polls][loops]    if ($STOPPED)
 [polls][loops]        return false;
@@ -128,10 +128,10 @@ HOST = """
 
 [runs]void @_run(@ *m, uint32_t now)
 [runs]{
-[runs][guarded]    if (m->busy)
+[runs][guarded]    if (m->fsm.busy)
 [runs][guarded]        return;
-[runs][queued]    uint32_t allowance = (uint32_t)m->queue_count + %_MICROSTEPS$DEFERRED_PLUS;
-[runs][now]    m->now = now;
+[runs][queued]    uint32_t allowance = (uint32_t)m->fsm.queue_count + %_MICROSTEPS$DEFERRED_PLUS;
+[runs][now]    m->fsm.now = now;
 [runs][!now]    (void)now;
 $TRY_EVENTLESS
 [runs]    while ($RUNNING) {
@@ -142,12 +142,12 @@ $TRY_EVENTLESS
 $TIMER_DUE
 [runs]        break;
 [runs]    }
-[runs][now]    m->now = now;
+[runs][now]    m->fsm.now = now;
 [runs]}
 
 fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
 {
-[guarded]    if (m->busy)
+[guarded]    if (m->fsm.busy)
 [guarded]        return FSM_BUSY;
 #ifdef FSM_CHECKED
     if (!@_is_allowed(e))
@@ -157,9 +157,9 @@ fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
     if ($STOPPED)
         return FSM_STOPPED;
 [!checked]#endif
-[now]    m->now = now;
+[now]    m->fsm.now = now;
 [!now]    (void)now;
-[replies]    m->reply = 0;
+[replies]    m->fsm.reply = 0;
     return @_macrostep(m, e$NEVER$EXTERNAL);
 }
 """
@@ -169,12 +169,12 @@ POST = """
 [queued]{
 [queued]#ifdef FSM_CHECKED
 [queued]    if (!@_is_allowed(e)) {
-[queued][counted]        fsm_count(&m->rejected);
+[queued][counted]        fsm_count(&m->fsm.rejected);
 [queued]        return false;
 [queued]    }
 [queued]#endif
 [queued]    if ($STOPPED) {
-[queued][counted]        fsm_count(&m->rejected);
+[queued][counted]        fsm_count(&m->fsm.rejected);
 [queued]        FSM_HOOK_POST(m, e, false);
 [queued]        return false;
 [queued]    }
@@ -191,17 +191,17 @@ INVOKE = """    return acted;
 static bool @_settle(@ *m)
 {
     bool acted = @_complete(m);
-    while ($WAITING && m->running && m->fault == FSM_NO_FAULT) {
+    while ($WAITING && m->fsm.running && m->fsm.fault == FSM_NO_FAULT) {
         @_invoke(m);
-        if (m->internal_count > 0u)
+        if (m->fsm.internal_count > 0u)
             (void)@_complete(m);
     }"""
 
 RUN_INVOKED = """
-    if (m->running && m->fault == FSM_NO_FAULT && @_run_invoked(m))
+    if (m->fsm.running && m->fsm.fault == FSM_NO_FAULT && @_run_invoked(m))
         acted = true;"""
 
-FORGET = "        fsm_clear(m->to_invoke_, sizeof m->to_invoke_);"
+FORGET = "        fsm_clear(m->fsm.to_invoke_, sizeof m->fsm.to_invoke_);"
 
 DUE_WITHIN = """
         uint32_t due = 0u;
@@ -212,20 +212,20 @@ DUE_WITHIN = """
         }"""
 
 TELL_END = """        @_tell_end(m);
-        while (m->internal_count > 0u)
-            (void)@_take_out(m->internal, &m->internal_count, %_INTERNAL, 0u);"""
+        while (m->fsm.internal_count > 0u)
+            (void)@_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);"""
 
 ABANDON = """
 void @_abandon(@ *m, uint32_t now)
 {
-    m->now = now;
-    m->running = false;
+    m->fsm.now = now;
+    m->fsm.running = false;
     $LEAVE
 }
 """
 
 DUE = """
-        if (m->timer_count > 0u && fsm_reached(now, m->timers[0].deadline)) {
+        if (m->fsm.timer_count > 0u && fsm_reached(now, m->fsm.timers[0].deadline)) {
             (void)@_step_timer(m);
 [queued]            allowance = %_MICROSTEPS;
             continue;

@@ -223,7 +223,7 @@ class ReactionPrinter:
                 out.open(f"if ({self.guard(transition)}) {{")
             out.lines(before)
             if may_stop and not before:
-                out.lines(["if (m->fault != FSM_NO_FAULT)", f"    {done}"])
+                out.lines(["if (m->fsm.fault != FSM_NO_FAULT)", f"    {done}"])
             out.lines(self.step(transition, leaf).lines)
             out.line(done)
             if guard is not None:

@@ -62,7 +62,7 @@ class SelectionPrinter:
     def asked(self, transition: Transition) -> str:
         """Return the condition of a guard where several states may ask it in one selection.
 
-        It is evaluated once until `m->asked` is forgotten, which selections do at their end;
+        It is evaluated once until `m->fsm.asked` is forgotten, which selections do at their end;
         straight code, which asks once, takes `guard`.
         """
         place = self._asked.get(transition.index)
@@ -75,9 +75,9 @@ class SelectionPrinter:
             out = self.functions
             out.line(f"static bool {name}({self.prefix} *m)")
             with out.block("{"):
-                out.line(f"if (m->asked[{place}] == 0u)")
-                out.line(f"    m->asked[{place}] = {text} ? 2u : 1u;")
-                out.line(f"return m->asked[{place}] == 2u;")
+                out.line(f"if (m->fsm.asked[{place}] == 0u)")
+                out.line(f"    m->fsm.asked[{place}] = {text} ? 2u : 1u;")
+                out.line(f"return m->fsm.asked[{place}] == 2u;")
             out.line()
         return f"{name}(m)"
 

@@ -43,7 +43,6 @@ from fsmkit.codegen.c.reactions.transition_execution import (
 )
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
-from fsmkit.language import ArrayType
 from fsmkit.texts.c import quoted
 
 ANSWERS = "the functions that answer events, which are printed already"
@@ -112,27 +111,28 @@ class StepPrinter:
         clear = []
         if self.names.defers:
             clear.append(
-                "        while (m->deferred_count > 0u)\n"
-                "            (void)@_take_out(m->deferred, &m->deferred_count, %_QUEUE, 0u);"
+                "        while (m->fsm.deferred_count > 0u)\n"
+                "            (void)@_take_out(m->fsm.deferred, &m->fsm.deferred_count, "
+                "%_QUEUE, 0u);"
             )
         if self.names.delays:
             clear.append(
-                "        while (m->delayed_count > 0u)\n            (void)@_undelay(m, 0u);"
+                "        while (m->fsm.delayed_count > 0u)\n            (void)@_undelay(m, 0u);"
             )
         if self.names.has_timers or self.names.delays:
             clear.append(
-                "        while (m->timer_count > 0u)\n"
-                "            fsm_timers_remove(m->timers, &m->timer_count, 0u);"
+                "        while (m->fsm.timer_count > 0u)\n"
+                "            fsm_timers_remove(m->fsm.timers, &m->fsm.timer_count, 0u);"
             )
         if names.is_invoked and chart.done is not None:
             clear.append(TELL_END)
         recall = "~"
         if self.names.defers:
             recall = (
-                "    for (uint8_t i = 0u; i < m->deferred_count; i++) {\n"
-                "        if (!@_is_deferred(m, (uint16_t)m->deferred[i].event)) {\n"
+                "    for (uint8_t i = 0u; i < m->fsm.deferred_count; i++) {\n"
+                "        if (!@_is_deferred(m, (uint16_t)m->fsm.deferred[i].event)) {\n"
                 "            @_event recalled =\n"
-                "                @_take_out(m->deferred, &m->deferred_count, %_QUEUE, i);\n"
+                "                @_take_out(m->fsm.deferred, &m->fsm.deferred_count, %_QUEUE, i);\n"
                 f"            (void)@_macrostep(m, &recalled, true{within});\n"
                 "            return true;\n"
                 "        }\n"
@@ -164,7 +164,7 @@ class StepPrinter:
                 IDLE="@_go_on(m)" if names.slots else "false",
                 CLEAR="\n".join(clear if names.does["ends"] else ()) or "~",
                 RECALL=recall,
-                DEFERRED_PLUS=" + m->deferred_count" if self.names.defers else "",
+                DEFERRED_PLUS=" + m->fsm.deferred_count" if self.names.defers else "",
                 TRY_EVENTLESS="    (void)@_step_eventless(m);" if samples else "~",
                 TIMER_DUE=due,
                 RUNNING=names.running,
@@ -185,7 +185,7 @@ class StepPrinter:
         single = names.plan.is_single
         remembered = len(self.selection.remembered)
         forget = (
-            f"for (uint32_t i = 0u; i < {remembered}u; i++)\n        m->asked[i] = 0u;"
+            f"for (uint32_t i = 0u; i < {remembered}u; i++)\n        m->fsm.asked[i] = 0u;"
             if remembered
             else "~"
         )
@@ -221,10 +221,10 @@ class StepPrinter:
                     RECORD=record,
                     FORGET=forget,
                     PREEMPT="@_remove_conflicts(m, &found);" if preempts else "~",
-                    FAULTY=" || m->fault != FSM_NO_FAULT" if may_fault else "",
+                    FAULTY=" || m->fsm.fault != FSM_NO_FAULT" if may_fault else "",
                     STRAIGHT=self._straight(),
                     KEPT=is_kept(names),
-                    SOUND=" && m->fault == FSM_NO_FAULT" if may_fault else "",
+                    SOUND=" && m->fsm.fault == FSM_NO_FAULT" if may_fault else "",
                 )
             )
             out.line()
@@ -258,7 +258,7 @@ class StepPrinter:
             or "emit" in names.used
             or names.delays
         )
-        event = is_family or "m->event." in text
+        event = is_family or "m->fsm.event." in text
         without = frozenset() if is_family else names.options.without
         is_timed = is_family or names.has_deadlines
         queued = "queue" not in without
@@ -266,7 +266,7 @@ class StepPrinter:
             t.trigger is Trigger.EVENTLESS and t.guard is not None and reads_input(t.guard)
             for t in chart.transitions
         )
-        running = loops or ends or "m->running" in text
+        running = loops or ends or "m->fsm.running" in text
         return {
             "checked": running
             or names.defers
@@ -286,9 +286,9 @@ class StepPrinter:
             "begins": loops or guarded,
             "rests": loops or guarded or event,
             "event": event,
-            "replies": "m->reply" in text,
+            "replies": "m->fsm.reply" in text,
             "external": self.invocation.has_external,
-            "now": is_family or names.has_deadlines or "m->now" in text,
+            "now": is_family or names.has_deadlines or "m->fsm.now" in text,
             "running": running,
         }
 
@@ -309,18 +309,18 @@ class StepPrinter:
         with out.block("{"):
             if not names.is_invoked:
                 if names.does["guarded"]:
-                    out.line("if (m->busy)")
+                    out.line("if (m->fsm.busy)")
                     with out.indented():
                         out.line("return;")
                 self._begin_anew(out)
-            out.line("m->now = now;" if names.does["now"] else "(void)now;")
+            out.line("m->fsm.now = now;" if names.does["now"] else "(void)now;")
             if names.does["running"]:
-                out.line("m->running = true;")
+                out.line("m->fsm.running = true;")
             if names.does["begins"]:
                 out.line(f"{p}_begin(m);")
             out.line("FSM_HOOK_BEGIN(m, FSM_START, 0);")
             if names.does["loops"]:
-                out.line("m->budget--;")
+                out.line("m->fsm.budget--;")
             out.lines(content.finish().rstrip("\n").split("\n"))
             if names.does["settles"]:
                 out.line(f"(void){p}_settle(m);")
@@ -334,16 +334,9 @@ class StepPrinter:
 
     def _begin_anew(self, out: Emitter) -> None:
         """Print that all but the inputs is as it was made."""
-        names, p = self.names, self.names.prefix
-        out.line(f"const {p} before = *m;")
+        p = self.names.prefix
+        if self.chart.inputs:
+            out.line(f"const {p} before = *m;")
         out.line(f"{p}_init(m);")
-        for variable in self.chart.inputs:
-            name = names.variables[variable.name]
-            if isinstance(variable.type, ArrayType):
-                out.line(f"for (uint32_t i = 0u; i < {variable.type.length}u; i++)")
-                with out.indented():
-                    out.line(f"m->{name}[i] = before.{name}[i];")
-            else:
-                out.line(f"m->{name} = before.{name};")
-        if not self.chart.inputs:
-            out.line("(void)before;")
+        if self.chart.inputs:
+            out.line("m->in = before.in;")

@@ -50,7 +50,7 @@ class TimeoutPrinter:
                         may_stop = can_fail(t.guard) or has_effect(t.guard)
                         test = self.reactions.guard(t)
                         if may_stop:
-                            test += " && m->fault == FSM_NO_FAULT"
+                            test += " && m->fsm.fault == FSM_NO_FAULT"
                         with out.block(f"if ({test}) {{"):
                             out.lines(step)
                     out.line("break;")
@@ -68,14 +68,14 @@ class TimeoutPrinter:
                 out.line("return false;")
             else:
                 if names.does["guarded"]:
-                    out.line("if (m->busy)")
+                    out.line("if (m->fsm.busy)")
                     with out.indented():
                         out.line("return false;")
                 self._first_deadline(out)
             if names.has_timers or names.delays:
-                out.line("fsm_timer timer = m->timers[0];")
-                out.line("fsm_timers_remove(m->timers, &m->timer_count, 0u);")
-                out.line("m->now = timer.deadline;")
+                out.line("fsm_timer timer = m->fsm.timers[0];")
+                out.line("fsm_timers_remove(m->fsm.timers, &m->fsm.timer_count, 0u);")
+                out.line("m->fsm.now = timer.deadline;")
                 if self.names.delays:
                     self._deliver(out)
                 self._timeouts(out, timeouts)
@@ -87,17 +87,19 @@ class TimeoutPrinter:
         """Print that nothing is due, or not here but in a machine in a slot."""
         names = self.names
         if not names.slots:
-            out.line(f"if ({names.stopped} || m->timer_count == 0u)")
+            out.line(f"if ({names.stopped} || m->fsm.timer_count == 0u)")
             with out.indented():
                 out.line("return false;")
             return
         out.line("uint32_t deadline = 0u;")
-        out.line(f"if (!m->running || !{names.prefix}_next_deadline(m, &deadline))")
+        out.line(f"if (!m->fsm.running || !{names.prefix}_next_deadline(m, &deadline))")
         with out.indented():
             out.line("return false;")
         within = [f"{names.prefix}_step_timer_within(m, deadline);", "return true;"]
         if names.has_timers or names.delays:
-            with out.block("if (m->timer_count == 0u || m->timers[0].deadline != deadline) {"):
+            with out.block(
+                "if (m->fsm.timer_count == 0u || m->fsm.timers[0].deadline != deadline) {"
+            ):
                 out.lines(within)
         else:
             out.lines(within)
@@ -107,7 +109,7 @@ class TimeoutPrinter:
         lines = [
             "[begins]    @_begin(m);",
             "    FSM_HOOK_BEGIN(m, FSM_TIMEOUT, timer.what);",
-            "[loops]    m->budget--;",
+            "[loops]    m->fsm.budget--;",
         ]
         out.lines(line.removeprefix("    ") for line in fill(names, "\n".join(lines)))
         text = timeouts.finish().rstrip("\n")
@@ -155,7 +157,7 @@ $PASSING
             text += "    } else if (due.route == %_TO_INVOKER) {\n"
             text += f"        @_to_invoker(m, &due.e);\n{go_on}"
         for slots, number in names.reached.items():
-            tests = [f"m->{names.slots[slot]}.running" for slot in slots]
+            tests = [f"m->{names.slots[slot]}.fsm.running" for slot in slots]
             running = f" && ({' || '.join(tests)})" if len(tests) > 1 else f" && {tests[0]}"
             if slots:
                 text += f"    }} else if (due.route == %_TO_INVOKED_{number}{running}) {{\n"

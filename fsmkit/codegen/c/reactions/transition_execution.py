@@ -153,15 +153,15 @@ static fsm_result @_respond(@ *m, const @_event *e)
 REACT_SINGLE = """
 static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 {
-[event]    m->event = *e;
+[event]    m->fsm.event = *e;
 $STRAIGHT
     $TAKEN taken = @_select_event(m, fsm_event_number(e->event));
     bool is_deferred = taken == %_DEFER;
     if (is_deferred)
         taken = 0u;
-    if (is_deferred && may_defer && m->deferred_count < %_QUEUE) {
-        m->deferred[m->deferred_count] = *e;
-        m->deferred_count++;
+    if (is_deferred && may_defer && m->fsm.deferred_count < %_QUEUE) {
+        m->fsm.deferred[m->fsm.deferred_count] = *e;
+        m->fsm.deferred_count++;
         return FSM_IGNORED;
     }
     if (taken == 0u)
@@ -175,14 +175,14 @@ REACT_MANY = """
 static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 {
     @_selection found = {{0}, 0, false};
-[event]    m->event = *e;
+[event]    m->fsm.event = *e;
 $STRAIGHT
     @_select_event_0(m, fsm_event_number(e->event), &found);
     $FORGET
     const bool is_deferred = $KEPT;
-    if (is_deferred && may_defer && m->deferred_count < %_QUEUE) {
-        m->deferred[m->deferred_count] = *e;
-        m->deferred_count++;
+    if (is_deferred && may_defer && m->fsm.deferred_count < %_QUEUE) {
+        m->fsm.deferred[m->fsm.deferred_count] = *e;
+        m->fsm.deferred_count++;
         return FSM_IGNORED;
     }
     $PREEMPT
@@ -197,12 +197,12 @@ MAY_GO_ON = """
 /* Whether there may be another microstep: not one too many, and not after a fault. */
 static bool @_may_go_on(@ *m)
 {
-    if (m->budget == 0u) {
+    if (m->fsm.budget == 0u) {
         @_stop(m, FSM_FAULT_MICROSTEPS, "microsteps");
         return false;
     }
-    m->budget--;
-    return m->fault == FSM_NO_FAULT;
+    m->fsm.budget--;
+    return m->fsm.fault == FSM_NO_FAULT;
 }
 """
 

@@ -19,7 +19,7 @@
  *   ring_a_start(&node, 0);
  *   once a cycle:
  *     feeder_post_arrived(&node.feeder);          what the controllers say
- *     node.feeder.pocket_occupied = ...;          what the sensors say
+ *     node.feeder.in.pocket_occupied = ...;          what the sensors say
  *     ring_a_cycle(&node, now);                   what came in is posted, all machines run, what
  *                                                 they send to other nodes goes out
  *     if (fsm_link_silence(&link, RING_A_NODE_B) > 100) ...        cycles without a word of b

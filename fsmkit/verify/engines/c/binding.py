@@ -15,6 +15,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.walk import charts_within
 from fsmkit.codegen.c.generate import Machine
 from fsmkit.codegen.c.host import print_host
+from fsmkit.codegen.c.layout import OWN
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import COMPILING, Options, read_options
 from fsmkit.emit import Emitter, snake
@@ -84,10 +85,10 @@ def bind(closed: ClosedSystem, number: int, generated: Machine) -> tuple[Built, 
     files[f"{prefix}_info.inc"] = files.pop(f"{prefix}_info.c")
     *invoked, (names, members) = generated.family
     for inner, its_members in invoked:
-        session = Built(number, inner.chart, inner, frozenset(m.name for m in its_members))
+        session = Built(number, inner.chart, inner, its_members)
         files[f"{inner.prefix}.inc"] = files.pop(f"{inner.prefix}.c")
         files[f"explore_{inner.prefix}.c"] = _Binding(closed, session, is_outer=False).text()
-    built = Built(number, closed.charts[number], names, frozenset(m.name for m in members))
+    built = Built(number, closed.charts[number], names, members)
     files[f"explore_{prefix}.c"] = _Binding(closed, built, is_outer=True).text()
     return built, files
 
@@ -196,7 +197,8 @@ class _Binding:
         return f"{{{variable}u, {len(listed)}u, {self._table('fsm_value', name, texts)}}}"
 
     def _of(self, names: Iterable[str]) -> list[tuple[int, str]]:
-        return [(0, name) for name in names if name in self._built.members]
+        paths = (f"{OWN}.{name}" for name in names)
+        return [(0, path) for path in paths if path in self._built.members]
 
     # --- of each machine ----------------------------------------------------------------------
 
@@ -226,7 +228,7 @@ class _Binding:
             states = [s.index for s in self._chart.states if event.index in s.defer]
             listed = self._table("uint16_t", f"deferring_{event.index}", states)
             rows.append(f"{{{listed}, {len(states)}u}}")
-        is_deferring = "deferred_count" in self._built.members
+        is_deferring = f"{OWN}.deferred_count" in self._built.members
         return self._table("fsm_number_list", "deferring", rows if is_deferring else [])
 
     def _host(self) -> dict[str, object]:
@@ -338,7 +340,7 @@ class _Binding:
             elif part.kind is Kind.INVOKED:
                 found = [names.slots[part.index]]
             else:
-                found = [name for name in WAITING[part.kind] if name in self._built.members]
+                found = [path for _, path in self._of(WAITING[part.kind])]
             rows += [(number, member) for member in found]
         return {**self._spans("spans", rows), "part_count": len(parts)}
 
