@@ -12,15 +12,16 @@ import click
 from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli.console import print_json, report
 from fsmkit.cli.writing import write_files
-from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
 from fsmkit.document.document import DocInvoke, DocState, Document
-from fsmkit.loading import load_with_findings, read_document
+from fsmkit.loading import load_with_findings, read_bytes, read_document
 from fsmkit.plugins import FrontEnd, plugin, plugins
 
 EPILOG = """\b
 Examples:
   fsmkit convert feeder.yaml --to scxml
   fsmkit convert feeder.scxml --to yaml --out feeder.yaml
+  fsmkit convert heater.dbc --to yaml --node HEATER --may bus_off
 """
 
 
@@ -34,19 +35,42 @@ Examples:
     help="The notation.",
 )
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Write this file, do not print.")
+@click.option("--node", help="DBC files: the node of the bus that the chart stands for.")
+@click.option(
+    "--may",
+    type=OneOf("event", ("bus_off",)),
+    help="DBC files: the node may fall silent, as after bus-off.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
-def command(file: Path, notation: str, out: Path | None, as_json: bool, reading: Reading) -> int:
+def command(
+    file: Path,
+    notation: str,
+    out: Path | None,
+    node: str | None,
+    may: str | None,
+    as_json: bool,
+    reading: Reading,
+) -> int:
     """Write a chart in another notation, with the same meaning.
 
     One file is converted; what it extends or invokes keeps its notation. Comments are not carried
-    over.
+    over. Of a node of a DBC file, a chart is written that sends whatever the node may send.
     """
     front_end = plugin(FrontEnd, notation)
     findings = reading.findings()
-    if reading.strict:
-        load_with_findings(file, findings, strict=True)
-    document = read_document(file, findings)
+    if file.suffix.lower() == ".dbc":
+        document = _document_of_dbc(file, node, may is not None, findings)
+    elif node is not None or may is not None:
+        raise fail(
+            "wrong-option",
+            f"`{file}` is no DBC file, and has no nodes of a bus",
+            help="leave out `--node` and `--may`",
+        )
+    else:
+        if reading.strict:
+            load_with_findings(file, findings, strict=True)
+        document = read_document(file, findings)
     if out is not None:
         document = moved(document, file.parent, out.parent, findings)
         findings.stop_on_errors()
@@ -59,6 +83,29 @@ def command(file: Path, notation: str, out: Path | None, as_json: bool, reading:
     elif out is None:
         sys.stdout.write(text)
     return 0
+
+
+def _document_of_dbc(
+    file: Path, node: str | None, may_fall_silent: bool, findings: Findings
+) -> Document:
+    """Return the chart of a node of a DBC file."""
+    from fsmkit.can.dbc import read_dbc
+    from fsmkit.can.environment import chart_of
+
+    dbc = read_dbc(file, read_bytes(file), findings)
+    findings.stop_on_errors()
+    if dbc is None or node is None:
+        raise fail(
+            "wrong-option",
+            f"`{file}` describes a bus, and a chart stands for one node of it",
+            help=f"write `--node` with one of {', '.join(dbc.nodes) if dbc else 'its nodes'}",
+        )
+    text = chart_of(dbc, node, may_fall_silent=may_fall_silent)
+    document = plugin(FrontEnd, "yaml").read(Source(str(file), text), findings)
+    findings.stop_on_errors()
+    if document is None:
+        raise FsmkitError(findings)
+    return document
 
 
 def moved(document: Document, before: Path, after: Path, findings: Findings) -> Document:

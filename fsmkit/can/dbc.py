@@ -1,0 +1,434 @@
+"""Messages and signals of a DBC file, with types of the action language and places in the file.
+
+`cantools` reads the file. A signal is an integer in units of its factor: ``(0.1,0) [-40|100]`` is
+``-400..1000``, in tenths. Its raw value differs from it by a sign and a shift only, so nothing is
+rounded on the way.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import ceil, floor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fsmkit.diagnostics import Findings, Source, Span, fail
+from fsmkit.emit import Namer, legal, snake
+from fsmkit.language import BOOL, BoolType, EnumType, FloatType, IntType, Type
+
+if TYPE_CHECKING:
+    from cantools.database.can import Database
+    from cantools.database.can.message import Message as DbcMessage
+    from cantools.database.can.signal import Signal as DbcSignal
+
+LARGEST = 64
+"""Bytes of a frame of CAN FD at most; 8 of a classical one."""
+LEAST_INTEGER, GREATEST_INTEGER = -(2**63), 2**64 - 1
+RESERVED = frozenset(
+    {"abs", "and", "as", "assert", "do", "else", "event", "false", "for", "if", "in", "In"}
+    | {"log", "max", "min", "not", "null", "off", "on", "or", "raise", "reply", "return", "send"}
+    | {"super", "true", "yes", "no"}
+)
+"""Words of the action language, and of YAML, that no name of a chart may be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A signal as charts see it: ``raw * sign + shift``, or a member of an enumeration."""
+
+    name: str
+    """An identifier; different from that of each other signal of its message."""
+    type: Type
+    start: int
+    """The lowest bit, or of a big-endian signal the highest, numbered as in DBC files."""
+    bits: int
+    is_big_endian: bool
+    is_signed: bool
+    span: Span
+    sign: int = 1
+    shift: int = 0
+    members: tuple[int, ...] = ()
+    """The raw value of each member of an enumeration."""
+
+    @property
+    def bounds(self) -> tuple[int, int]:
+        """The least and the greatest value; of an enumeration the places of its members."""
+        match self.type:
+            case IntType(lo, hi):
+                return lo, hi
+            case BoolType():
+                return 0, 1
+            case _:
+                return 0, len(self.members) - 1
+
+    def value_of(self, raw: int) -> int | None:
+        """Return the value that a raw one stands for; None if it is out of range."""
+        if self.members:
+            return self.members.index(raw) if raw in self.members else None
+        value = raw * self.sign + self.shift
+        lo, hi = self.bounds
+        return value if lo <= value <= hi else None
+
+    def raw_of(self, value: int) -> int:
+        """Return the raw value of a value within the bounds."""
+        return self.members[value] if self.members else (value - self.shift) * self.sign
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message, or what one value of its multiplexer makes of it."""
+
+    name: str
+    """An identifier; different from that of each other message of its file."""
+    frame: int
+    is_extended: bool
+    is_fd: bool
+    length: int
+    """Bytes."""
+    cycle: int
+    """Milliseconds from one to the next; 0: it comes as an event."""
+    senders: frozenset[str]
+    receivers: frozenset[str]
+    signals: tuple[Signal, ...]
+    span: Span
+    selector: tuple[Signal, int] | None = None
+    """The multiplexer, and its raw value."""
+
+    @property
+    def is_levels(self) -> bool:
+        """Whether its signals are levels: it comes in a cycle."""
+        return self.cycle > 0
+
+
+@dataclass(frozen=True)
+class Dbc:
+    """A DBC file."""
+
+    source: Source
+    nodes: tuple[str, ...]
+    messages: tuple[Message, ...]
+    database: Database
+
+    @cached_property
+    def by_frame(self) -> Mapping[tuple[int, bool], tuple[Message, ...]]:
+        """The messages of each identifier, more than one only of a multiplexed message."""
+        found: dict[tuple[int, bool], tuple[Message, ...]] = {}
+        for message in self.messages:
+            key = message.frame, message.is_extended
+            found[key] = (*found.get(key, ()), message)
+        return found
+
+
+def read_dbc(path: Path, content: bytes, findings: Findings) -> Dbc | None:
+    """Return what a DBC file has; None after saying what is wrong, at its places."""
+    try:
+        import cantools
+        from cantools.database import Error
+    except ImportError as error:
+        raise fail(
+            "missing-package",
+            f"reading DBC files needs cantools: {error}",
+            help="pip install 'fsmkit[can]'",
+        ) from error
+    source = Source(str(path), content.decode("cp1252", errors="replace"))
+    try:
+        database = cantools.database.load_string(source.text, database_format="dbc")
+    except (Error, ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
+        _report_unread(str(error), source, findings)
+        return None
+    places = _Places(source)
+    if not _is_sound(database, places, findings):
+        return None
+    names = Namer(RESERVED)
+    messages: list[Message] = []
+    for found in database.messages:
+        messages += _messages(found, names, places, findings)
+    return Dbc(source, tuple(node.name for node in database.nodes), tuple(messages), database)
+
+
+def word(name: str) -> str:
+    """Return a name as charts write it: lower case, words joined by one ``_`` each."""
+    found = re.sub(r"_+", "_", snake(name)).strip("_")
+    return legal(found) if found else "unnamed"
+
+
+class _Places:
+    """Where messages and signals are declared."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self._messages = {
+            int(found[1]): found
+            for found in reversed(
+                list(re.finditer(r"^[ \t]*BO_[ \t]+(\d+)[ \t]+(\w+)", source.text, re.MULTILINE))
+            )
+        }
+
+    def message(self, message: DbcMessage) -> Span:
+        frame = message.frame_id | (1 << 31 if message.is_extended_frame else 0)
+        found = self._messages.get(frame)
+        return self._span(found, 2) if found is not None else Span(self.source, 0, 0)
+
+    def signal(self, message: DbcMessage, name: str) -> Span:
+        start = self.message(message).end
+        after = re.compile(r"^[ \t]*BO_[ \t]", re.MULTILINE).search(self.source.text, start)
+        end = len(self.source.text) if after is None else after.start()
+        pattern = re.compile(rf"\bSG_[ \t]+({re.escape(name)})\b")
+        found = pattern.search(self.source.text, start, end)
+        return self.message(message) if found is None else self._span(found, 1)
+
+    def _span(self, found: re.Match[str], group: int) -> Span:
+        return Span(self.source, found.start(group), found.end(group))
+
+
+def _report_unread(error: str, source: Source, findings: Findings) -> None:
+    """Report what `cantools` refuses, at the place that it names."""
+    text = error.removeprefix('DBC: "').removesuffix('"')
+    place = re.search(r"at line (\d+), column (\d+)", text)
+    span = Span(source, 0, 0)
+    if place is not None:
+        start = source.offset(int(place[1]), int(place[2]))
+        span = Span(source, start, min(start + 1, len(source.text)))
+        text = "the syntax of DBC files is broken here"
+    elif (named := re.search(r"in message (\w+)", text)) is not None:
+        pattern = re.compile(rf"^[ \t]*BO_[ \t]+\d+[ \t]+({re.escape(named[1])})\b", re.MULTILINE)
+        if (found := pattern.search(source.text)) is not None:
+            span = Span(source, found.start(1), found.end(1))
+            inner = re.search(r"[Ss]ignals? (\w+)", text)
+            if inner is not None:
+                part = re.compile(rf"\bSG_[ \t]+({re.escape(inner[1])})\b")
+                if (within := part.search(source.text, found.end())) is not None:
+                    span = Span(source, within.start(1), within.end(1))
+    findings.add(
+        "broken-dbc",
+        " ".join(text.split())[:200],
+        span,
+        help="correct the file, or write it again with the tool that it comes from",
+    )
+
+
+def _is_sound(database: Database, places: _Places, findings: Findings) -> bool:
+    seen: dict[tuple[int, bool], str] = {}
+    count = len(list(findings))
+    for message in database.messages:
+        key = message.frame_id, message.is_extended_frame
+        if key in seen:
+            findings.add(
+                "broken-dbc",
+                f"`{message.name}` has the identifier of `{seen[key]}`",
+                places.message(message),
+                help="give each message an identifier of its own",
+            )
+        seen[key] = message.name
+        if not 0 <= message.length <= LARGEST:
+            findings.add(
+                "broken-dbc",
+                f"`{message.name}` has {message.length} bytes",
+                places.message(message),
+                help="a frame has 0 to 8 bytes, of CAN FD up to 64",
+            )
+    return len(list(findings)) == count
+
+
+def _messages(
+    found: DbcMessage, names: Namer, places: _Places, findings: Findings
+) -> Iterator[Message]:
+    """Yield a message; of a multiplexed one, one for each value of its multiplexer."""
+    span = places.message(found)
+    receivers = frozenset(name for signal in found.signals for name in signal.receivers)
+    cycle = found.cycle_time or 0
+    multiplexers = [signal for signal in found.signals if signal.is_multiplexer]
+    if len(multiplexers) > 1:
+        findings.add(
+            "broken-dbc",
+            f"`{found.name}` has multiplexers within multiplexers, which no event stands for",
+            span,
+            help="give it one multiplexer",
+        )
+        return
+
+    def made(name: str, signals: list[DbcSignal], selector: tuple[Signal, int] | None) -> Message:
+        own = Namer(RESERVED)
+        parts = [_signal(found, signal, own, places, findings) for signal in signals]
+        return Message(
+            names.name(word(name)),
+            found.frame_id,
+            found.is_extended_frame,
+            found.is_fd,
+            found.length,
+            0 if selector is not None else cycle,
+            frozenset(found.senders),
+            receivers,
+            tuple(part for part in parts if part is not None),
+            span,
+            selector,
+        )
+
+    if not multiplexers:
+        yield made(found.name, list(found.signals), None)
+        return
+    (multiplexer,) = multiplexers
+    selecting = _raw_signal(multiplexer, places.signal(found, multiplexer.name))
+    choices = multiplexer.choices or {}
+    ids = sorted({n for signal in found.signals for n in signal.multiplexer_ids or ()})
+    for number in ids:
+        choice = str(choices[number]) if number in choices else f"m{number}"
+        plain = [
+            signal
+            for signal in found.signals
+            if not signal.is_multiplexer
+            and (signal.multiplexer_ids is None or number in signal.multiplexer_ids)
+        ]
+        yield made(f"{found.name}_{choice}", plain, (selecting, number))
+
+
+def _raw_signal(signal: DbcSignal, span: Span) -> Signal:
+    lo, hi = _raw_bounds(signal)
+    is_big = signal.byte_order == "big_endian"
+    return Signal(
+        word(signal.name),
+        IntType(lo, hi),
+        signal.start,
+        signal.length,
+        is_big,
+        signal.is_signed,
+        span,
+    )
+
+
+def _raw_bounds(signal: DbcSignal) -> tuple[int, int]:
+    if signal.is_signed:
+        return -(2 ** (signal.length - 1)), 2 ** (signal.length - 1) - 1
+    return 0, 2**signal.length - 1
+
+
+def _signal(
+    message: DbcMessage, signal: DbcSignal, names: Namer, places: _Places, findings: Findings
+) -> Signal | None:
+    """Return a signal with its type; None after saying what is wrong with it."""
+    span = places.signal(message, signal.name)
+
+    def refuse(why: str, way_out: str) -> Signal | None:
+        findings.add("broken-dbc", f"`{message.name}.{signal.name}` {why}", span, help=way_out)
+        return None
+
+    name = names.name(word(signal.name))
+    lo, hi = _raw_bounds(signal)
+    is_big = signal.byte_order == "big_endian"
+    place = signal.start, signal.length, is_big, signal.is_signed, span
+    if signal.length > 64:
+        return refuse(f"has {signal.length} bits", "charts have integers of up to 64")
+    factor, offset = Fraction(str(signal.scale)), Fraction(str(signal.offset))
+    if signal.is_float:
+        if factor != 1 or offset != 0 or signal.length not in (32, 64):
+            return refuse(
+                "is a float of another size, or with a factor or an offset",
+                "send floats of 32 or 64 bits as they are, or integers with a factor",
+            )
+        return Signal(name, FloatType(signal.length), *place)
+    if factor == 0:
+        return refuse("has the factor 0", "give it the factor by which raw values are multiplied")
+    sign, unit = (1, factor) if factor > 0 else (-1, -factor)
+    if (offset / unit).denominator != 1:
+        return refuse(
+            f"has the offset {signal.offset}, which is no multiple of its factor {signal.scale}",
+            "choose an offset that is one: charts have integers in units of the factor",
+        )
+    shift = int(offset / unit)
+    ends = sorted((lo * sign + shift, hi * sign + shift))
+    least, most = ends
+    if signal.minimum is not None:
+        least = max(least, ceil(Fraction(str(signal.minimum)) / unit))
+    if signal.maximum is not None:
+        most = min(most, floor(Fraction(str(signal.maximum)) / unit))
+    if least > most:
+        return refuse(
+            "has no value: its minimum and maximum leave none of those that its bits have",
+            "correct `[minimum|maximum]`; they are physical values",
+        )
+    choices: dict[int, str] = {}
+    for number, choice in (signal.choices or {}).items():
+        if lo <= number <= hi:
+            choices[number] = str(choice)
+    within = sorted(n for n in choices if least <= n * sign + shift <= most)
+    is_ranged = signal.minimum is not None and signal.maximum is not None
+    if len(within) > 1 and (not is_ranged or len(within) == most - least + 1):
+        members = Namer(RESERVED)
+        enum = EnumType("", tuple(members.name(word(choices[n])) for n in within))
+        return Signal(name, enum, *place, members=tuple(within))
+    if least < LEAST_INTEGER or most > GREATEST_INTEGER or (least < 0 and most >= 2**63):
+        return refuse("has values beyond 64 bits", "give it a minimum and a maximum")
+    is_bool = (least, most, signal.length, shift, sign) == (0, 1, 1, 0, 1)
+    return Signal(name, BOOL if is_bool else IntType(least, most), *place, sign, shift)
+
+
+def encode(message: Message, values: tuple[Any, ...]) -> bytes:
+    """Return the bytes of a message with these values, those of other signals 0."""
+    content = bytearray(message.length)
+    if message.selector is not None:
+        signal, number = message.selector
+        _put(content, signal, number)
+    for signal, value in zip(message.signals, values, strict=True):
+        if isinstance(signal.type, FloatType):
+            form = "<f" if signal.bits == 32 else "<d"
+            raw = int.from_bytes(struct.pack(form, value), "little")
+        else:
+            raw = signal.raw_of(int(value))
+        _put(content, signal, raw)
+    return bytes(content)
+
+
+def decode(messages: tuple[Message, ...], content: bytes) -> tuple[Message, tuple[Any, ...]] | None:
+    """Return the message among those of one identifier that came, and its values.
+
+    None: it is too short, its multiplexer chooses none of them, or a value is out of range.
+    """
+    for message in messages:
+        if len(content) < message.length:
+            return None
+        if (
+            message.selector is not None
+            and _get(content, message.selector[0]) != message.selector[1]
+        ):
+            continue
+        values: list[Any] = []
+        for signal in message.signals:
+            raw = _get(content, signal)
+            if isinstance(signal.type, FloatType):
+                form = "<f" if signal.bits == 32 else "<d"
+                values.append(struct.unpack(form, raw.to_bytes(signal.bits // 8, "little"))[0])
+                continue
+            value = signal.value_of(raw)
+            if value is None:
+                return None
+            values.append(bool(value) if isinstance(signal.type, BoolType) else value)
+        return message, tuple(values)
+    return None
+
+
+def _positions(signal: Signal) -> Iterator[int]:
+    """Yield the places of the bits from the lowest on: eight times the byte, plus the bit."""
+    if not signal.is_big_endian:
+        yield from range(signal.start, signal.start + signal.bits)
+        return
+    first = signal.start // 8 * 8 + 7 - signal.start % 8  # counted from the highest bit of byte 0
+    for place in range(first + signal.bits - 1, first - 1, -1):
+        yield place // 8 * 8 + 7 - place % 8
+
+
+def _get(content: bytes, signal: Signal) -> int:
+    raw = 0
+    for number, place in enumerate(_positions(signal)):
+        raw |= (content[place // 8] >> place % 8 & 1) << number
+    is_negative = signal.is_signed and raw >> (signal.bits - 1) & 1
+    return raw - (1 << signal.bits) if is_negative else raw
+
+
+def _put(content: bytearray, signal: Signal, raw: int) -> None:
+    for number, place in enumerate(_positions(signal)):
+        content[place // 8] |= (raw >> number & 1) << place % 8
