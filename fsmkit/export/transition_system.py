@@ -69,7 +69,7 @@ def system_of(system: System, options: ExportOptions) -> TransitionSystem:
 
 
 def _explored(system: System, options: ExportOptions) -> TransitionSystem:
-    closed = close(system, untimed=options.untimed, silent=options.silent)
+    closed = close(system, untimed=options.untimed, silent=options.silent, observed=True)
     steps = GlobalSteps(closed)
     first = list(steps.initial())
     numbers = {edge.to: 0 for edge in first}

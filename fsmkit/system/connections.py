@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart, Event
@@ -15,7 +15,7 @@ from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, Sym
 from fsmkit.language.walk import nodes
 from fsmkit.system.indices import INDEXED, canonical, each
 from fsmkit.system.links import DIRECT, ChannelOptions, channel, read_options
-from fsmkit.system.system import EventLink, InputLink, Machine, Possible, operation_port
+from fsmkit.system.system import EventLink, InputLink, Machine, operation_port
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, items_of
 
 END = re.compile(rf"\s*({INDEXED})\s*\.\s*([A-Za-z_][\w.]*)\s*")
@@ -226,10 +226,13 @@ def arguments_of(
 def connect(
     node: Node | None,
     machines: tuple[Machine, ...],
-    possible: Sequence[Possible],
+    possible: Iterable[tuple[int, int]],
     findings: Findings,
 ) -> Links:
-    """Read all connections, and report what is connected to nothing."""
+    """Read all connections, and report what is connected to nothing.
+
+    ``possible``: the events, by machine and number, that come from outside.
+    """
     connector = _Connector(machines, findings)
     for item in items_of(node, "`connect`", findings):
         if (found := _connection(item, machines, findings)) is not None:
@@ -328,13 +331,13 @@ def report_unconnected(
     machines: tuple[Machine, ...],
     events: tuple[EventLink, ...],
     inputs: tuple[InputLink, ...],
-    possible: Sequence[Possible],
+    possible: Iterable[tuple[int, int]],
     findings: Findings,
 ) -> None:
     """Report what is connected to nothing; targets are places among ``machines``."""
     fed = {(link.target, link.input) for link in inputs}
     come = {(link.target, link.event) for link in events}
-    come |= {(what.machine, what.event) for what in possible}
+    come |= set(possible)
     for index, machine in enumerate(machines):
         dry = [v.name for n, v in enumerate(machine.chart.inputs) if (index, n) not in fed]
         if dry:

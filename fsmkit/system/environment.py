@@ -6,18 +6,20 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import product
 
-from fsmkit.analysis.alphabet import uses_of, values_of
+from fsmkit.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
-from fsmkit.language import Field, Literal, Scope, Value, fold, type_expression
+from fsmkit.language import Field, IntType, Literal, Scope, Value, fold, type_expression
 from fsmkit.system.connections import find_machine, names_of_events
 from fsmkit.system.indices import INDEXED, each
-from fsmkit.system.system import Machine, Possible
+from fsmkit.system.system import Machine, Possible, System
+from fsmkit.system.values import field_of, partition_of
 from fsmkit.yaml.nodes import Node, require_record, texts_of
 
 ITEM = re.compile(rf"\s*({INDEXED})\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)
@@ -27,11 +29,24 @@ EXACTLY = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)(.*)", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
+class Named:
+    """An event that can come from outside.
+
+    ``values`` are those that the file gives to fields, as one by one or from a least to a greatest.
+    """
+
+    machine: int
+    event: int
+    owed: bool
+    values: Mapping[str, tuple[Value, ...] | IntType]
+
+
+@dataclass(frozen=True, slots=True)
 class Environment:
     """The machines of the environment, and what can come from outside."""
 
     machines: frozenset[int]
-    possible: tuple[Possible, ...]
+    named: tuple[Named, ...]
 
 
 def read_environment(
@@ -40,12 +55,12 @@ def read_environment(
     """Read the environment."""
     parts = require_record(node, ENVIRONMENT, "`environment`", findings) or {}
     own: set[int] = set()
-    possible: list[Possible] = []
+    named: list[Named] = []
     for key, value in parts.items():
         for text in texts_of(value, f"`{key}`", "what can happen", findings):
             for one in each(text, machines):
-                _item(one, machines, key == "will", own, possible, findings)
-    return Environment(frozenset(own), tuple(possible))
+                _item(one, machines, key == "will", own, named, findings)
+    return Environment(frozenset(own), tuple(named))
 
 
 def _item(
@@ -53,7 +68,7 @@ def _item(
     machines: tuple[Machine, ...],
     owed: bool,
     own: set[int],
-    possible: list[Possible],
+    named: list[Named],
     findings: Findings,
 ) -> None:
     match = ITEM.fullmatch(text.value)
@@ -91,36 +106,51 @@ def _item(
         )
         return
     arguments = text.part(*match.span(3)) if match[3] is not None else None
-    payloads = _payloads(chart, chart.events[index].fields, arguments, findings)
-    possible.extend(Possible(machine, index, payload, owed) for payload in payloads)
-
-
-def _payloads(
-    chart: Chart, fields: tuple[Field, ...], arguments: Text | None, findings: Findings
-) -> list[tuple[Value, ...]]:
-    given: dict[str, tuple[Value, ...]] = {}
+    values: dict[str, tuple[Value, ...] | IntType] = {}
     for part in _split(arguments) if arguments is not None else ():
-        _argument(chart, fields, part, given, findings)
-    uses = uses_of(chart)
-    columns = []
-    for field in fields:
-        values = values_of(field.type, ("field", field.name), uses)
-        if field.name not in given and not values.exact and arguments is not None:
-            findings.add(
-                "sampled-values",
-                f"not every value of `{field.name}` can be tried",
-                arguments,
-                help=f"name those that matter: `{field.name} in {{...}}`",
-            )
-        columns.append(given.get(field.name, values.values))
-    return list(product(*columns))
+        _argument(chart, chart.events[index].fields, part, values, findings)
+    named.append(Named(machine, index, owed, values))
+
+
+def with_environment(system: System, environment: Environment) -> System:
+    """Return a system to which the values come that make a difference in it."""
+    partition = partition_of(system)
+    possible: list[Possible] = []
+    sampled: dict[str, Use] = {}
+    for named in environment.named:
+        machine = system.machines[named.machine]
+        event = machine.chart.events[named.event]
+        columns = []
+        for part, field in enumerate(event.fields):
+            place = field_of(named.machine, named.event, part)
+            values = values_within(partition, field, place, named.values.get(field.name))
+            if values.kept is not None:
+                sampled[f"`{field.name}` of `{machine.name}.{event.name}`"] = values.kept
+            columns.append(values.values)
+        possible.extend(
+            Possible(named.machine, named.event, payload, named.owed)
+            for payload in product(*columns)
+        )
+    return replace(system, possible=tuple(possible), sampled=tuple(sampled.items()))
+
+
+def values_within(
+    partition: Partition, field: Field, place: Place, given: tuple[Value, ...] | IntType | None
+) -> Values:
+    """Return the values to try of a field, within those that are given if any are."""
+    if isinstance(given, tuple):
+        return Values(given)
+    values = partition.values(given or field.type, place)
+    if given is None or values.kept is None or given.hi - given.lo >= COMBINED:
+        return values
+    return Values(tuple(range(given.lo, given.hi + 1)))
 
 
 def _argument(
     chart: Chart,
     fields: tuple[Field, ...],
     text: Text,
-    given: dict[str, tuple[Value, ...]],
+    given: dict[str, tuple[Value, ...] | IntType],
     findings: Findings,
 ) -> None:
     one_of = ONE_OF.fullmatch(text.value)
@@ -148,8 +178,9 @@ def _argument(
     found = [value for value in values if value is not None]
     if match is range_ and len(found) == 2:
         low, high = found
-        if isinstance(low, int) and isinstance(high, int):
-            found = list(range(low, min(high, low + 4095) + 1))
+        if isinstance(low, int) and isinstance(high, int) and low <= high:
+            given[field.name] = IntType(low, high)
+            return
     given[field.name] = tuple(found)
 
 

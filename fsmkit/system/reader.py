@@ -13,7 +13,7 @@ from fsmkit.language import Scope
 from fsmkit.loading import read_bytes
 from fsmkit.system.conditions import constants_of, types_of
 from fsmkit.system.connections import connect
-from fsmkit.system.environment import read_environment
+from fsmkit.system.environment import read_environment, with_environment
 from fsmkit.system.machines import read_machines
 from fsmkit.system.properties.kinds.invariant import invariants_of
 from fsmkit.system.properties.kinds.monitor import require_few
@@ -87,7 +87,8 @@ def system_of_root(
     machines = read_shared(parts.get("shared"), machines, scope, findings)
     _require_fixed_delays(machines, findings)
     schedule = read_schedule(parts.get("schedule"), machines, findings)
-    links = connect(parts.get("connect"), machines, environment.possible, findings)
+    possible = [(named.machine, named.event) for named in environment.named]
+    links = connect(parts.get("connect"), machines, possible, findings)
     reading = Reading(machines, folder, findings, strict)
     properties = tuple(reading.properties(parts.get("properties")))
     require_few(tuple(reading.monitors), len(machines) + len(links.machines), findings)
@@ -101,15 +102,14 @@ def system_of_root(
         (*machines, *links.machines),
         links.events,
         (*links.inputs, *shared_links(machines)),
-        environment.possible,
-        (*properties, *invariants),
+        properties=(*properties, *invariants),
         replaced=tuple((name, str(file)) for name, file in replacing.items()),
         source=root.span.source,
         monitors=tuple(reading.monitors),
         schedule=schedule,
     )
     require_room(system, findings)
-    return system
+    return system if findings.has_errors else with_environment(system, environment)
 
 
 def _require_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:

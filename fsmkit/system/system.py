@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from fsmkit.analysis.partition import Use
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span
 from fsmkit.language import Field, Value
@@ -143,6 +144,8 @@ class System:
     possible: tuple[Possible, ...] = ()
     properties: tuple[Property, ...] = ()
     is_open: bool = False
+    sampled: tuple[tuple[str, Use], ...] = ()
+    """Of which payloads in ``possible`` not every value that matters is there, and why."""
     replaced: tuple[tuple[str, str], ...] = ()
     """Machines that run another chart than the file says, with the path of that chart."""
     monitors: tuple[Monitor, ...] = ()

@@ -47,7 +47,10 @@ types: {Fault: [none, jam, leak]}
 data: {last: Fault = none}
 events: {in: ["fault(code Fault, at 0..3)"]}
 initial: here
-states: {here: {on: {fault: {if: event.at > 0, do: last = event.code}}}}
+states:
+  here:
+    invariant: last != Fault.none
+    on: {fault: {if: event.at > 1, do: last = event.code}}
 """
     text = """
 system: S

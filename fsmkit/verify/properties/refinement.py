@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.alphabet import uses_of, values_of
+from fsmkit.analysis.partition import Partition, Place
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.language import Value, default_value
@@ -141,9 +141,11 @@ class Search:
         self.seen = Words(derived, base)
         self.plain = Words(base, base)
         self.taken = 0
-        uses = uses_of(derived)
-        found = {i.name: values_of(i.type, ("input", i.name), uses) for i in derived.inputs}
-        self.values = {name: values.values for name, values in found.items()}
+        partition = Partition([derived], observed=True)
+        self.values = {
+            i.name: partition.values(i.type, Place(0, "variable", i.name)).values
+            for i in derived.inputs
+        }
         self.missing = {i.name: default_value(i.type) for i in base.inputs}
         self.samples = tuple(self.closed.samples)
 
@@ -313,7 +315,7 @@ class _Following(_Follower, Chooser):
 
 def _ready(chart: Chart) -> tuple[ClosedSystem, LocalSteps]:
     """Return a chart alone, untimed, whose inputs are chosen when they are read."""
-    closed = close(system_of(chart), untimed=True, keeps_dead=True)
+    closed = close(system_of(chart), untimed=True, keeps_dead=True, observed=True)
     alone = replace(closed.system, is_open=False, properties=())
     ready = replace(closed, system=alone, free_inputs=(), keeps_inputs=False)
     return ready, LocalSteps(ready)

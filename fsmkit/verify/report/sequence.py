@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.alphabet import delays_of
+from fsmkit.analysis.delays import delays_of
 from fsmkit.diagram.sequences.model import (
     Arrow,
     Block,

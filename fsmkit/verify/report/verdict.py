@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import assert_never
 
-from fsmkit.analysis.alphabet import delays_of
+from fsmkit.analysis.delays import delays_of
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.document.document import Trigger
@@ -374,8 +374,9 @@ class _Verdicts:
                 self.findings.add("unanswered-event", message, instance.span)
         if self.exploration.end in UNFINISHED:
             tell_spread(self.closed, [m.spread for m in self.exploration.machines], self.findings)
-        for sample in self.closed.samples:
-            self.findings.add("sampled-values", f"not every value of {sample} is tried", None)
+        for sample, use in self.closed.samples.items():
+            message = f"not every value of {sample} is tried: {use.text}"
+            self.findings.add("sampled-values", message, use.span)
 
     def _tell_unreached(self, machine: int) -> None:
         """Tell of dead parts: of one chart each where it stands, of a system together."""

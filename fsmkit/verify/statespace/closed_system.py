@@ -37,7 +37,8 @@ goes on to the next turn when the machine of this one has nothing left to do. Be
 period no time passes; when all are over it does, whatever the machines of the order have to do.
 
 **Choices.** The result of an operation, and in an open chart each input before each step, is chosen
-from `alphabet`: one step for each value.
+from the values of
+`analysis.partition`: one step for each.
 
 **Livelock** is a cycle of *take*, *fire* and *eventless* (in an open chart, whose inputs anyone may
 change, *eventless* does not count).
@@ -49,14 +50,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from fsmkit.analysis.alphabet import (
-    COMBINED,
-    Uses,
-    Values,
-    payloads_of,
-    uses_of,
-    values_of,
-)
+from fsmkit.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.content import reads_input
 from fsmkit.chart.walk import charts_within
@@ -68,6 +62,7 @@ from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
 from fsmkit.system.system import Machine, Possible, System
+from fsmkit.system.values import field_of, partition_of
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
@@ -89,7 +84,7 @@ class ClosedSystem:
 
     ``charts`` are those of the machines with spontaneous transitions turned into events.
     ``results``: for each machine and operation that returns something, the values it can return.
-    ``samples``: why not every value from outside is tried (empty: all that matter are).
+    ``samples``: of what not every value that matters is tried, and why.
     """
 
     system: System
@@ -103,7 +98,7 @@ class ClosedSystem:
     """Transitions marked as watchdogs never fire."""
     unit: int
     """Ticks that pass at once; 0 if there is no delay."""
-    samples: tuple[str, ...]
+    samples: Mapping[str, Use]
     zones: bool = False
     """Time is dense, see ``core/zones/timed.h``; ``unit`` then only divides all delays."""
     covers: bool = False
@@ -161,26 +156,28 @@ def close(
     zones: bool = False,
     covers: bool = False,
     keeps_dead: bool = False,
+    observed: bool = False,
 ) -> ClosedSystem:
     """Prepare a system for exploration; `FsmkitError` where it cannot be.
 
-    Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset.
+    Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset. ``observed``:
+    the values that leave a machine are compared with others, so each makes a difference.
     """
     for machine in system.machines:
         require_explorable(machine.chart)
     system = with_scheduler(with_monitors(system), untimed=untimed)
     charts = tuple(_explored(machine) for machine in system.machines)
-    uses = tuple(uses_of(chart) for chart in charts)
-    samples: list[str] = []
+    partition = partition_of(system, observed=observed)
+    samples = dict(system.sampled)
     results = tuple(
-        _results(machine, used, samples)
-        for machine, used in zip(system.machines, uses, strict=True)
+        _results(number, machine, partition, samples)
+        for number, machine in enumerate(system.machines)
     )
     possible = list(system.possible)
     free_inputs: tuple[FreeInput, ...] = ()
     if system.is_open:
-        possible += _all_events(charts[0], uses[0], samples)
-        free_inputs = _free_inputs(charts[0], uses[0], samples)
+        possible += _all_events(charts[0], partition, samples)
+        free_inputs = _free_inputs(charts[0], partition, samples)
     possible += [
         Possible(index, event.index, owed=True, spontaneous=True)
         for index, (chart, machine) in enumerate(zip(charts, system.machines, strict=True))
@@ -200,7 +197,7 @@ def close(
         untimed=untimed,
         silent=silent,
         unit=unit,
-        samples=tuple(dict.fromkeys(samples)),
+        samples=samples,
         zones=zones and unit > 0,
         covers=covers,
         mortal=() if keeps_dead else mortal_variables(system, charts, possible),
@@ -209,7 +206,7 @@ def close(
 
 def as_it_stands(system: System) -> ClosedSystem:
     """Return a system that is not explored, where something closed is wanted to tell of it."""
-    return ClosedSystem(system, (), (), (), (), False, False, False, 0, ())
+    return ClosedSystem(system, (), (), (), (), False, False, False, 0, {})
 
 
 def beyond_zones(system: System) -> str:
@@ -260,45 +257,52 @@ def with_greatest_delays(chart: Chart) -> Chart:
     return replace(chart, transitions=tuple(replace(t, least=None) for t in chart.transitions))
 
 
-def _all_events(chart: Chart, uses: Uses, samples: list[str]) -> list[Possible]:
+def _all_events(chart: Chart, partition: Partition, samples: dict[str, Use]) -> list[Possible]:
     found = []
     for event in chart.events:
         if Direction.IN not in event.directions or event.name.startswith("sometimes."):
             continue
-        types = tuple((part.type, ("field", part.name)) for part in event.fields)
-        values = payloads_of(types, uses)
-        if not values.exact:
-            samples.append(f"the payload of `{event.name}`")
+        values = partition.payloads(
+            [(part.type, field_of(0, event.index, n)) for n, part in enumerate(event.fields)]
+        )
+        _sampled(f"the payload of `{event.name}`", values, samples)
         for payload in values.values:
             assert isinstance(payload, tuple)  # noqa: S101  (a combination)
             found.append(Possible(0, event.index, payload))
     return found
 
 
-def _free_inputs(chart: Chart, uses: Uses, samples: list[str]) -> tuple[FreeInput, ...]:
+def _free_inputs(
+    chart: Chart, partition: Partition, samples: dict[str, Use]
+) -> tuple[FreeInput, ...]:
     found: list[FreeInput] = []
     combinations = 1
     for index, declared in enumerate(chart.inputs):
-        values = values_of(declared.type, ("input", declared.name), uses)
+        values = partition.values(declared.type, Place(0, "variable", declared.name))
         combinations *= len(values.values)
         if combinations > COMBINED:
-            values = Values(values.values[:1], exact=False)
+            values = Values(values.values[:1], Use(f"makes more than {COMBINED:,} combinations"))
             combinations //= max(1, len(values.values))
-        if not values.exact:
-            samples.append(f"the input `{declared.name}`")
+        _sampled(f"the input `{declared.name}`", values, samples)
         if len(values.values) > 1:
             found.append(FreeInput(index, values.values))
     return tuple(found)
 
 
-def _results(machine: Machine, uses: Uses, samples: list[str]) -> Mapping[str, tuple[Value, ...]]:
+def _results(
+    number: int, machine: Machine, partition: Partition, samples: dict[str, Use]
+) -> Mapping[str, tuple[Value, ...]]:
     found: dict[str, tuple[Value, ...]] = {}
     operations = (o for chart in charts_within(machine.chart) for o in chart.operations)
     for operation in operations:
         if operation.result is None or operation.name in found:
             continue
-        values = values_of(operation.result, ("operation", operation.name), uses)
-        if not values.exact:
-            samples.append(f"the result of `{operation.name}` of `{machine.name}`")
+        values = partition.values(operation.result, Place(number, "result", operation.name))
+        _sampled(f"the result of `{operation.name}` of `{machine.name}`", values, samples)
         found[operation.name] = values.values
     return found
+
+
+def _sampled(what: str, values: Values, samples: dict[str, Use]) -> None:
+    if values.kept is not None:
+        samples.setdefault(what, values.kept)

@@ -1,0 +1,74 @@
+"""The values that the environment of a system can choose, as `analysis.partition` divides them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fsmkit.analysis.partition import Condition, Partition, Place
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.system.properties.kinds.monitor import with_monitors
+from fsmkit.system.properties.property import judged
+from fsmkit.system.system import OBSERVED, Machine, System
+
+
+def partition_of(system: System, *, observed: bool = False) -> Partition:
+    """Return how values are divided, by what machines, monitors and properties do with them.
+
+    ``observed``: as of `Partition`.
+    """
+    system = with_monitors(system)
+    return Partition(
+        [machine.chart for machine in system.machines],
+        _copies(system),
+        _conditions(system),
+        observed=observed,
+        looking=[
+            number
+            for number, machine in enumerate(system.machines)
+            if machine.is_monitor and index_of(machine.chart).samples_inputs
+        ],
+    )
+
+
+def field_of(machine: int, event: int, part: int) -> Place:
+    """Return the place of a field of an event."""
+    return Place(machine, "field", event, part)
+
+
+def _copies(system: System) -> Iterator[tuple[Place, Place]]:
+    """Yield what the wires copy."""
+    machines = system.machines
+    for event_link in system.event_links:
+        for part, sent in enumerate(event_link.arguments):
+            chart = machines[event_link.source].chart
+            port = event_link.port - (OBSERVED if event_link.port >= OBSERVED else 0)
+            called = port - len(chart.events)
+            source = field_of(event_link.source, port, sent)
+            if called >= 0:
+                name = chart.operations[called].name
+                source = Place(event_link.source, "parameter", name, sent)
+            yield source, field_of(event_link.target, event_link.event, part)
+    for link in system.input_links:
+        source_, target = machines[link.source], machines[link.target]
+        outputs = [declared.name for declared in source_.chart.outputs]
+        inputs = [declared.name for declared in target.chart.inputs]
+        yield (
+            Place(link.source, "variable", _wired(source_, outputs, link.output)),
+            Place(link.target, "variable", _wired(target, inputs, link.input)),
+        )
+
+
+def _wired(machine: Machine, names: list[str], number: int) -> str:
+    """Return the variable at an end of a wire: after these names the shared data, then all data."""
+    data = [declared.name for declared in machine.chart.data]
+    return [*names, *(data[slot.data] for slot in machine.shared), *data][number]
+
+
+def _conditions(system: System) -> Iterator[Condition]:
+    """Yield the conditions of properties; invariants of states are in their charts."""
+    for asked in judged(system.properties):
+        if asked.condition is not None and asked.owner is None:
+            places = {
+                name: Place(atom.machine, "variable", atom.variable) for name, atom in asked.atoms
+            }
+            yield Condition(asked.condition, places)
