@@ -11,7 +11,7 @@ from functools import cached_property
 
 from fsmkit.chart.statements import Block
 from fsmkit.diagnostics import Source, Span
-from fsmkit.document.document import Direction, Kind, Origin, Trigger
+from fsmkit.document.document import HISTORIES, Direction, Kind, Origin, Trigger
 from fsmkit.language import Expr, Field, Literal, Type
 from fsmkit.texts import guard
 
@@ -57,7 +57,7 @@ class State:
     @property
     def is_history(self) -> bool:
         """Whether this is a history pseudo-state."""
-        return self.kind.is_history
+        return self.kind in HISTORIES
 
     @property
     def is_leaf(self) -> bool:

@@ -25,10 +25,9 @@ class Kind(Enum):
     CHOICE = "choice"
     """A transient state, left by eventless transitions, the last of which has no guard."""
 
-    @property
-    def is_history(self) -> bool:
-        """Whether it is a history pseudo-state."""
-        return self in (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+
+HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+"""The history pseudo-states."""
 
 
 class Origin(Enum):

@@ -50,10 +50,14 @@ def _names(kind: Any) -> tuple[str, ...] | None:
     return tuple(field.name for field in held if field.name not in ("span", "type"))
 
 
-def parts(node: object) -> tuple[Expr, ...]:
+def parts(node: Any) -> tuple[Expr, ...]:
     """Return the direct parts of an expression, or the expressions that a statement holds."""
-    each = (part if isinstance(part, tuple) else (part,) for part in children(node))
-    return tuple([part for some in each for part in some if part.__class__ in EXPRESSIONS])
+    found: tuple[Any, ...] = ()
+    for part in children(node):
+        for each in part if part.__class__ is tuple else (part,):
+            if each.__class__ in EXPRESSIONS:
+                found += (each,)
+    return found
 
 
 def subexpressions(expr: Expr) -> Iterator[Expr]:

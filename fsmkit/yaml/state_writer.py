@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Text
 from fsmkit.document import keys
-from fsmkit.document.document import DocInvoke, DocState, Document, Kind
+from fsmkit.document.document import HISTORIES, DocInvoke, DocState, Document, Kind
 from fsmkit.yaml.layout import Short, Tree
 from fsmkit.yaml.transition_writer import initial, transitions
 from fsmkit.yaml.writing import mapping, written
@@ -51,7 +51,7 @@ class StateWriter:
 
     def _state(self, name: Text, state: DocState) -> dict[str, Tree]:
         own: dict[str, Tree] = {}
-        is_history = state.kind.is_history
+        is_history = state.kind in HISTORIES
         if is_history:
             own["history"] = state.kind.value.split()[0]
         if state.kind is Kind.FINAL:

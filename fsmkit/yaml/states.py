@@ -8,12 +8,11 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document import keys
-from fsmkit.document.document import DocInvoke, DocState, Document, Kind
+from fsmkit.document.document import HISTORIES, DocInvoke, DocState, Document, Kind
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, require_mapping
 from fsmkit.yaml.transitions import read_initial, read_transitions
 
-HISTORIES = {"shallow": Kind.SHALLOW_HISTORY, "deep": Kind.DEEP_HISTORY}
 KINDS = {"regions": Kind.PARALLEL, "states": Kind.COMPOUND, "choice": Kind.CHOICE}
 """Keys that make a state what it is; ``final`` and ``history`` are the others."""
 
@@ -41,7 +40,7 @@ class StateReader:
             return DocState(name, Kind.ATOMIC, name.span)
         fields = Fields(mapping, keys.STATE, f"state `{name}`", self.findings)
         kind = self._kind(fields)
-        if "default" in fields and not (kind is Kind.ATOMIC or kind.is_history):
+        if "default" in fields and kind not in (Kind.ATOMIC, *HISTORIES):
             self.findings.add(
                 "unexpected-shape",
                 "only a history has a `default`",
@@ -68,7 +67,8 @@ class StateReader:
         if fields.flag("final"):
             found.append(("final", Kind.FINAL))
         if "history" in fields:
-            found.append(("history", fields.one_of("history", HISTORIES)))
+            depths = {"shallow": Kind.SHALLOW_HISTORY, "deep": Kind.DEEP_HISTORY}
+            found.append(("history", fields.one_of("history", depths)))
         if len(found) > 1:
             (first, _), (second, _), *_ = found
             self.findings.add(

@@ -9,7 +9,7 @@ from fsmkit.chart.inheritance.override_transitions import override_transitions
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
-from fsmkit.document.document import DocState, DocTransition, Document, Kind, Origin
+from fsmkit.document.document import HISTORIES, DocState, DocTransition, Document, Kind, Origin
 from fsmkit.document.walk import states
 from fsmkit.language.statements.tree import Block, Super
 
@@ -165,13 +165,13 @@ class _Refiner:
         if entry.initial is None or base.kind is Kind.PARALLEL:
             return base.initial if entry.initial is None or base.initial is None else entry.initial
         is_change = base.initial is not None or any(
-            not child.kind.is_history for child in base.children
+            child.kind not in HISTORIES for child in base.children
         )
         if not is_change:
             return entry.initial
         is_marked = entry.id is None or entry.overrides & {"initial", "default"}
         if not is_marked:
-            word = "default" if base.kind.is_history else "initial"
+            word = "default" if base.kind in HISTORIES else "initial"
             before = base.initial.span if base.initial is not None else base.span
             self.findings.add(
                 "unmarked-override",

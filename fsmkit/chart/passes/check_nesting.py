@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.diagnostics import Findings, Severity
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import HISTORIES, Kind, Trigger
 
 LEAVES = {
     Kind.FINAL: "a final state",
@@ -37,14 +37,14 @@ def _check_content(tree: Tree, node: Node, findings: Findings) -> None:
             secondary=[(state.span, "the state")],
             help="move the inner states to an ordinary state",
         )
-    if (node.kind is Kind.FINAL or node.kind.is_history) and state.transitions:
+    if node.kind in (Kind.FINAL, *HISTORIES) and state.transitions:
         findings.add(
             "transition-not-allowed",
             f"`{node.id}` is {LEAVES[node.kind]} and is not left by transitions of its own",
             state.transitions[0].span,
             help="make it an ordinary state, or put the transition on its parent",
         )
-    if node.kind.is_history and (state.entry or state.exit):
+    if node.kind in HISTORIES and (state.entry or state.exit):
         findings.add(
             "content-not-allowed",
             f"history `{node.id}` is never active and has no entry or exit content",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.document.document import DocInvoke, DocState, DocTransition, Document, Kind
+from fsmkit.document.document import HISTORIES, DocInvoke, DocState, DocTransition, Document, Kind
 from fsmkit.language.statements.tree import Block
 
 
@@ -28,7 +28,7 @@ class Node:
     @property
     def is_history(self) -> bool:
         """Whether this is a history pseudo-state."""
-        return self.kind.is_history
+        return self.kind in HISTORIES
 
 
 @dataclass(frozen=True)
@@ -110,10 +110,10 @@ class _Builder:
 
 def _kind(state: DocState, *, is_root: bool) -> Kind:
     if is_root or (
-        state.kind is Kind.ATOMIC and any(not c.kind.is_history for c in state.children)
+        state.kind is Kind.ATOMIC and any(c.kind not in HISTORIES for c in state.children)
     ):
         return Kind.COMPOUND
-    if state.kind is Kind.COMPOUND and not any(not c.kind.is_history for c in state.children):
+    if state.kind is Kind.COMPOUND and not any(c.kind not in HISTORIES for c in state.children):
         return Kind.ATOMIC
     return state.kind
 

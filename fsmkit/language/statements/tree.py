@@ -207,6 +207,10 @@ Block = tuple[WrittenStatement, ...]
 """One handler: an error in it skips the rest of it, not the handlers after it (SCXML 4)."""
 
 
+NESTING = (If, ForEach)
+"""The statements that hold others."""
+
+
 def bodies(statement: object) -> tuple[tuple[Any, ...], ...]:
     """Return the blocks inside of a statement, written or typed."""
     match statement:
@@ -222,8 +226,9 @@ def statements(block: tuple[Statement_co, ...]) -> Iterator[Statement_co]:
     """Return the statements of a handler, those inside of others too."""
     for statement in block:
         yield statement
-        for body in bodies(statement):
-            yield from statements(body)
+        if statement.__class__ in NESTING:
+            for body in bodies(statement):
+                yield from statements(body)
 
 
 # --- declarations -----------------------------------------------------------------------------

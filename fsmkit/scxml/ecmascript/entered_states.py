@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from fsmkit.document.document import DocState, DocTransition, Document, Kind, Trigger
+from fsmkit.document.document import HISTORIES, DocState, DocTransition, Document, Kind, Trigger
 from fsmkit.document.walk import states
 
 
@@ -53,7 +53,7 @@ class EnteredStates:
                 continue
             entered.add(id(state))
             left += self._targets(t for t in state.transitions if t.trigger is not Trigger.EVENT)
-            if state.kind.is_history and id(state) in self._parents:
+            if state.kind in HISTORIES and id(state) in self._parents:
                 left += states(self._parents[id(state)])
             elif state.kind is Kind.PARALLEL:
                 left += state.children
