@@ -7,17 +7,16 @@ from typing import Any
 
 from rich.text import Text as Styled
 
-from fsmkit.chart.chart import Chart, Data, Event
+from fsmkit.chart.chart import Chart, Event
 from fsmkit.cli.console import result
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
-from fsmkit.language import Value
 from fsmkit.language.units import read_microseconds
-from fsmkit.language.values import show, to_python, tokens
+from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter import Macrostep, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text
 from fsmkit.runtime.pretty import Printer, pretty
 from fsmkit.runtime.script import Player, read_event, read_input, script_texts, wrong_line
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.session import is_received, values_by_name, variables
 from fsmkit.runtime.system_session import SystemPlayer
 from fsmkit.system.system import System
 
@@ -64,7 +63,7 @@ class OneMachine:
             "chart": chart.name,
             "steps": steps,
             "active": active_leaves(chart, snapshot),
-            "data": data_document(chart, snapshot),
+            "data": values_by_name(chart, snapshot),
             "finished": snapshot.finished,
             "fault": snapshot.fault,
         }
@@ -93,7 +92,7 @@ class SystemMachines(SystemPlayer):
             "now": self.now,
             "steps": steps,
             "active": {name: active_leaves(*machine) for name, machine in machines.items()},
-            "data": {name: data_document(*machine) for name, machine in machines.items()},
+            "data": {name: values_by_name(*machine) for name, machine in machines.items()},
             "faults": {n: s.fault for n, (_, s) in machines.items() if s.fault is not None},
         }
 
@@ -217,17 +216,6 @@ def macrostep_document(chart: Chart, step: Macrostep) -> dict[str, Any]:
         "trace": trace,
         "active": active_leaves(chart, step.after),
     }
-
-
-def variables(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Data, Value]]:
-    """Yield data, outputs and inputs with their values."""
-    declared = (*chart.data, *chart.outputs, *chart.inputs)
-    return zip(declared, (*snapshot.data, *snapshot.inputs), strict=True)
-
-
-def data_document(chart: Chart, snapshot: Snapshot) -> dict[str, object]:
-    """Return the values of data, outputs and inputs by name, for JSON."""
-    return {one.name: to_python(value, one.type) for one, value in variables(chart, snapshot)}
 
 
 def event_text(event: Event) -> str:

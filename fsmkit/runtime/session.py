@@ -104,7 +104,7 @@ class Session:
         during a step is accepted here and queued when the step has ended; `lost` counts those
         that find the queue full then, or the machine stopped. If the step raises they are gone.
         """
-        occurrence = self._occurrence(event, values, fields)
+        occurrence = occurrence_of(self.chart, event, values, fields)
         if self._is_stepping:
             self._late.append(occurrence)
             return True
@@ -139,7 +139,7 @@ class Session:
 
     def dispatch(self, event: str, *values: object, **fields: object) -> Outcome:
         """Process one event at once, ahead of the queue; see `Outcome`."""
-        occurrence = self._occurrence(event, values, fields)
+        occurrence = occurrence_of(self.chart, event, values, fields)
         if not self.snapshot.running:
             return Outcome(handled=False)
         with self._stepping("dispatch"):
@@ -206,15 +206,17 @@ class Session:
     @property
     def data(self) -> dict[str, object]:
         """The values of data, by name."""
-        return _shown(self.chart.data, self.snapshot.data)
+        found = values_by_name(self.chart, self.snapshot)
+        return {one.name: found[one.name] for one in self.chart.data}
 
     @property
     def outputs(self) -> dict[str, object]:
         """The values of outputs, by name."""
-        return _shown(self.chart.outputs, self.snapshot.data[len(self.chart.data) :])
+        found = values_by_name(self.chart, self.snapshot)
+        return {one.name: found[one.name] for one in self.chart.outputs}
 
     def __getitem__(self, name: str) -> object:
-        found = {**self.inputs, **self.data, **self.outputs}
+        found = values_by_name(self.chart, self.snapshot)
         if name not in found:
             raise _unknown("variable", name, list(found))
         return found[name]
@@ -298,33 +300,6 @@ class Session:
         if self._on_event is not None:
             self._on_event(delivery)
 
-    def _occurrence(
-        self, name: str, values: Sequence[object], fields: Mapping[str, object]
-    ) -> Occurrence:
-        known = (self.chart.events[index] for index in self.chart.event_index.values())
-        events = {event.name: event for event in known if is_received(event)}
-        if name not in events:
-            raise _unknown("event", name, list(events))
-        event = events[name]
-        names = [field.name for field in event.fields]
-        given: dict[str, object] = dict(zip(names, values, strict=False)) | dict(fields)
-        if set(given) != set(names) or len(values) + len(fields) != len(names):
-            raise fail(
-                "wrong-value",
-                f"the event `{name}` takes {', '.join(f'`{n}`' for n in names) or 'no values'}",
-                event.span,
-                help="give each field once",
-            )
-        payload = []
-        for field in event.fields:
-            try:
-                payload.append(from_python(given[field.name], field.type))
-            except ValueError as error:
-                raise fail(
-                    "wrong-value", f"`{field.name}` of the event `{name}` {error}", event.span
-                ) from error
-        return Occurrence(event.index, tuple(payload))
-
 
 class Inputs(MutableMapping[str, object]):
     """The inputs of a machine, by name; there are exactly those that the chart declares."""
@@ -381,9 +356,47 @@ def is_received(event: Event) -> bool:
     return bool(event.directions) and event.directions != {Direction.OUT}
 
 
-def _shown(variables: Sequence[Data], values: Sequence[Value]) -> dict[str, object]:
-    pairs = zip(variables, values, strict=False)
-    return {variable.name: to_python(value, variable.type) for variable, value in pairs}
+def variables(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Data, Value]]:
+    """Yield data, outputs and inputs with their values."""
+    declared = (*chart.data, *chart.outputs, *chart.inputs)
+    return zip(declared, (*snapshot.data, *snapshot.inputs), strict=True)
+
+
+def values_by_name(chart: Chart, snapshot: Snapshot) -> dict[str, object]:
+    """Return the values of data, outputs and inputs, as Python values."""
+    return {one.name: to_python(value, one.type) for one, value in variables(chart, snapshot)}
+
+
+def occurrence_of(
+    chart: Chart, name: str, values: Sequence[object], fields: Mapping[str, object]
+) -> Occurrence:
+    """Return an event that a host posts, its payload by position or by name.
+
+    `FsmkitError` for an event that the chart does not receive, and for values that do not fit.
+    """
+    known = (chart.events[index] for index in chart.event_index.values())
+    events = {event.name: event for event in known if is_received(event)}
+    if name not in events:
+        raise _unknown("event", name, list(events))
+    event = events[name]
+    names = [field.name for field in event.fields]
+    given: dict[str, object] = dict(zip(names, values, strict=False)) | dict(fields)
+    if set(given) != set(names) or len(values) + len(fields) != len(names):
+        raise fail(
+            "wrong-value",
+            f"the event `{name}` takes {', '.join(f'`{n}`' for n in names) or 'no values'}",
+            event.span,
+            help="give each field once",
+        )
+    payload = []
+    for field in event.fields:
+        try:
+            payload.append(from_python(given[field.name], field.type))
+        except ValueError as error:
+            raise fail(
+                "wrong-value", f"`{field.name}` of the event `{name}` {error}", event.span
+            ) from error
+    return Occurrence(event.index, tuple(payload))
 
 
 def _unknown(kind: str, name: str, known: Sequence[str]) -> FsmkitError:

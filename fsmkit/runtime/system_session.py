@@ -14,7 +14,7 @@ from random import Random
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Text
 from fsmkit.language import Value, default_value
-from fsmkit.language.values import from_python, to_python, tokens
+from fsmkit.language.values import tokens
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
@@ -28,7 +28,7 @@ from fsmkit.runtime.interpreter.run import (
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import SeededHost, read_event, unknown_name, wrong_line
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.session import is_received, occurrence_of, values_by_name
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
 from fsmkit.system.system import System
@@ -121,11 +121,7 @@ class SystemSession:
     def value(self, machine: str, name: str) -> object:
         """Return a variable of a machine, as a Python value."""
         index = self._names.index(machine)
-        chart, snapshot = self._charts[index], self._snapshots[index]
-        declared = [*chart.data, *chart.outputs, *chart.inputs]
-        values = (*snapshot.data, *snapshot.inputs)
-        place = [variable.name for variable in declared].index(name)
-        return to_python(values[place], declared[place].type)
+        return values_by_name(self._charts[index], self._snapshots[index])[name]
 
     # --- doing ---------------------------------------------------------------------------------
 
@@ -151,11 +147,8 @@ class SystemSession:
 
     def post(self, machine: str, event: str, **payload: object) -> bool:
         """Put an event in the queue of a machine; False if there is no room or it does not run."""
-        index = self._names.index(machine)
-        chart = self._charts[index]
-        declared = chart.events[chart.event_index[event]]
-        values = tuple(from_python(payload[part.name], part.type) for part in declared.fields)
-        return self.enqueue(machine, Occurrence(declared.index, values))
+        chart = self._charts[self._names.index(machine)]
+        return self.enqueue(machine, occurrence_of(chart, event, (), payload))
 
     def enqueue(self, machine: str, occurrence: Occurrence) -> bool:
         """Put an event in the queue of a machine, as `post` does."""
