@@ -8,8 +8,7 @@ from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.chart.passes.invoked_sources import has_invokes, invoked_sources
-from fsmkit.chart.passes.plan_invocations import is_service
+from fsmkit.chart.passes.plan_invocations import has_invokes, invoked_sources, is_service
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
 from fsmkit.document.document import DocInvoke, DocState, Document
 from fsmkit.importing import imported, is_reference

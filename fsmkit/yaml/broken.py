@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import yaml
 
 from fsmkit.diagnostics import Findings, Source, Span
-from fsmkit.yaml.quoting import quoted
+from fsmkit.yaml.layout import quoted
 
 TAB = re.compile(r" *(\t+)")
 MOST_LINES = 500

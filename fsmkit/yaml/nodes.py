@@ -18,8 +18,8 @@ import yaml
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
 from fsmkit.yaml.broken import tell_broken
+from fsmkit.yaml.layout import quoted
 from fsmkit.yaml.places import offsets_of
-from fsmkit.yaml.quoting import quoted
 
 DEEPEST = 200
 """Levels of nesting, two for each state: the readers recurse, and no chart is deeper."""

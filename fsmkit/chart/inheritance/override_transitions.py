@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fsmkit.chart.inheritance.insert_super import insert_super
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocState, DocTransition, Origin, Trigger
+from fsmkit.document.walk import mapped, parts
+from fsmkit.language.statements.tree import Block, Super
 
 
 def override_transitions(
@@ -126,3 +127,14 @@ def _changed(base: DocTransition, written: DocTransition) -> DocTransition:
         origin=Origin.OVERRIDDEN,
         **keys.merged(base, written, keys.TRANSITION),
     )
+
+
+def holds_super(block: Block) -> bool:
+    """Whether ``super`` stands somewhere in these statements."""
+    return any(isinstance(part, Super) for part in parts(block))
+
+
+def insert_super(block: Block, base: Block) -> Block:
+    """Return statements with those of the base where ``super`` stands."""
+    inserted: Block = mapped(block, lambda part: base if isinstance(part, Super) else None)
+    return inserted

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from fsmkit.chart.inheritance.insert_super import holds_super, insert_super
-from fsmkit.chart.inheritance.override_transitions import override_transitions
+from fsmkit.chart.inheritance.override_transitions import (
+    holds_super,
+    insert_super,
+    override_transitions,
+)
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys

@@ -8,7 +8,9 @@ from fsmkit.chart.passes.number_states import Tree
 from fsmkit.diagnostics import Findings, Source, Text
 from fsmkit.document.document import DocInvoke, Document
 from fsmkit.document.invocation_context import InvocationContext
+from fsmkit.document.walk import states
 from fsmkit.language import location_of_session
+from fsmkit.scxml.ecmascript.lower import lower_ecmascript
 
 SERVICES = ("", "scxml", "http://www.w3.org/TR/scxml/", "http://www.w3.org/TR/scxml")
 """Types of what can be invoked."""
@@ -97,3 +99,22 @@ def _why_not(invoke: DocInvoke, depth: int, source: Source) -> str:
     if depth >= DEEPEST:
         return f"it lies in {depth} other invocations, which is as deep as they go"
     return ""
+
+
+def has_invokes(document: Document) -> bool:
+    """Whether a document invokes anything."""
+    return any(state.invokes for state in states(document.root, *document.refine))
+
+
+def invoked_sources(document: Document) -> dict[int, tuple[Text, ...]]:
+    """Return the values that ``src`` can have, by the place of the ``invoke``."""
+    if not has_invokes(document):
+        return {}
+    lowered = lower_ecmascript(document)
+    return {
+        invoke.span.start: (
+            (invoke.src,) if invoke.src is not None else tuple(value for _, value in invoke.sources)
+        )
+        for state in states(lowered.root, *lowered.refine)
+        for invoke in state.invokes
+    }
