@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import assert_never
+from typing import Any, assert_never
 
 from rich.text import Text
 from rich.tree import Tree
@@ -15,26 +15,27 @@ from fsmkit.plan.plan import Branch, Content, Enter, Op, Plan, Restore, Variant
 
 def plan_tree(plan: Plan) -> Tree:
     """Return regions with their numbers, then what each transition exits and enters."""
-    speller = _Speller(plan)
+    found, speller = plan_document(plan), _Speller(plan)
     tree = Tree(Text(f"plan of {plan.chart.name}", "bold"))
     regions = tree.add(Text("regions", "bold"))
-    for index, told in enumerate(speller.regions()):
-        regions.add(f"{index}: {told}")
-    tree.add(Text(f"start: {speller.ops(plan.start)}"))
+    for index, region in enumerate(found["regions"]):
+        states = ", ".join(f"{number} {name}" for name, number in region["states"].items())
+        regions.add(f"{index}: {region['top']}: {states}")
+    tree.add(Text(f"start: {found['start']}"))
     moves = tree.add(Text("transitions", "bold"))
-    for move in plan.moves:
-        heading = Text(f"{move.transition} {speller.transition(move.transition)}")
-        variants = [speller.variant(variant) for variant in move.variants]
+    for move in found["moves"]:
+        number, variants = move["transition"], move["variants"]
+        heading = Text(f"{number} {speller.transition(number)}")
         if len(variants) == 1:
             moves.add(heading.append(f": {variants[0]}", "dim"))
         else:
             node = moves.add(heading)
-            for told in variants:
-                node.add(Text(told, "dim"))
+            for variant in variants:
+                node.add(Text(variant, "dim"))
     return tree
 
 
-def plan_document(plan: Plan) -> dict[str, object]:
+def plan_document(plan: Plan) -> dict[str, Any]:
     """Return a plan as data for JSON."""
     speller = _Speller(plan)
     return {
@@ -62,11 +63,6 @@ class _Speller:
 
     def state(self, index: int) -> str:
         return self.plan.chart.states[index].id
-
-    def regions(self) -> Iterable[str]:
-        for region in self.plan.regions:
-            states = ", ".join(f"{s} {self.state(s)}" for s in region.states)
-            yield f"{self.state(region.top)}: {states}"
 
     def transition(self, index: int) -> str:
         transition = self.plan.chart.transitions[index]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from rich.text import Text
 from rich.tree import Tree
 
@@ -11,21 +13,21 @@ from fsmkit.system.system import System
 def system_tree(system: System) -> Tree:
     """Return machines, connections, environment and properties."""
     tree = Tree(Text(system.name, "bold"))
+    found = system_document(system)
     parts = {
         "machines": [
-            f"{m.name}: {m.chart.name}, {len(m.chart.states) - 1} states"
-            + (", of the environment" if m.environment else "")
-            for m in system.machines
+            f"{m['name']}: {m['chart']}, {m['states']} states"
+            + (", of the environment" if m["environment"] else "")
+            for m in found["machines"]
         ],
-        "connections": _connections(system),
-        "shared": [f"{name}: {', '.join(holders)}" for name, holders in _shared(system).items()],
+        "connections": found["connections"],
+        "shared": [f"{name}: {', '.join(holders)}" for name, holders in found["shared"].items()],
         "environment": [
-            f"{'will' if p.owed else 'may'} {_port(system, p.machine, p.event)}"
-            for p in system.possible
+            f"{'will' if p['owed'] else 'may'} {p['event']}" for p in found["environment"]
         ],
         "properties": [
-            f"{p.name}: {p.kind.key}" + (f" {p.text}" if p.text != p.kind.key else "")
-            for p in system.properties
+            f"{p['name']}: {p['kind']}" + (f" {p['text']}" if p["text"] != p["kind"] else "")
+            for p in found["properties"]
         ],
     }
     for name, lines in parts.items():
@@ -69,7 +71,7 @@ def _shared(system: System) -> dict[str, list[str]]:
     return found
 
 
-def system_document(system: System) -> dict[str, object]:
+def system_document(system: System) -> dict[str, Any]:
     """Return a system as data for JSON."""
     return {
         "name": system.name,
