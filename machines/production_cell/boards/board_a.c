@@ -52,6 +52,11 @@ void extractor_magnet(extractor *m, bool on)
     out.magnet = on;
 }
 
+static uint8_t supervisor_told_fault(void)
+{
+    return node.supervisor.out.fault_code;
+}
+
 static bool is_pressed(int32_t level, int32_t *before)
 {
     const bool pressed = level != 0 && *before == 0;

@@ -8,7 +8,8 @@
  *   BOARD_DRIVES(X)          X(module, MODULE, is_belt, CONSTANT of its far position) for each axis
  *   BOARD_INPUTS(X), BOARD_OUTPUTS(X)   X(member, "signal") for what is no signal of a drive or a machine
  *
- * and defines after it what is its own: operations that move no axis, `board_sense`, `board_act`. */
+ * and defines after it what is its own: operations that move no axis, `board_sense`, `board_act`, and
+ * `X_told_fault` of each machine X that is no module. */
 #ifndef BOARD_PROGRAM_H
 #define BOARD_PROGRAM_H
 
@@ -137,18 +138,21 @@ BOARD_MODULES(BOARD_HOMES)
         X##_state leaf = (X##_state)0;                                                             \
         return X##_active(&node.X, &leaf, 1) > 0 ? (uint16_t)leaf : 0u;                            \
     }                                                                                              \
-    static uint8_t X##_told_fault(void)                                                            \
-    {                                                                                              \
-        return node.X.data.fault_code;                                                             \
-    }                                                                                              \
+    static uint8_t X##_told_fault(void);                                                           \
     static unsigned X##_told_refused(void)                                                         \
     {                                                                                              \
         return node.X.fsm.rejected;                                                                \
+    }
+#define BOARD_FAULT(X, UPPER)                                                                      \
+    static uint8_t X##_told_fault(void)                                                            \
+    {                                                                                              \
+        return node.X.data.fault_code;                                                             \
     }
 #define BOARD_MACHINE_ROW(X, UPPER)                                                                \
     {#X, UPPER##_STATES, X##_told_name, X##_told_leaf, X##_told_fault, X##_told_refused},
 
 BOARD_MACHINES(BOARD_TELLS)
+BOARD_MODULES(BOARD_FAULT)
 
 static const board_machine machines[] = {BOARD_MACHINES(BOARD_MACHINE_ROW)};
 
