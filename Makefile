@@ -1,5 +1,6 @@
 # make demo   the Production Cell: compile, run, check, draw
 # make cell   the Production Cell runs: two boards in C, the plant, the links between them
+# make hitl   the same in wall-clock time, with boards in real-time loops (hardware in the loop)
 # make quick  lint and the tests that start no program: a contributor's minute
 # make test   all but the slow tests, by Python, make and a C compiler alone
 # make test-all  with the slow tests, and those that use other people's tools (make tools)
@@ -12,7 +13,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
+.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -34,6 +35,16 @@ cell: $(VENV)/ready
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
 	@$(BIN)/python -m machines.production_cell.simulation --hours $(HOURS) --blocks $(BLOCKS) \
 	  $(if $(FAULT),--fault $(FAULT)) $(CELL)
+
+# The same in the time of the clock on the wall: boards in loops of 1 kHz, HZ exchanges a second.
+hitl: HZ = 200
+hitl: SECONDS = 60
+hitl: PRIORITY = 80
+hitl: $(VENV)/ready
+	@$(BIN)/python -c 'import numpy, zmq, matplotlib' 2>/dev/null || \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
+	@$(BIN)/python -m machines.production_cell.simulation --seconds $(SECONDS) --hz $(HZ) \
+	  --priority $(PRIORITY) --out build/hitl $(if $(FAULT),--fault $(FAULT)) $(CELL)
 
 # Every system and property of the Production Cell, and every seeded defect; VERIFY=--quick is a part.
 verify: $(VENV)/ready

@@ -253,15 +253,38 @@ static void add_notes(text *json, const board *b)
     text_add(json, "]");
 }
 
-/* Wake-ups that were late by 2^k ns or more, from k = 0. */
+/* `last_overruns` and `jitter_ns` are as in fsm_posix_print_json: the jitter is a list of buckets, each
+ * with its least lateness, that of the next bucket, and the number of wake-ups. */
 static void add_loop(text *json, const fsm_posix *host)
 {
+    const char *before = "";
+    const uint64_t kept = host->overruns < FSM_POSIX_LAST ? host->overruns : FSM_POSIX_LAST;
     text_add(json,
              ", \"cycles\": %" PRIu64 ", \"missed\": %" PRIu64 ", \"longest_step_ns\": %" PRIu64
-             ", \"worst_jitter_ns\": %" PRIu64 ", \"jitter_log2_ns\": [",
+             ", \"worst_jitter_ns\": %" PRIu64 ", \"reasons\": {",
              host->cycles, host->missed, host->longest_step_ns, host->worst_jitter_ns);
-    for (unsigned k = 0; k < FSM_POSIX_BUCKETS; k++)
-        text_add(json, "%s%" PRIu64, k > 0u ? ", " : "", host->jitter[k]);
+    for (unsigned k = 0; k < FSM_POSIX_REASONS; k++)
+        text_add(json, "%s\"%s\": %" PRIu64, k > 0u ? ", " : "",
+                 fsm_posix_reason_name((fsm_posix_reason)k), host->reasons[k]);
+    text_add(json, "}, \"last_overruns\": [");
+    for (uint64_t n = host->overruns - kept; n < host->overruns; n++) {
+        const fsm_posix_overrun *const it = &host->last[n % FSM_POSIX_LAST];
+        text_add(json,
+                 "%s{\"cycle\": %" PRIu64 ", \"late_ns\": %" PRIu64 ", \"step_ns\": %" PRIu64
+                 ", \"reason\": \"%s\", \"times\": %" PRIu64 "}",
+                 before, it->cycle, it->late_ns, it->step_ns, fsm_posix_reason_name(it->reason),
+                 it->times);
+        before = ", ";
+    }
+    before = "";
+    text_add(json, "], \"jitter_ns\": [");
+    for (unsigned k = 0; k < FSM_POSIX_BUCKETS; k++) {
+        if (host->jitter[k] == 0u)
+            continue;
+        text_add(json, "%s[%" PRIu64 ", %" PRIu64 ", %" PRIu64 "]", before, fsm_posix_bucket_ns(k),
+                 fsm_posix_bucket_ns(k + 1u), host->jitter[k]);
+        before = ", ";
+    }
     text_add(json, "]");
 }
 

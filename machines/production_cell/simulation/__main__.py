@@ -22,6 +22,7 @@ from . import boards, faults, markers, monitor, nodes, picture, recording
 from .camera import Detector, Judgement, itself
 from .monitor import Judged
 from .orchestrator import Orchestrator, Outcome, Setup
+from .pace import Pace
 from .panel import Operator
 from .tally import Tally, tally
 from .world import World
@@ -31,6 +32,8 @@ OUT = ROOT / "build" / "cell"
 SHOWN = 60.0
 """How much of a run is drawn, in s."""
 
+SPARE = 120
+"""For so many s longer than their run boards go on if nobody ends them."""
 MOST_LINES = 60
 """Of what happened about faults."""
 
@@ -50,25 +53,36 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks.")
 @click.option("--aruco", is_flag=True, help="Read the blocks off rendered pictures, with OpenCV.")
 @click.option("--double", is_flag=True, help="The boards in Python, in one process, instead of C.")
+@click.option("--hz", type=int, default=0, help="Hardware in the loop: cycles a second.")
+@click.option(
+    "--priority",
+    type=click.IntRange(0, 97),
+    default=0,
+    help="Of the loops of the boards, with --hz.",
+)
 @click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
 @click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
 def main(
     hours: float, seconds: float | None, blocks: int, seed: int, fault: str, bad: float,
-    aruco: bool, double: bool, out: Path, timeout: float,
+    aruco: bool, double: bool, hz: int, priority: int, out: Path, timeout: float,
 ) -> None:  # fmt: skip
     """Run boards and plant of the Production Cell together, and tell what came of it."""
     out = out.resolve()
     steps = round(1000 * (hours * 3600 if seconds is None else seconds))
+    pace = Pace(hz, priority)
     try:
+        _check_pace(pace, double)
         out.mkdir(parents=True, exist_ok=True)
         actions = faults.read(fault)
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
             programs = (
-                (nodes.double_program(),) if double else boards.build(out / "boards", Path(folder))
+                (nodes.double_program(),)
+                if double
+                else boards.build(out / "boards", Path(folder), pace, steps // 1000 + SPARE)
             )
             setup = Setup(
                 steps, programs, nodes.plant_program(seed), out, Path(folder), actions,
-                {"seed": seed, "blocks": blocks, "fault": fault}, timeout,
+                {"seed": seed, "blocks": blocks, "fault": fault}, timeout, pace=pace,
             )  # fmt: skip
             world = World(Operator(blocks), Judgement(seed, bad), (), _detector(aruco, seed))
             outcome = _run(setup, world)
@@ -83,6 +97,16 @@ def main(
         console.print(Text(f"error: {error}", style="red"))
         code = 2
     sys.exit(code)
+
+
+def _check_pace(pace: Pace, double: bool) -> None:
+    """Raise `CellError` if the boards cannot run at this pace."""
+    if pace.hz < 0 or (pace.hz and 1000 % pace.hz):
+        raise nodes.CellError(f"--hz {pace.hz} is no divisor of 1000")
+    if pace.hz and double:
+        raise nodes.CellError("--double has no loop of its own: leave out --hz")
+    if pace.priority and not pace.hz:
+        raise nodes.CellError("--priority needs --hz: without it nobody looks at a clock")
 
 
 def _detector(aruco: bool, seed: int) -> Detector:
@@ -107,7 +131,10 @@ def _stay_on_one_core() -> None:
 def _run(setup: Setup, world: World) -> Outcome:
     """Run to the end, or to Ctrl-C: then what was recorded is told of; a second one breaks off."""
     run = Orchestrator(setup, lambda states: replace(world, states=states))
-    _stay_on_one_core()
+    if not setup.pace.hz:
+        _stay_on_one_core()
+    elif refusal := setup.pace.raise_priority():
+        console.print(Text(f"priority of orchestrator and plant: {refusal}", style="yellow"))
     began = time.monotonic()
 
     def interrupt(number: int, frame: object) -> None:
@@ -148,9 +175,12 @@ def tell(out: Path, outcome: Outcome, has_faults: bool) -> int:
         "events": events,
         "reports": outcome.reports,
         "earlier_lives": outcome.lives,
+        **({"pace": outcome.pace} if outcome.pace else {}),
     }
     (out / "result.json").write_text(json.dumps(result, indent=1))
     console.print(_figures(figures))
+    if outcome.pace:
+        console.print(_pace(outcome))
     console.print(_properties(judged, has_faults))
     if has_faults:
         for at, what in figures.timeline[:MOST_LINES]:
@@ -196,6 +226,24 @@ def _figures(figures: Tally) -> Table:
     )
     for row in rows:
         table.add_row(*row)
+    return table
+
+
+def _pace(outcome: Outcome) -> Table:
+    """Return how the run kept to the clock, and why loops of boards overran."""
+    pace = outcome.pace
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    share = 100 * pace["late"] / pace["cycles"]
+    late = f"{pace['late']:,} ({share:.2f} %), {pace['missed']:,} missed"
+    table.add_row(f"cycles at {pace['hz']} Hz", f"{pace['cycles']:,}")
+    table.add_row("late by more than a period", f"{late}, at most by {pace['worst_ms']:.1f} ms")
+    for name, at in pace["exchange"].items():
+        times = f"p50 {at['p50_ms']:.2f}, p99 {at['p99_ms']:.2f}, max {at['max_ms']:.2f} ms"
+        table.add_row(f"exchange with board {name}", f"{times}, {at['unanswered']:,} not in time")
+    for name, report in outcome.reports.items():
+        reasons = [f"{n:,} {reason}" for reason, n in report.get("reasons", {}).items() if n]
+        if reasons:
+            table.add_row(f"overruns of board {name}", ", ".join(reasons))
     return table
 
 

@@ -7,14 +7,19 @@ import sys
 from pathlib import Path
 
 from .nodes import CellError, Program
+from .pace import Pace
 
 CELL = Path(__file__).resolve().parents[1]
 BUILD = CELL / "boards" / "build.py"
 NAMES = ("a", "b")
+COSIM = ["--cosim", "{endpoint}"]
 
 
-def build(out: Path, sockets: Path) -> tuple[Program, ...]:
-    """Build the boards in a folder; their links are in another. Raises `CellError`."""
+def build(out: Path, sockets: Path, pace: Pace, seconds: int) -> tuple[Program, ...]:
+    """Build the boards in a folder; their links are in another. Raises `CellError`.
+
+    In the pace of a clock they end by themselves after ``seconds``, whoever is left to end them.
+    """
     if not BUILD.exists():
         raise CellError(f"{BUILD} is missing")
     done = subprocess.run(
@@ -23,13 +28,15 @@ def build(out: Path, sockets: Path) -> tuple[Program, ...]:
     if done.returncode:
         raise CellError(f"the boards cannot be built:\n{done.stdout}{done.stderr}")
     links = ",".join(f"ipc://{sockets / f'link_{name}'}" for name in NAMES)
+    mode = ["--realtime", "{endpoint}", "--seconds", str(seconds)] if pace.hz else COSIM
+    if pace.priority:
+        mode = [*mode, "--priority", str(pace.priority)]
     return tuple(
         Program(
             name,
             (
                 str(out / f"board_{name}"),
-                "--cosim",
-                "{endpoint}",
+                *mode,
                 "--links",
                 links,
                 "--log",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 import time
@@ -56,6 +57,10 @@ class Process:
         self.node = Node(program.name, None, None, {})  # type: ignore[arg-type]
         self.frames = 0
         """How many it has sent to its peers."""
+        self.asked: int | None = None
+        """The step that it was asked for and has not answered yet."""
+        self.asked_at = 0.0
+        """When, in s of the monotonic clock."""
         self._log = log
         self._timeout = timeout
         self._context = context
@@ -66,6 +71,11 @@ class Process:
     def is_alive(self) -> bool:
         """Whether it was begun and not killed."""
         return self._client is not None
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the operating system still has it."""
+        return not self._is_dead()
 
     def begin(self) -> None:
         """Begin the process, and let it tell what it reads and writes."""
@@ -81,7 +91,7 @@ class Process:
         except ProtocolError as error:
             raise CellError(self._why(error)) from error
         self._client.timeout = self._timeout
-        self.frames = 0
+        self.frames, self.asked = 0, None
 
     def _popen(self, command: Sequence[str], log: IO[bytes]) -> subprocess.Popen[bytes]:
         try:
@@ -169,6 +179,15 @@ class Process:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+
+
+def answering(processes: Sequence[Process], timeout: float) -> list[Process]:
+    """Return those whose answer is here; wait for the first, at most ``timeout`` s."""
+    poller = zmq.Poller()
+    for process in processes:
+        poller.register(process.client.socket, zmq.POLLIN)
+    ready = dict(poller.poll(math.ceil(1000 * timeout)))
+    return [process for process in processes if process.client.socket in ready]
 
 
 def ping(process: Process, times: int = 2000) -> float:

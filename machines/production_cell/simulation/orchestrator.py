@@ -2,7 +2,8 @@
 
 The phases: connect (each process tells its signals, which meet by name), initial values, check;
 then in each step controllers, plant, world. The same seed gives the same run: nobody looks at a
-clock.
+clock. In the pace of a clock (`Pace`) controllers run by themselves, and a cycle has several steps
+of plant and world; the phases are the same.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ import zmq
 
 from . import world
 from .faults import Action
-from .nodes import CellError, Process, Program, ping
+from .nodes import CellError, Process, Program, answering, ping
+from .pace import Pace, WallClock
 from .protocol import ProtocolError, read_step_reply, step_request
 from .recording import Recorder
 from .signals import SLOTS, WORLD_OUTPUTS
@@ -44,6 +46,7 @@ class Setup:
     about: Mapping[str, Any] = field(default_factory=dict)
     timeout: float = 10.0
     pings: int = 2000
+    pace: Pace = field(default_factory=Pace)
 
 
 @dataclass
@@ -58,6 +61,8 @@ class Outcome:
     states: dict[str, tuple[str, ...]] = field(default_factory=dict)
     told: list[str] = field(default_factory=list)
     """What the schedule of faults did."""
+    pace: Mapping[str, Any] = field(default_factory=dict)
+    """Counts of the clock; empty where there is none."""
 
     @property
     def step_rate(self) -> float:
@@ -83,6 +88,7 @@ class Orchestrator:
         self._state = WorldState()
         self._is_stopped = False
         self._set_on_boards: dict[str, float] = {}
+        self._clock = WallClock(1 / setup.pace.hz) if setup.pace.hz else None
 
     def stop(self) -> None:
         """Let the run end after the present step, with its reports."""
@@ -104,7 +110,10 @@ class Orchestrator:
             self._go(progress)
             for process in (*self._boards, self._plant):
                 if process.is_alive:
+                    self._settle(process)
                     self.outcome.reports[process.program.name] = process.ask_json(b"R")
+            if self._clock is not None:
+                self.outcome.pace = self._clock.as_json()
         finally:
             for process in (*self._boards, self._plant):
                 process.end()
@@ -173,32 +182,70 @@ class Orchestrator:
         begin = time.perf_counter()
         with Recorder(self._setup.out / "run.rec", self._names, about) as recorder:
             try:
-                for number in range(1, self._setup.steps + 1):
+                cycle = self._setup.pace.steps
+                for begins in range(1, self._setup.steps + 1, cycle):
                     if self._is_stopped:
                         break
-                    self._step(number)
-                    recorder.add(self._values)
-                    self.outcome.steps = number
-                    if number % 1000 == 0:
-                        progress(number)
+                    self._step_boards(begins)
+                    for number in range(begins, begins + cycle):
+                        self._step_plant(number)
+                        recorder.add(self._values)
+                        self.outcome.steps = number
+                        if number % 1000 == 0:
+                            progress(number)
             finally:
                 self.outcome.seconds = time.perf_counter() - begin
 
-    def _step(self, number: int) -> None:
-        """Step controllers, plant, world."""
+    def _step_boards(self, number: int) -> None:
+        """Give the boards their inputs and take their outputs; before it, break and mend."""
+        if self._clock is not None:
+            self._clock.wait()
         if self._pending and self._pending[0].step <= number:
             self._break_and_mend(number)
-        frames = {board.program.name: board.frames for board in self._boards}
+        frames = self._frames()
         alive = [board for board in self._boards if board.is_alive]
         for board in alive:
-            self._ask(board, number, frames)
-        for board in alive:
-            board.frames = self._answer(board, number)
-        self._ask(self._plant, number, frames)
-        self._answer(self._plant, number)
+            if board.asked is None:
+                self._ask(board, number, frames)
+        if self._clock is None:
+            for board in alive:
+                self._answer(board)
+        else:
+            self._take_answers(self._clock, alive)
+
+    def _take_answers(self, clock: WallClock, boards: list[Process]) -> None:
+        """Take what comes in time. Who is late is given no new inputs until its answer is here."""
+        waiting = list(boards)
+        while waiting:
+            ready = answering(waiting, clock.time_to_answer())
+            if not ready:
+                break
+            for board in ready:
+                name = board.program.name
+                self._answer(board)
+                clock.exchanges.setdefault(name, []).append(clock.now() - board.asked_at)
+                waiting.remove(board)
+        for board in waiting:
+            name = board.program.name
+            if not board.is_running:
+                self._answer(board)  # raises, with the reason
+            clock.unanswered[name] = clock.unanswered.get(name, 0) + 1
+
+    def _settle(self, process: Process) -> None:
+        """Take an answer that is still to come: a connection carries one request at a time."""
+        if process.asked is not None:
+            self._answer(process)
+
+    def _step_plant(self, number: int) -> None:
+        """Step plant and world."""
+        self._ask(self._plant, number, self._frames())
+        self._answer(self._plant)
         seen = self._values[self._inputs["world"]].tolist()
         self._state, told = world.step(self._world, self._state, number, seen)
         self._values[self._outputs["world"]] = told
+
+    def _frames(self) -> dict[str, int]:
+        return {board.program.name: board.frames for board in self._boards}
 
     def _ask(self, process: Process, number: int, frames: Mapping[str, int]) -> None:
         name, peers = process.program.name, process.node.peers
@@ -206,15 +253,17 @@ class Orchestrator:
             peers = tuple(board for board in frames if board != name)
         expected = [frames.get(peer, 0) for peer in peers]
         process.send(b"S", step_request(number, expected, self._values[self._inputs[name]]))
+        process.asked, process.asked_at = number, time.monotonic()
 
-    def _answer(self, process: Process, number: int) -> int:
-        places = self._outputs[process.program.name]
+    def _answer(self, process: Process) -> None:
+        """Take the answer to the last step that a process was asked for."""
+        places, number = self._outputs[process.program.name], process.asked or 0
         try:
             frames, values = read_step_reply(process.receive(b"S"), number, len(places))
         except ProtocolError as error:
             raise CellError(f"{process.program.name} {error}") from error
+        process.asked, process.frames = None, frames
         self._values[places] = values
-        return frames
 
     # --- faults ---------------------------------------------------------------------------------
 
@@ -237,6 +286,7 @@ class Orchestrator:
                 self._set_on_boards[action.name] = action.value
                 for board in self._boards:
                     if board.is_alive:
+                        self._settle(board)
                         _set(board, action.name, action.value)
             case "estop":
                 self._state = replace(self._state, estop=int(action.value))
@@ -255,6 +305,7 @@ class Orchestrator:
     def _kill(self, board: Process) -> None:
         """Kill a board: its motors are without power, its magnets stay as they are."""
         name = board.program.name
+        self._settle(board)
         self.outcome.lives.setdefault(name, []).append(board.ask_json(b"R"))
         board.kill()
         for place in self._outputs[name]:

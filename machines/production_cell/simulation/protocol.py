@@ -90,10 +90,10 @@ class Client:
         timeout: float,
         is_dead: Callable[[], bool] = lambda: False,
     ) -> None:
-        self._socket = context.socket(zmq.REQ)
-        self._socket.linger = 0
-        self._socket.sndtimeo = self._socket.rcvtimeo = PATIENCE
-        self._socket.connect(endpoint)
+        self.socket = context.socket(zmq.REQ)
+        self.socket.linger = 0
+        self.socket.sndtimeo = self.socket.rcvtimeo = PATIENCE
+        self.socket.connect(endpoint)
         self._is_dead = is_dead
         self.timeout = timeout
         self.endpoint = endpoint
@@ -106,7 +106,7 @@ class Client:
     def send(self, kind: bytes, body: bytes = b"") -> None:
         """Ask; `receive` takes the answer."""
         try:
-            self._socket.send(kind + body)
+            self.socket.send(kind + body)
         except zmq.ZMQError as error:
             raise ProtocolError(f"cannot be asked: {error}") from error
 
@@ -122,7 +122,7 @@ class Client:
     def _heard(self) -> bytes:
         for _ in range(max(1, round(1000 * self.timeout / PATIENCE))):
             try:
-                return self._socket.recv()
+                return self.socket.recv()
             except zmq.Again:
                 if self._is_dead():
                     raise ProtocolError("is gone") from None
@@ -141,7 +141,7 @@ class Client:
 
     def close(self) -> None:
         """Hang up."""
-        self._socket.close()
+        self.socket.close()
 
 
 def step_request(number: int, frames: Sequence[int], inputs: Values) -> bytes:

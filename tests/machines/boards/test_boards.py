@@ -288,6 +288,11 @@ def test_real_time_loop_holds_inputs_and_is_safe_without(
     assert report["is_off"] is True
     assert "no inputs for 100 ms" in [note["text"] for note in report["notes"]]
     assert report["cycles"] + report["missed"] > 2000
+    assert set(report["reasons"]) == {"woken late", "step long", "preempted", "page fault"}
+    assert sum(report["reasons"].values()) == report["overruns"]
+    assert len(report["last_overruns"]) == min(16, report["overruns"])
+    awake = sum(count for *_, count in report["jitter_ns"])  # that of the reporting cycle too
+    assert awake == report["cycles"] + 1
     ask(b"Q")
     printed, _ = process.communicate(timeout=20)
     socket.close()

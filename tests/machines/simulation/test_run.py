@@ -148,14 +148,14 @@ def test_a_board_is_killed_and_begun_again(tmp_path: Path) -> None:
 
 @pytest.mark.cc
 def test_a_run_that_is_stopped_reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = Orchestrator._step
+    step = Orchestrator._step_plant
 
     def stop(self: Orchestrator, number: int) -> None:
         step(self, number)
         if number == 3:
             self.stop()
 
-    monkeypatch.setattr(Orchestrator, "_step", stop)
+    monkeypatch.setattr(Orchestrator, "_step_plant", stop)
     outcome = run(tmp_path, board(tmp_path), steps=20).outcome
     assert outcome.steps == 3
     assert outcome.reports["plant"] == {"events": []}
@@ -168,7 +168,7 @@ def test_ctrl_c_ends_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
         if number == 3:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(Orchestrator, "_step", interrupt)
+    monkeypatch.setattr(Orchestrator, "_step_plant", interrupt)
     with pytest.raises(KeyboardInterrupt):
         run(tmp_path, board(tmp_path), steps=20)
     assert len(recording.read(tmp_path / "run.rec")) == 2

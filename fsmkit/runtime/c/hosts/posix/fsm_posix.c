@@ -364,6 +364,11 @@ int fsm_posix_stop_on(fsm_posix *host, int signal_number)
 static const char *const reason_names[FSM_POSIX_REASONS] = {"woken late", "step long", "preempted",
                                                             "page fault"};
 
+const char *fsm_posix_reason_name(fsm_posix_reason reason)
+{
+    return reason_names[reason];
+}
+
 static void print_wish(FILE *to, const char *what, bool asked, int error)
 {
     fprintf(to, "%s: %s%s\n", what, !asked ? "not asked for" : error == 0 ? "granted" : "refused: ",

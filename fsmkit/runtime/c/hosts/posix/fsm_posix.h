@@ -116,6 +116,9 @@ void fsm_posix_stop(fsm_posix *host);
 /* End the loop when the signal comes; one host in a process. Returns 0 or an errno. */
 int fsm_posix_stop_on(fsm_posix *host, int signal_number);
 
+/* "woken late", "step long", "preempted", "page fault". */
+const char *fsm_posix_reason_name(fsm_posix_reason reason);
+
 /* The least lateness of a bucket, in ns; that of the next one is the first beyond it. */
 uint64_t fsm_posix_bucket_ns(unsigned bucket);
 
