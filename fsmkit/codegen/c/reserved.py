@@ -78,7 +78,7 @@ FUNCTIONS = _words(
     "act enter record domain domain_of answer_function answer_table not_running respond "
     "respond_any may_go_on rest emit take_one place_above region_of place_last path_places "
     "path_of path_step enter_path enter_place enter_recorded entry_of exit_of leave_until "
-    "raise_plain emit_plain disarm last_in_region "
+    "raise_plain disarm last_in_region "
     "guard_of select_at row_table row_event row_guard row_first region_at grid enters "
     "is_deferred is_allowed select_event select_eventless event_symbol no_event last_below "
     "source_of is_answered is_kept "

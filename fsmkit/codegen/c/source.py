@@ -156,17 +156,6 @@ class SourcePrinter:
                 with out.indented():
                     out.line("break;")
         out.line()
-        text = """
-/* An event without a payload leaves the machine. */
-static void @_emit_plain(@ *m, @_event_name event, uint16_t peer)
-{
-    @_event e = @_no_event;
-    e.event = ($EVENT)event;
-    @_emit(m, &e, peer);
-}
-"""
-        out.lines(fill(names, text, EVENT=event_type(names)))
-        out.line()
 
     def _print_states(self) -> None:
         out, moves, names = self.states, self.moves, self.names

@@ -65,6 +65,7 @@ static bool fsm_py_is_foreign; /* whether a string was saved that the chart does
 #undef FSM_HOOK_TAKE
 #undef FSM_HOOK_ENTER
 #undef FSM_HOOK_EVENT
+#undef FSM_HOOK_LEFT
 #undef FSM_HOOK_TEXT
 #undef FSM_HOOK_VALUE_I
 #undef FSM_HOOK_VALUE_F
@@ -91,6 +92,7 @@ static bool fsm_py_is_foreign; /* whether a string was saved that the chart does
 #define FSM_HOOK_ENTER(m, state) ((void)0)
 #define FSM_HOOK_EVENT(m, what, e) ((void)0)
 #endif
+#define FSM_HOOK_LEFT FSM_NOTE_LEFT
 #define FSM_HOOK_TEXT(m, what, text, number) fsm_py_on_text(&FSM_PY_THIS, m, what, text, number)
 #define FSM_HOOK_VALUE_I(m, value)                                                                 \
     fsm_py_on_integer(&FSM_PY_THIS, m, _Generic((value), bool: 'b', uint64_t: 'u', default: 'i'),  \

@@ -42,6 +42,20 @@ extern "C" {
 #endif
 #ifndef FSM_HOOK_EVENT /* what: fsm_note; e: the event with its payload */
 #define FSM_HOOK_EVENT(m, what, e) ((void)0)
+#ifndef FSM_HOOK_LEFT /* an event without a payload leaves the machine: by default no event is made for the hook */
+#define FSM_HOOK_LEFT(m, type, number, peer) ((void)0)
+#endif
+#endif
+#define FSM_NOTE_LEFT(m, type, number, peer)                                                       \
+    do {                                                                                           \
+        type left_;                                                                                \
+        fsm_clear(&left_, sizeof left_);                                                           \
+        left_.event = number;                                                                      \
+        FSM_HOOK_EVENT(m, FSM_LEFT, &left_);                                                       \
+        FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);                                                      \
+    } while (0)
+#ifndef FSM_HOOK_LEFT
+#define FSM_HOOK_LEFT FSM_NOTE_LEFT
 #endif
 #ifndef FSM_HOOK_POST /* the host posted an event; fits: whether it was taken into the queue */
 #define FSM_HOOK_POST(m, e, fits) ((void)0)

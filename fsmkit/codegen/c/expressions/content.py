@@ -217,9 +217,13 @@ class ContentPrinter:
         prefix = names.prefix
         peer = 0 if statement.peer is None else names.symbol(statement.peer)
         is_port = statement.destination is Destination.PORT and statement.delay is None
+        call = f"{prefix}_send_{names.event_names[statement.event]}(m"
+        if is_port:
+            names.used.add("port")
         if is_port and not statement.arguments:
-            out.line(f"{prefix}_emit_plain(m, {names.events[statement.event]}, {peer}u);")
-            names.used.add("emit")
+            number = names.events[statement.event]
+            out.line(f"FSM_HOOK_LEFT(m, {prefix}_event, {number}, {peer}u);")
+            out.line(f"{call});")
             return
         self._event(out, statement.event, statement.arguments, printer)
         if statement.delay is not None:
@@ -233,8 +237,11 @@ class ContentPrinter:
                 delay = "delay"
             out.line(f"{prefix}_delay(m, &e, {delay}, {mark}u, {route}, {peer}u);")
         elif statement.destination is Destination.PORT:
-            out.line(f"{prefix}_emit(m, &e, {peer}u);")
-            names.used.add("emit")
+            out.line("FSM_HOOK_EVENT(m, FSM_LEFT, &e);")
+            out.line(f'FSM_HOOK_TEXT(m, FSM_LEFT, "", {peer}u);')
+            payload = f"e.of.{names.payloads[statement.event]}"
+            fields = names.chart.events[statement.event].fields
+            out.line(call + "".join(f", {payload}.{names.field(f.name)}" for f in fields) + ");")
         elif statement.destination is Destination.SELF:
             out.line(f"{prefix}_send(m, &e);")
             names.used.add("send")

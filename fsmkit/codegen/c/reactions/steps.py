@@ -255,7 +255,7 @@ class StepPrinter:
         guarded = (
             is_family
             or any(name.startswith("call ") for name in names.used)
-            or "emit" in names.used
+            or bool({"emit", "port"} & names.used)
             or names.delays
         )
         event = is_family or "m->fsm.event." in text
