@@ -221,8 +221,8 @@ class ContentPrinter:
         if is_port:
             names.used.add("port")
         if is_port and not statement.arguments:
-            number = names.events[statement.event]
-            out.line(f"FSM_HOOK_LEFT(m, {prefix}_event, {number}, {peer}u);")
+            event = names.events[statement.event]
+            out.line(f"FSM_HOOK_LEFT(m, {prefix}_event, {event}, {peer}u);")
             out.line(f"{call});")
             return
         self._event(out, statement.event, statement.arguments, printer)

@@ -45,6 +45,7 @@ static void fsm_host_call(const watched *of, uint32_t number, const void *const 
 #define FSM_HOOK_ENTER(m, state) \
     (begun(HOOKED_IT), printf("+ %s\n", HOOKED_NAME(HOOKED, _state_name)(state)))
 #define FSM_HOOK_EVENT(m, what, e) hook_event(HOOKED_IT, what, e)
+#define FSM_HOOK_LEFT FSM_NOTE_LEFT
 #define FSM_HOOK_TEXT(m, what, text, number) hook_text(HOOKED_IT, what, text, number)
 #define FSM_HOOK_VALUE_I(m, value) show_integer((value) < 0, (uint64_t)(value))
 #define FSM_HOOK_VALUE_F(m, value) show_float((double)(value))

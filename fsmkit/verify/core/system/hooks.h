@@ -15,6 +15,7 @@
     ((what) == FSM_UNHANDLED ? fsm_note_unhandled((uint32_t)(e)->event - 1u)                       \
      : (what) == FSM_TAKEN   ? fsm_note_occurs((uint32_t)(e)->event - 1u, e)                          \
                              : (void)0)
+#define FSM_HOOK_LEFT(m, type, number, peer) ((void)0)
 #define FSM_HOOK_TEXT(m, what, text, number)                                                       \
     ((what) == FSM_FULL ? fsm_note_text(FSM_NOTE_FULL, "full", text)                               \
      : (what) == FSM_FAULT ? fsm_note_text(FSM_NOTE_FAULT, "fault", text)                          \
