@@ -17,7 +17,7 @@ import numpy as np
 from .protocol import Json
 
 IN_TIME = 0.6
-"""The part of a period within which a board must answer; the plant needs the rest."""
+"""The part of a period that a board has to answer in; the plant needs the rest."""
 BELOW_BOARDS = 10
 """The loops of the boards have this much more priority than orchestrator and plant."""
 
@@ -70,13 +70,16 @@ class WallClock:
     unanswered: dict[str, int] = field(default_factory=dict)
     """Cycles in which a board gave no answer in time."""
     deadline: float = -1.0
+    begun: float = 0.0
+    """When the cycle began."""
 
     def wait(self) -> None:
         """Sleep until the next cycle begins. Deadlines that have passed altogether are missed."""
         self.deadline = self.now() if self.deadline < 0 else self.deadline + self.period
         if (ahead := self.deadline - self.now()) > 0:
             self.sleep(ahead)
-        behind = self.now() - self.deadline
+        self.begun = self.now()
+        behind = self.begun - self.deadline
         self.cycles += 1
         self.worst = max(self.worst, behind)
         if behind > self.period:
@@ -87,7 +90,7 @@ class WallClock:
 
     def time_to_answer(self) -> float:
         """Return how long boards still have to answer in this cycle."""
-        return max(0.0, self.deadline + IN_TIME * self.period - self.now())
+        return max(0.0, self.begun + IN_TIME * self.period - self.now())
 
     def as_json(self) -> Json:
         """Return the counts; times are in ms."""

@@ -17,8 +17,8 @@ from click.testing import CliRunner
 from machines.production_cell.simulation import nodes, recording
 from machines.production_cell.simulation.__main__ import main
 from machines.production_cell.simulation.camera import Judgement
-from machines.production_cell.simulation.nodes import Program
-from machines.production_cell.simulation.orchestrator import Orchestrator, Setup
+from machines.production_cell.simulation.nodes import CellError, Program
+from machines.production_cell.simulation.orchestrator import Orchestrator, Outcome, Setup
 from machines.production_cell.simulation.pace import Pace, WallClock
 from machines.production_cell.simulation.panel import Operator
 from machines.production_cell.simulation.signals import COMMANDS
@@ -43,7 +43,7 @@ while True:
     elif kind == b"S":
         number = int.from_bytes(request[1:5], "little")
         if number == 201:
-            time.sleep(0.4)
+            HAPPENS
         body = struct.pack(f"<II{len(writes)}i", number, 0, *[number] * len(writes))
     socket.send(kind + body)
     if kind == b"Q":
@@ -80,6 +80,16 @@ def test_deadlines_are_absolute_and_those_that_passed_are_missed() -> None:
     assert clock.worst == pytest.approx(0.3125)
 
 
+def test_a_board_has_its_time_to_answer_in_a_cycle_that_began_late() -> None:
+    watch = Watch({1: 0.05})
+    clock = WallClock(0.0625, watch.now, watch.sleep)
+    clock.wait()
+    clock.wait()
+    assert clock.time_to_answer() == pytest.approx(0.6 * 0.0625)
+    watch.time += 1
+    assert clock.time_to_answer() == 0
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -95,20 +105,24 @@ def test_options_that_contradict_each_other(words: list[str], said: str, tmp_pat
     assert said in " ".join(done.output.split())
 
 
-@pytest.mark.cc
-def test_a_board_that_is_late_keeps_its_outputs_and_is_not_waited_for(tmp_path: Path) -> None:
-    path = tmp_path / "board.py"
-    path.write_text(SLOW.replace("WRITES", repr([*COMMANDS, "lamp", "supervisor.state"])))
+def run(folder: Path, steps: int, happens: str) -> Outcome:
+    """Run a board at 50 Hz to which something happens in step 201."""
+    path = folder / "board.py"
+    text = SLOW.replace("WRITES", repr([*COMMANDS, "lamp", "supervisor.state"]))
+    path.write_text(text.replace("HAPPENS", happens))
     program = Program("board", (sys.executable, str(path), "{endpoint}"))
     with tempfile.TemporaryDirectory() as sockets:
         setup = Setup(
-            2000, (program,), nodes.plant_program(1), tmp_path, Path(sockets), pings=5,
+            steps, (program,), nodes.plant_program(1), folder, Path(sockets), pings=5,
             pace=Pace(50),
         )  # fmt: skip
-        run = Orchestrator(setup, lambda states: World(Operator(), Judgement(), states))
-        begun = time.monotonic()
-        outcome = run.run()
-    assert time.monotonic() - begun > 1.9
+        return Orchestrator(setup, lambda states: World(Operator(), Judgement(), states)).run()
+
+
+@pytest.mark.cc
+def test_a_board_that_is_late_keeps_its_outputs_and_is_not_waited_for(tmp_path: Path) -> None:
+    outcome = run(tmp_path, 2000, "time.sleep(0.4)")
+    assert outcome.seconds > 1.9
     assert outcome.steps == 2000
     exchange = outcome.pace["exchange"]["board"]
     assert outcome.pace["cycles"] == 100
@@ -117,8 +131,14 @@ def test_a_board_that_is_late_keeps_its_outputs_and_is_not_waited_for(tmp_path: 
     assert exchange["answers"] + exchange["unanswered"] == 100
     assert exchange["max_ms"] >= 400
     lamp = recording.read(tmp_path / "run.rec")["lamp"]
-    assert lamp[199] < 201  # the answer to step 201 was still to come
+    assert lamp[200] < 201  # the answer to step 201 was still to come
     assert lamp[-1] > 1500
+
+
+@pytest.mark.cc
+def test_a_board_that_ends_in_a_run_of_the_clock(tmp_path: Path) -> None:
+    with pytest.raises(CellError, match="board ended with exit code 1\n  out of smoke"):
+        run(tmp_path, 2000, 'sys.exit("out of smoke")')
 
 
 @pytest.mark.cc
