@@ -1,5 +1,6 @@
 """Lowering: from a Chart to a Plan, in which no tree is searched any more."""
 
+from fsmkit.plan.features import Features
 from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import (
     Branch,
@@ -18,6 +19,7 @@ __all__ = [
     "Branch",
     "Content",
     "Enter",
+    "Features",
     "Move",
     "Op",
     "Plan",

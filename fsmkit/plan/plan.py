@@ -16,6 +16,7 @@ from functools import cached_property
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.structure import forgotten_histories
+from fsmkit.plan.features import Features, features_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +126,11 @@ class Plan:
     """What entering the machine enters, after the content of the root's initial transition."""
     recorded_regions: tuple[tuple[int, ...], ...]
     """By state: of a history the regions whose numbers it records, its parent's own first."""
+
+    @cached_property
+    def features(self) -> Features:
+        """What the machine needs."""
+        return features_of(self.chart)
 
     @cached_property
     def is_single(self) -> bool:

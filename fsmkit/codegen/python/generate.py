@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python import invoking, movement, plain, relations, saving, sending, template
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
-from fsmkit.codegen.python.features import features_of
-from fsmkit.codegen.python.head import print_head, wrapped
-from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.folding import facts_of
+from fsmkit.codegen.python.head import print_head, print_start, wrapped
+from fsmkit.codegen.python.lines import Lines, Piece, reached
 from fsmkit.codegen.python.names import Names, members_of
 from fsmkit.codegen.python.selection import (
     Offers,
@@ -23,7 +23,6 @@ from fsmkit.codegen.python.selection import (
 )
 from fsmkit.codegen.python.straight import Straight
 from fsmkit.codegen.python.trees import Trees
-from fsmkit.codegen.python.trimming import trimmed, without_suites, without_trace
 from fsmkit.document.document import Trigger
 from fsmkit.plan import Plan, lower
 from fsmkit.plan.image import Image
@@ -41,11 +40,8 @@ from __future__ import annotations
 {imports}from collections.abc import {abstract}
 from enum import IntEnum
 {tools}from typing import Any, ClassVar, Protocol
-
-CLOCK = 0xFFFFFFFF
-FAR = 0x80000000
-NOTHING = -1
 '''
+CONSTANTS = {"CLOCK": "0xFFFFFFFF", "FAR": "0x80000000", "NOTHING": "-1"}
 
 
 @printing
@@ -65,17 +61,27 @@ def module_text(
     pairs = zip(members, needs, strict=True)
     classes = [_class(*pair, shared, traced=traced, saved=saved) for pair in pairs]
     parts = [shared.bases, *classes]
+    names = {name for part in parts for name in Piece("", part).names}
     arithmetic = template.arithmetic("\n".join(parts))
+    names |= {name for part in arithmetic for name in Piece("", part).names}
+    own = [_bits(member.chart, member.names) for member in members]
+    values = _values(family.names)
+    constants = [Piece(name, f"{name} = {value}") for name, value in CONSTANTS.items()]
+    used = reached([*constants, *values, *(piece for each in own for piece in each)], names)
     pieces = (
-        _header(chart, "\n".join((arithmetic, *parts))),
+        _header(chart, names) + _text(constants, used),
         *enumerations(family.names),
-        _values(family.names),
-        *(_bits(member.chart, member.names) for member in members),
-        arithmetic,
+        _text(values, used),
+        *(_text(each, used) for each in own),
+        *arithmetic,
         host(family.names, list(zip(members, needs, strict=True))),
         *parts,
     )
     return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n"
+
+
+def _text(constants: Iterable[Piece], used: Collection[str]) -> str:
+    return "".join(f"\n{constant.text}" for constant in constants if constant.name in used)
 
 
 def _class(
@@ -86,43 +92,51 @@ def _class(
     plan = lower(chart)
     image = Image(plan) if saved else None
     content = ContentPrinter(chart, names, needs)
-    is_traced = traced or bool(shared.bases)
+    is_alone = not shared.bases
+    is_traced = traced or not is_alone
+    is_plain = not is_traced and plain.is_plain(plan)
     body = Lines(1, is_traced=is_traced)
-    _moves(body, plan, names, content, is_seen=is_traced)
+    answered = _moves(body, plan, names, content, is_seen=is_traced)
     _guards(body, chart, names)
-    if shared.bases:
+    if is_plain:
+        plain.print_dispatch(body, has_payload=plan.features.payload)
+    if not is_alone:
         invoking.print_invocations(body, member, content)
-    own = body.finish()
-    answered = None if traced or shared.bases else plain.answered(chart, names, own)
-    if answered is not None:
-        plain.print_dispatch(body)
-    features = features_of(chart, needs, own, trace=traced)
-    if not shared.bases:
-        features.print_stand_ins(body)
-    sending.print_senders(body, chart, names, needs, answered)
+    elif not (is_traced or plan.features.follows):
+        _print_settle(body, plan)
+    sending.print_senders(body, chart, names, needs, answered if is_plain else None)
     _conditions(body, needs)
-    _tables(body, names, shared)
-    head = Lines(1)
     if image is not None:
         saving.print_histories(body, image, names)
-    print_head(head, plan, member, needs, shared, image)
-    if shared.bases:
-        return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{body.finish()}"
-    own = body.finish()
-    text = f"{head.finish()}\n{template.without(shared.body, own)}\n"
-    unneeded = [features.unneeded, *([] if image is None else [saving.unneeded(image)])]
-    text = text if traced else without_trace(text)
-    for openings in unneeded:
-        text = without_suites(text, openings)
-    text += own
-    table = "" if answered is None else f"\n\n\n{plain.print_table(chart, names, answered)}"
-    return f"class {names.machine}:\n{trimmed(text)}{table}"
+    _tables(body, names, shared)
+    start = Lines(1)
+    print_start(start, plan, member, needs, is_alone=is_alone)
+    own = [*start.pieces(), *body.pieces()]
+    head = Lines(1)
+    if not is_alone:
+        print_head(head, plan, member, needs, shared, image, None)
+        text = "\n".join(piece.text for piece in own)
+        return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{text}"
+    facts = facts_of(plan.features, image, is_traced=is_traced)
+    methods, used = shared.folded(facts, own)
+    print_head(head, plan, member, needs, shared, image, used)
+    kept = [*start.pieces(), *methods, *body.pieces()]
+    text = "\n".join(piece.text for piece in kept if piece.name in used)
+    table = f"\n\n\n{plain.print_table(chart, names, answered)}" if is_plain else ""
+    return f"class {names.machine}:\n{head.finish()}{text}{table}"
 
 
-def _header(chart: Chart, text: str) -> str:
-    known = [name for name in ("math", "struct", "zlib") if f"{name}." in text]
-    used = [name for name in known if re.search(rf"\b{name}\.\w+\(", text)]
-    iterates = "islice(" in text
+def _print_settle(out: Lines, plan: Plan) -> None:
+    """Print the end of a step in which nothing follows an event."""
+    with out.method("_settle", "Nothing follows an event that is taken."):
+        if plan.features.error_faults:
+            with out.suite("if self._fault is not None:"):
+                out.line("self._running = self._finished = False")
+
+
+def _header(chart: Chart, names: Collection[str]) -> str:
+    used = [name for name in ("math", "struct", "zlib") if name in names]
+    iterates = "islice" in names
     source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
     doc = chart.doc or "The machine " + chart.name + "."
     return HEADER.format(
@@ -147,28 +161,25 @@ def enumerations(names: Names) -> Iterator[str]:
         yield out.finish()
 
 
-def _values(names: Names) -> str:
+def _values(names: Names) -> list[Piece]:
     """Return the members of enumerations as plain integers, which a step computes with."""
-    lines = [
-        f"{constant} = {names.enumerations[type_]}.{members_of(type_)[number]}.value"
-        for (type_, number), constant in names.members.items()
+    return [
+        Piece(name, f"{name} = {names.enumerations[type_]}.{members_of(type_)[number]}.value")
+        for (type_, number), name in names.members.items()
         if isinstance(number, int)
     ]
-    return "\n".join(lines)
 
 
-def _bits(chart: Chart, names: Names) -> str:
+def _bits(chart: Chart, names: Names) -> list[Piece]:
     """Return the constants of a chart, of its states, a bit each, and of its timers."""
     literals = (literal for _, literal in chart.constants)
-    lines = [
-        f"{name} = {spell(literal.value, literal.type)}"
-        for literal, name in zip(literals, names.constants.values(), strict=True)
-    ]
-    pairs = zip(chart.states, names.states, strict=True)
-    lines += [f"{name} = {bit(state.index)}" for state, name in pairs]
+    pairs = zip(names.constants.values(), literals, strict=True)
+    texts = {name: spell(literal.value, literal.type) for name, literal in pairs}
+    texts |= {name: bit(number) for number, name in enumerate(names.states)}
     if not has_regions(chart):
-        lines += relations.configurations(chart, names)
-    return "\n".join([*lines, *(f"{name} = {index}" for index, name in names.timers.items())])
+        texts |= relations.configurations(chart, names)
+    texts |= {name: str(index) for index, name in names.timers.items()}
+    return [Piece(name, f"{name} = {text}") for name, text in texts.items()]
 
 
 def host(names: Names, members: list[tuple[Member, Needs]]) -> str:
@@ -189,8 +200,10 @@ def host(names: Names, members: list[tuple[Member, Needs]]) -> str:
     return out.finish()
 
 
-def _moves(out: Lines, plan: Plan, names: Names, content: ContentPrinter, *, is_seen: bool) -> None:
-    """Print what events, eventless transitions and timeouts do."""
+def _moves(
+    out: Lines, plan: Plan, names: Names, content: ContentPrinter, *, is_seen: bool
+) -> set[int]:
+    """Print what events, eventless transitions and timeouts do; return the events that do any."""
     chart, offers = plan.chart, Offers(plan.chart)
     if not print_selection(out, chart, names, offers, "_select_eventless", None):
         with out.method("_select_eventless", "There are no eventless transitions.", result="int"):
@@ -202,11 +215,12 @@ def _moves(out: Lines, plan: Plan, names: Names, content: ContentPrinter, *, is_
     mover.states()
     mover.transitions(straight.apart)
     trees.print()
+    return straight.answered
 
 
 def _guards(out: Lines, chart: Chart, names: Names) -> None:
     from fsmkit.codegen.python.expressions import Printer
-    from fsmkit.codegen.python.selection import payload_of
+    from fsmkit.plan.features import payload_of
 
     for transition in chart.transitions:
         if transition.guard is None or not _has_guard_method(chart, transition.index):
@@ -243,14 +257,14 @@ def _conditions(out: Lines, needs: Needs) -> None:
 
 
 def _tables(out: Lines, names: Names, shared: template.Template) -> None:
-    text = out.finish()
-    defined = set(re.findall(r"^    def (\w+)\(", text, re.MULTILINE))
+    defined = {piece.name for piece in out.pieces()}
 
     def table(name: str, methods: list[str]) -> None:
         entries = [m if m in defined else "None" for m in methods]
+        out.piece(name)
+        out.line()
         wrapped(out, f"{name}: {shared.constants[name]} = (", entries, ")")
 
-    out.line()
     states, transitions = names.bare, names.transitions
     table("_ON", [f"_on_{event}" for event in names.events])
     table("_PORTS", [f"_port_{event}" for event in names.events])

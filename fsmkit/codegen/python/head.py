@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Container
 
 from fsmkit.codegen.python import invoking, relations, saving, sending, template
 from fsmkit.codegen.python.content import Needs
@@ -16,54 +17,21 @@ from fsmkit.language import ArrayType, Literal, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan.image import Image
 
+OFFERED = ("NAME", "STATES", "EVENTS", "log", "reply")
+"""Constants and variables that a host may use."""
 WIDTH = 100
 """Columns of the generated text, comments and long expressions aside."""
 
 
-def print_head(
-    out: Lines,
-    plan: Plan,
-    member: Member,
-    needs: Needs,
-    shared: template.Template,
-    image: Image | None,
-) -> None:
-    """Print the head of a class; ``image``: how the machine is saved, if it can be."""
+def print_start(out: Lines, plan: Plan, member: Member, needs: Needs, *, is_alone: bool) -> None:
+    """Print how a machine is made, and how its data get their start values."""
     chart, names = plan.chart, member.names
-    variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
-    own = [names.variables[v.name] for v in variables]
-    own += [f"_history_{names.bare[s.index]}" for s in chart.states if s.is_history]
-    own += [f"_copy_{number}" for number in range(len(needs.copies))]
-    out.line(f'"""{names.machine}: create it, `start` it, `post` events, `run` it to a time."""')
-    out.line()
-    slots = sorted({*shared.slots, *own})
-    if slots:
-        with out.suite("__slots__ = ("):
-            out.lines(f'"{slot}",' for slot in slots)
-        out.line(")")
-    else:
-        out.line("__slots__ = ()")
-    out.line()
-    for variable in variables:
-        out.line(f"{names.variables[variable.name]}: {sending.annotation(variable.type)}")
-    out.lines(f"{name}: {type_}" for name, type_ in shared.variables.items())
-    out.line()
-    constants = _constants(plan, names, needs)
-    if shared.bases:
-        constants |= invoking.constants(chart, needs)
-    if image is not None:
-        constants |= saving.constants(image, names, needs)
-    for name, value in constants.items():
-        _constant(out, f"{name}: {shared.constants[name]} = ", value)
-    out.line(f"_BITS: {shared.constants['_BITS']} = {{")
-    out.line("    name: 1 << place for place, name in enumerate(STATES)")
-    out.line("}")
     with out.method(
         "__init__",
         "Make a machine; `operations` has the host's methods, or this has.",
         "operations: object | None = None",
     ):
-        if shared.bases:
+        if not is_alone:
             _adoption(out, member)
         for number, length in enumerate(needs.copies):
             out.line(f"self._copy_{number}: list[Any] = [None] * {length}")
@@ -78,8 +46,55 @@ def print_head(
         for state in chart.states:
             if state.is_history:
                 out.line(f"self._history_{names.bare[state.index]} = 0")
-        if not (chart.data or chart.outputs or any(s.is_history for s in chart.states)):
-            out.line("return")
+
+
+def print_head(
+    out: Lines,
+    plan: Plan,
+    member: Member,
+    needs: Needs,
+    shared: template.Template,
+    image: Image | None,
+    used: Container[str] | None,
+) -> None:
+    """Print slots, types and constants of a class, those that are ``used``; None: all.
+
+    ``image``: how the machine is saved, if it can be.
+    """
+    chart, names = plan.chart, member.names
+    variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
+    own = [names.variables[v.name] for v in variables]
+    own += [f"_history_{names.bare[s.index]}" for s in chart.states if s.is_history]
+    own += [f"_copy_{number}" for number in range(len(needs.copies))]
+
+    def is_used(name: str) -> bool:
+        return used is None or name in used or name in OFFERED
+
+    out.line(f'"""{names.machine}: create it, `start` it, `post` events, `run` it to a time."""')
+    out.line()
+    slots = sorted({*filter(is_used, shared.slots), *own})
+    if slots:
+        with out.suite("__slots__ = ("):
+            out.lines(f'"{slot}",' for slot in slots)
+        out.line(")")
+    else:
+        out.line("__slots__ = ()")
+    out.line()
+    for variable in variables:
+        out.line(f"{names.variables[variable.name]}: {sending.annotation(variable.type)}")
+    out.lines(f"{name}: {type_}" for name, type_ in shared.variables.items() if is_used(name))
+    out.line()
+    constants = _constants(plan, names, needs)
+    if shared.bases:
+        constants |= invoking.constants(chart, needs)
+    if image is not None:
+        constants |= saving.constants(image, names, needs)
+    for name, value in constants.items():
+        if is_used(name):
+            _constant(out, f"{name}: {shared.constants[name]} = ", value)
+    out.line(f"_BITS: {shared.constants['_BITS']} = {{")
+    out.line("    name: 1 << place for place, name in enumerate(STATES)")
+    out.line("}")
 
 
 def _adoption(out: Lines, member: Member) -> None:
@@ -120,7 +135,7 @@ def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:
         "DELAYED": chart.capacities.delayed,
         "MICROSTEPS": chart.capacities.microsteps,
         "TIMERS": len(timed) + chart.capacities.delayed,
-        "SAMPLES_INPUTS": relations.samples_inputs(chart),
+        "SAMPLES_INPUTS": plan.features.samples_inputs,
         "ERROR_EXECUTION": chart.event_index.get("error.execution", -1),
         "ERROR_RANGE": chart.event_index.get("error.range", -1),
         "ERRORS": () if chart.lenient else tuple(errors),

@@ -1,12 +1,46 @@
-"""Indented lines of Python."""
+"""Indented lines of Python, in pieces that are linked by the names that stand in them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
 
 from fsmkit.emit import Emitter
 from fsmkit.texts.python import docstring
+
+WORD = re.compile(r"\w+")
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A method, a table or a constant: its name and its text, with the empty line before it."""
+
+    name: str
+    text: str
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """All names that stand in it."""
+        return frozenset(WORD.findall(self.text))
+
+
+def reached(pieces: Iterable[Piece], names: Iterable[str]) -> set[str]:
+    """Return the names of the pieces that are needed for some names, directly or not."""
+    by_name: dict[str, list[Piece]] = {}
+    for piece in pieces:
+        by_name.setdefault(piece.name, []).append(piece)
+    found: set[str] = set()
+    todo = [name for name in names if name in by_name]
+    while todo:
+        name = todo.pop()
+        if name not in found:
+            found.add(name)
+            for piece in by_name[name]:
+                todo += [each for each in piece.names if each in by_name]
+    return found
 
 
 class Lines(Emitter):
@@ -16,6 +50,7 @@ class Lines(Emitter):
         """Start empty, inside of that many suites; ``is_traced``: what is told is printed."""
         super().__init__()
         self._depth = depth
+        self._starts: list[tuple[str, int]] = []
         self.is_traced = is_traced
 
     def tell(self, line: str) -> None:
@@ -34,11 +69,24 @@ class Lines(Emitter):
             if len(self._lines) == size:
                 self.line("pass")
 
+    def piece(self, name: str) -> None:
+        """Begin a piece; it ends where the next begins."""
+        self._starts.append((name, len(self._lines)))
+
+    def pieces(self) -> list[Piece]:
+        """Return what was added, piece by piece."""
+        ends = [start for _, start in self._starts[1:]] + [len(self._lines)]
+        return [
+            Piece(name, "\n".join(self._lines[start:end]))
+            for (name, start), end in zip(self._starts, ends, strict=True)
+        ]
+
     @contextmanager
     def method(
         self, name: str, doc: str, arguments: str = "", result: str = "None"
     ) -> Iterator[None]:
         """Open a method with its docstring, after an empty line."""
+        self.piece(name)
         self.line()
         passed = f"self, {arguments}" if arguments else "self"
         with self.suite(f"def {name}({passed}) -> {result}:"):

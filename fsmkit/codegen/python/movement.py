@@ -14,11 +14,12 @@ from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import describe, is_dynamic, real_below, real_children
-from fsmkit.codegen.python.selection import bit, bits, has_regions, mask, payload_of
+from fsmkit.codegen.python.selection import bit, bits, has_regions, mask
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import DurationType
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
 from fsmkit.plan.entries import entry_by_default
+from fsmkit.plan.features import payload_of
 from fsmkit.texts.python import quoted
 
 SHORT = 3

@@ -3,49 +3,29 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Collection
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Trigger
+from fsmkit.plan import Plan
 
-CALLING = r"self\.(?:_call_|_emit_|_log\(|log\(|reply)"
-"""The host is called, and could call the machine; or a reply is to be reset."""
-FOLLOWED = re.compile(
-    r"self\.(?:_raise_|_enqueue_internal|_error_execution|_clamp|_finish|_stop|_test|_holds_)"
-)
-"""An internal event, the end or a fault may follow."""
-READING = r"self\.(?:_field\(|_event_name)"
-"""It is asked which event is at hand."""
 TABLE = "_TAKEN"
 """The constant of a module that holds the methods of the events without fields."""
-BUSY = re.compile(f"{CALLING}|{READING}")
 
 
-def answered(chart: Chart, names: Names, text: str) -> set[int] | None:
-    """Return the events that have a method ``_on_...`` in the text of a class.
-
-    None where taking an event is not all of a step.
-    """
-    if is_followed(chart, text) or BUSY.search(text):
-        return None
-    if chart.root.defer or any(
+def is_plain(plan: Plan) -> bool:
+    """Whether taking an event is all of a step."""
+    chart, needs = plan.chart, plan.features
+    # what the root answers or defers is asked even while the machine does not run
+    is_always = chart.root.defer or any(
         t.source == 0 and t.trigger is Trigger.EVENT for t in chart.transitions
-    ):
-        return None  # these are asked even while the machine does not run
-    methods = set(re.findall(r"^    def _on_(\w+)\(", text, re.MULTILINE))
-    return {index for index, name in enumerate(names.events) if name in methods}
+    )
+    return not (is_always or needs.follows or needs.calls or needs.replies or needs.reads_event)
 
 
-def is_followed(chart: Chart, text: str) -> bool:
-    """Whether more than an event's own transitions can be taken in a step, or a fault end it."""
-    is_eventless = any(t.trigger is Trigger.EVENTLESS for t in chart.transitions)
-    return is_eventless or FOLLOWED.search(text) is not None
-
-
-def print_dispatch(out: Lines) -> None:
+def print_dispatch(out: Lines, *, has_payload: bool) -> None:
     """Print how an event is processed by its name."""
     passed = "event: str, *payload: Any, now: int | None = None"
     doc = "Process one event at once, ahead of the queue; whether it enabled a transition."
@@ -57,7 +37,8 @@ def print_dispatch(out: Lines) -> None:
         out.line("self._claim()")
         with out.suite("if now is not None and self._running:"):
             out.line("self._now = now & CLOCK")
-        out.line("self._fields[: len(payload)] = payload")
+        if has_payload:
+            out.line("self._fields[: len(payload)] = payload")
         out.line("return self._process(index)")
 
 

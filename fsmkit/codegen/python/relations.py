@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.chart.content import reads_input
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import has_regions
 from fsmkit.document.document import Trigger
@@ -61,11 +60,6 @@ def _line(transition: Transition) -> str:
     return f"{name}:{span.source.position(span.start)[0]} "
 
 
-def samples_inputs(chart: Chart) -> bool:
-    """Whether the guard of an eventless transition reads an input."""
-    return any(t.trigger is Trigger.EVENTLESS and reads_input(t.guard) for t in chart.transitions)
-
-
 def conflict_tables(plan: Plan) -> dict[str, object]:
     """Return for each transition those whose sources lie outside its own, and those it meets.
 
@@ -114,14 +108,14 @@ def meeting(chart: Chart, sets: dict[int, int]) -> dict[int, int]:
     return found
 
 
-def configurations(chart: Chart, names: Names) -> list[str]:
+def configurations(chart: Chart, names: Names) -> dict[str, str]:
     """Return the constants of a chart without regions: what is active with a state innermost."""
-    return [
-        f"{configuration(names, state.index)} = "
-        f"{configuration(names, state.parent)} | {names.states[state.index]}"
+    return {
+        configuration(names, state.index): f"{configuration(names, state.parent)} | "
+        + names.states[state.index]
         for state in chart.states
         if state.parent is not None and not state.is_history
-    ]
+    }
 
 
 def configuration(names: Names, state: int) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 from fsmkit.chart.statements import Destination
 from fsmkit.codegen.python.content import ROUTES, Needs
 from fsmkit.codegen.python.lines import Lines
@@ -48,14 +46,6 @@ def constants(image: Image, names: Names, needs: Needs) -> dict[str, object]:
         "_TEXTS": image.texts,
         "_SLOT_BYTES": tuple(inner.size for inner in image.inner),
     }
-
-
-def unneeded(image: Image) -> re.Pattern[str]:
-    """Return what opens the suites that a machine alone does not need to be saved."""
-    openings = [r"for slot, size in enumerate\(self\._SLOT_BYTES\):"]
-    openings += [] if image.deferred else [r"if self\._DEFERRABLE:"]
-    openings += [] if image.timers else [r"if self\._ARMED:"]
-    return re.compile("|".join(openings))
 
 
 def _mask(states: tuple[int, ...]) -> int:

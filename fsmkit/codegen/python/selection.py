@@ -12,6 +12,7 @@ from fsmkit.codegen.python.expressions import Printer
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Kind, Trigger
+from fsmkit.plan.features import payload_of
 
 Step = Transition | None
 """A transition to try, or None: the search ends here because the state defers the event."""
@@ -135,17 +136,6 @@ def _inner_first(chart: Chart) -> list[int]:
             order.append(open_.pop())
         open_.append(state.index)
     return [*order, *reversed(open_)]
-
-
-def payload_of(chart: Chart, transition: Transition) -> dict[str, int] | None:
-    """Return where the fields of the event at hand are, None where that depends on the event."""
-    if transition.trigger is not Trigger.EVENT or not transition.events:
-        return None
-    places = [
-        {part.name: place for place, part in enumerate(chart.events[event].fields)}
-        for event in transition.events
-    ]
-    return places[0] if all(each == places[0] for each in places) else None
 
 
 def guard_text(chart: Chart, names: Names, transition: Transition) -> str:

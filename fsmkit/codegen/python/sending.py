@@ -156,6 +156,7 @@ def _take(out: Lines, chart: Chart, names: Names, index: int, *, is_answered: bo
     event, name = chart.events[index], names.events[index]
     fields = _named(event.fields)
     if is_answered and not fields:
+        out.piece(f"dispatch_{name}")
         out.line()
         out.line(f"dispatch_{name} = _on_{name}")
         return

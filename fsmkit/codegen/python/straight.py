@@ -28,12 +28,12 @@ from fsmkit.codegen.python.selection import (
     guard_text,
     has_regions,
     is_needing_memo,
-    payload_of,
     print_selection,
 )
 from fsmkit.codegen.python.trees import Trees
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan import Content, Enter, Plan
+from fsmkit.plan.features import payload_of
 from fsmkit.texts.python import docstring, quoted
 
 FEW = 8
@@ -57,6 +57,8 @@ class Straight:
     """Whether somebody sees in which order regions do what they do."""
     apart: set[int] = field(default_factory=set)
     """Transitions that are taken in parts by `_microstep`."""
+    answered: set[int] = field(default_factory=set)
+    """Events that something in the chart looks at."""
     shared: set[int] = field(default_factory=set)
     """Transitions that stand in a method, because several events take them."""
 
@@ -93,6 +95,7 @@ class Straight:
         groups = self.offers.by_state(event)
         if not groups:
             return
+        self.answered.add(event)
         name, told = self.names.events[event], self.chart.events[event].name
         doc = "Take what `" + told + "` enables; whether that is anything."
         kept = self.offers.deferring(event)
@@ -157,6 +160,7 @@ class Straight:
                 if not self._steps(steps):
                     self.out.line("return False")
             entries.append(f"{configuration(self.names, state)}: {method},")
+        self.out.piece(f"_FROM_{name}")
         self.out.line()
         with self.out.block(f"_FROM_{name}: ClassVar[dict[int, Callable[[Any], bool]]] = {{"):
             self.out.lines(entries)

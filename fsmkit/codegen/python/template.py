@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from textwrap import dedent, indent
 
 import fsmkit
+from fsmkit.codegen.python.folding import Facts, Folding, Stores, printed, read_of
+from fsmkit.codegen.python.lines import Piece, reached
 
 FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
 FILES = ("machine.py", "stepping.py", "timers.py", "queues.py", "trace.py")
@@ -19,22 +22,77 @@ SAVING = "saving.py"
 BASES = ("_Machine", "_Invoking")
 """Classes that a module of several machines holds once, the second derived from the first."""
 MARK = "    # --- copied from here on into each generated class "
+CALLED = re.compile(r"(?<![.\w])(\w+)\(|(?:except|raise) (\w+)")
+SECTION = re.compile(r"# --- (.*?) -+$", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
 class Template:
-    """The body of the class, without what each machine supplies, and its slots."""
+    """The methods of the class, without what each machine supplies, and its slots."""
 
-    body: str
+    methods: tuple[Piece, ...]
+    """As they stand in the class, but not indented."""
+    headings: dict[str, str]
+    """Of sections, by the method that each begins with."""
     slots: tuple[str, ...]
     variables: dict[str, str]
     """Types of the slots."""
     constants: dict[str, str]
     """Types of the constants and tables that each machine supplies."""
-    names: frozenset[str]
-    """Everything that a generated class has already."""
     bases: str = ""
-    """Classes that all others of the module derive from, instead of holding the body each."""
+    """Classes that all others of the module derive from, instead of holding the methods each."""
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Everything that a generated class has already."""
+        own = (method.name for method in self.methods)
+        return frozenset((*own, *self.slots, *self.variables, *self.constants))
+
+    def folded(self, facts: Facts, own: Collection[Piece]) -> tuple[list[Piece], set[str]]:
+        """Return the methods that a machine needs, and all names that they and its own read.
+
+        ``own``: what was printed for it, which takes the place of methods of the same name.
+        """
+        defined = {piece.name for piece in own}
+        source = {method.name: method for method in self.methods if method.name not in defined}
+        trees: dict[str, ast.AST] = {
+            name: ast.parse(method.text).body[0] for name, method in source.items()
+        }
+        before = {name: ast.unparse(tree) for name, tree in trees.items()}
+        trees = {name: Folding(facts).visit(tree) for name, tree in trees.items()}
+        wanted = {name for name in (*trees, *defined) if is_offered(name)}
+        linked = [*own, *(_Read(name, tree) for name, tree in trees.items())]
+        found = reached(linked, wanted)
+        while True:
+            read = {name for piece in own if piece.name in found for name in piece.names}
+            read |= {n for name, tree in trees.items() if name in found for n in read_of(tree)}
+            size = sum(len(list(ast.walk(tree))) for tree in trees.values())
+            trees = {name: Stores(read).visit(tree) for name, tree in trees.items()}
+            if size == sum(len(list(ast.walk(tree))) for tree in trees.values()):
+                break
+        kept = []
+        heading = ""
+        for name, tree in trees.items():
+            heading = self.headings.get(name, heading)
+            if name in found:
+                text = source[name].text
+                if isinstance(tree, ast.FunctionDef) and ast.unparse(tree) != before[name]:
+                    text = printed(tree, text)
+                kept.append(Piece(name, indent(f"\n{heading}{text}", "    ")))
+                heading = ""
+        return kept, read | found
+
+
+class _Read(Piece):
+    """A folded method, for what it reads."""
+
+    def __init__(self, name: str, tree: ast.AST) -> None:
+        super().__init__(name, " ".join(read_of(tree)))
+
+
+def is_offered(name: str) -> bool:
+    """Whether a host may use a method."""
+    return not name.startswith("_") or name.endswith("__")
 
 
 @cache
@@ -51,14 +109,15 @@ def invoking(*, saved: bool = False) -> Template:
     first = _class(BASES[0], "What all machines share.", alone, "\n\n".join(declared))
     doc = "A machine with slots for others, which know it."
     second = _class(f"{BASES[1]}({BASES[0]})", doc, more, _declared(INVOKING))
-    constants, names = alone.constants | more.constants, alone.names | more.names
-    return Template("", (), {}, constants, names, f"{first}\n\n\n{second}")
+    constants = alone.constants | more.constants
+    return Template((), {}, (), {}, constants, f"{first}\n\n\n{second}")
 
 
 def _class(opening: str, doc: str, read: Template, declared: str) -> str:
     slots = "".join(f'        "{slot}",\n' for slot in sorted(read.slots))
     head = f'class {opening}:\n    """{doc}"""\n\n    __slots__ = (\n{slots}    )\n'
-    return f"{head}\n{declared}\n\n{read.body}"
+    methods = indent("\n\n".join(method.text for method in read.methods), "    ")
+    return f"{head}\n{declared}\n\n{methods}"
 
 
 def _declared(file: str) -> str:
@@ -70,65 +129,53 @@ def _declared(file: str) -> str:
 
 
 def _read(files: tuple[str, ...]) -> Template:
-    bodies: list[str] = []
+    methods: list[Piece] = []
+    headings: dict[str, str] = {}
     slots: tuple[str, ...] = ()
-    names: set[str] = set()
     variables: dict[str, str] = {}
     constants: dict[str, str] = {}
     for file in files:
         text = (FOLDER / file).read_text(encoding="utf-8")
-        bodies.append(text[text.index("\n", text.index(MARK)) + 1 :].strip("\n"))
+        for piece in _pieces(dedent(text[text.index("\n", text.index(MARK)) + 1 :])):
+            if section := SECTION.search(piece.text):
+                headings[piece.name] = f"{section[0]}\n\n"
+            methods.append(Piece(piece.name, SECTION.sub("", piece.text).strip("\n")))
         (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
         for node in class_.body:
-            match node:
-                case ast.AnnAssign(target=ast.Name(name), annotation=annotation):
-                    names.add(name)
-                    type_ = ast.unparse(annotation)
-                    if "ClassVar" in type_:
-                        constants[name] = type_
-                    else:
-                        variables[name] = type_
-                        slots += (name,) if file != SAVING else ()  # its children are Invoking's
-                case ast.FunctionDef(name=name):
-                    names.add(name)
-                case _:
-                    pass
-    return Template("\n\n".join(bodies), slots, variables, constants, frozenset(names | set(slots)))
+            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                name, type_ = node.target.id, ast.unparse(node.annotation)
+                if "ClassVar" in type_:
+                    constants[name] = type_
+                else:
+                    variables[name] = type_
+                    slots += (name,) if file != SAVING else ()  # its children are Invoking's
+    return Template(tuple(methods), headings, slots, variables, constants)
 
 
-def arithmetic(used_by: str) -> str:
-    """Return the classes, and of the functions those that a text calls, directly or not."""
+@cache
+def _functions() -> tuple[Piece, ...]:
+    """Return the classes and functions of `arithmetic`."""
     text = (FOLDER / "arithmetic.py").read_text(encoding="utf-8")
-    pieces = dict(_pieces(text))
-    wanted: list[str] = []
-    todo = [used_by]
-    while todo:
-        mentioned = set(re.findall(r"(?<![.\w])(\w+)\(|(?:except|raise) (\w+)", todo.pop()))
-        mentioned = {name for pair in mentioned for name in pair if name}
-        for name, piece in pieces.items():
-            if name in mentioned and name not in wanted:
-                wanted.append(name)
-                todo.append(piece)
-    return "\n\n\n".join(piece for name, piece in pieces.items() if name in wanted)
+    text = re.sub(r"  # noqa.*", "", text[text.index("class ") :])
+    return tuple(_pieces(text))
 
 
-def without(body: str, own: str) -> str:
-    """Return the methods of a template that a class does not define itself."""
-    defined = set(re.findall(r"^    def (\w+)\(", own, re.MULTILINE))
-    lines = body.splitlines()
-    (class_,) = ast.parse(f"class _:\n{body}").body
-    assert isinstance(class_, ast.ClassDef)  # noqa: S101
-    for node in reversed(class_.body):
-        if isinstance(node, ast.FunctionDef) and node.name in defined:
-            # the first line of what is parsed is the class, and an empty line follows a method
-            first = min(node.lineno, *(each.lineno for each in node.decorator_list), node.lineno)
-            del lines[first - 2 : node.end_lineno]
-    return "\n".join(lines)
+def arithmetic(text: str) -> list[str]:
+    """Return the classes and functions that a text calls, directly or not."""
+    found = reached(_functions(), {name for pair in CALLED.findall(text) for name in pair})
+    return [piece.text for piece in _functions() if piece.name in found]
 
 
-def _pieces(text: str) -> Iterator[tuple[str, str]]:
-    lines = text.splitlines()
+def _pieces(text: str) -> list[Piece]:
+    """Return the definitions of a text, each with what stands before it."""
+    found, lines, start = [], text.splitlines(), 0
     for node in ast.parse(text).body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
-            piece = "\n".join(lines[node.lineno - 1 : node.end_lineno])
-            yield node.name, re.sub(r"  # noqa.*", "", piece)
+            name = node.name
+        else:
+            assert isinstance(node, ast.AnnAssign)  # noqa: S101
+            assert isinstance(node.target, ast.Name)  # noqa: S101
+            name = node.target.id
+        found.append(Piece(name, "\n".join(lines[start : node.end_lineno]).strip("\n")))
+        start = node.end_lineno or start
+    return found

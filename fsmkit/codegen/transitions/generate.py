@@ -153,15 +153,13 @@ def _enumerations(chart: Chart, names: ModelNames) -> Iterator[str]:
 
 def _helpers(model: str) -> str:
     """Return the functions for what Python's operators mean something else by."""
-    found = template.arithmetic(model)
-    functions = [piece for piece in found.split("\n\n\n") if piece.startswith("def ")]
-    raised = "\n".join(functions)
-    classes = [
-        piece
-        for piece in found.split("\n\n\n")
-        if (name := re.match(r"class (\w+)", piece)) and f"{name[1]}(" in raised
-    ]
-    return "\n\n\n".join((*classes, *functions))
+    functions = _starting("def ", model)
+    return "\n\n\n".join((*_starting("class ", "\n".join(functions)), *functions))
+
+
+def _starting(word: str, text: str) -> list[str]:
+    """Return the functions, or the classes, that a text needs."""
+    return [each for each in template.arithmetic(text) if each.startswith(word)]
 
 
 def _model(chart: Chart, names: ModelNames) -> str:

@@ -96,15 +96,15 @@ class Invoking(Machine):
 
     def _take_queued(self) -> bool:
         """Take an event as a machine alone does; without any, let the invoked ones go on."""
-        event = self._recall()
-        if event != NOTHING:
+        waiting = self._deferred_count
+        event = self._recall() if waiting else self._take_external()
+        if event == NOTHING:
+            is_done = self._settle_invoked()
+            self._close()
+            return is_done
+        if self._deferred_count < waiting:  # it was opened when it was deferred
             super()._open(event)
         else:
-            event = self._take_external()
-            if event == NOTHING:
-                is_done = self._settle_invoked()
-                self._close()
-                return is_done
             self._open(event)
         self._react(event, may_defer=True)
         self._settle()

@@ -23,20 +23,19 @@ class Machine(Stepping):
         self.trace = None
         self.log = None
         self.reply = None
-        width = self.WIDTH
-        self._fields = [0] * width
+        self._fields = [0] * self.WIDTH
         self._queue_event = [0] * self.QUEUE
-        self._queue_fields = [0] * (self.QUEUE * width)
+        self._queue_fields = [0] * (self.QUEUE * self.WIDTH)
         self._deferred_event = [0] * self.QUEUE
-        self._deferred_fields = [0] * (self.QUEUE * width)
+        self._deferred_fields = [0] * (self.QUEUE * self.WIDTH)
         self._internal_event = [0] * self.INTERNAL
-        self._internal_fields = [0] * (self.INTERNAL * width)
+        self._internal_fields = [0] * (self.INTERNAL * self.WIDTH)
         self._timer_due = [0] * self.TIMERS
         self._timer_what = [0] * self.TIMERS
         self._timer_mark = [0] * self.TIMERS
         self._timer_route = [0] * self.TIMERS
         self._timer_peer = [None] * self.TIMERS
-        self._timer_fields = [0] * (self.TIMERS * width)
+        self._timer_fields = [0] * (self.TIMERS * self.WIDTH)
         self._offered = []
         self._busy = False
         self._clear(0)
@@ -44,6 +43,7 @@ class Machine(Stepping):
         self._reset_data()
 
     def _clear(self, now: int) -> None:
+        """Be as one that has just been started, but in no state yet."""
         self._active = 1
         self._fault = None
         self._finished = False
@@ -53,7 +53,10 @@ class Machine(Stepping):
         self._budget = 0
         self._cause = None
         self._is_deferred = False
-        self._tried = self._held = self._seen = self._chosen = 0
+        self._tried = 0
+        self._held = 0
+        self._seen = 0
+        self._chosen = 0
         self._empty_queues()
 
     # --- what a host calls ------------------------------------------------------------------------
@@ -90,7 +93,8 @@ class Machine(Stepping):
         self._claim()
         if now is not None and self._running:
             self._now = now & CLOCK
-        self._fields[: len(payload)] = payload
+        if self.WIDTH:
+            self._fields[: len(payload)] = payload
         return self._process(index)
 
     def _process(self, event: int) -> bool:
@@ -171,11 +175,13 @@ class Machine(Stepping):
         return self._fault
 
     def _claim(self) -> None:
+        """Begin a call of the host, unless one is under way."""
         if self._busy:
             raise RuntimeError(f"{self.NAME} was called from within one of its own steps")
         self._busy = True
 
     def _named(self, event: str, payload: tuple[Any, ...]) -> tuple[int, int]:
+        """Return the number of an event and the size of its payload."""
         found = self._POSTABLE.get(event)
         if found is None:
             known = ", ".join(self._POSTABLE)
@@ -185,8 +191,10 @@ class Machine(Stepping):
         return found
 
     def _place(self, event: int, size: int, payload: tuple[Any, ...]) -> bool:
+        """Put an event into the queue; False if that is full or the machine does not run."""
         at = self._enqueue(event)
         if at < 0:
             return False
-        self._queue_fields[at : at + size] = payload
+        if self.WIDTH:
+            self._queue_fields[at : at + size] = payload
         return True

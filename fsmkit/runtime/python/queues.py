@@ -47,20 +47,19 @@ class Queues(Traced):
         return at * self.WIDTH
 
     def _recall(self) -> int:
-        """Take the oldest event that no active state defers any more, with its payload."""
-        width = self.WIDTH
+        """Take the oldest event that no active state defers any more, else one of the queue."""
         for i in range(self._deferred_count):
             event = self._deferred_event[i]
             if not self._active & self.DEFERRING[event]:
-                for k in range(width):
-                    self._fields[k] = self._deferred_fields[i * width + k]
+                for k in range(self.WIDTH):
+                    self._fields[k] = self._deferred_fields[i * self.WIDTH + k]
                 self._deferred_count -= 1
                 for j in range(i, self._deferred_count):
                     self._deferred_event[j] = self._deferred_event[j + 1]
-                for k in range(i * width, self._deferred_count * width):
-                    self._deferred_fields[k] = self._deferred_fields[k + width]
+                for k in range(i * self.WIDTH, self._deferred_count * self.WIDTH):
+                    self._deferred_fields[k] = self._deferred_fields[k + self.WIDTH]
                 return event
-        return NOTHING
+        return self._take_external()
 
     def _take_external(self) -> int:
         """Take the oldest event of the queue, with its payload."""
@@ -69,9 +68,8 @@ class Queues(Traced):
         at = self._queue_head
         self._queue_head = (at + 1) % self.QUEUE
         self._queue_count -= 1
-        width = self.WIDTH
-        for k in range(width):
-            self._fields[k] = self._queue_fields[at * width + k]
+        for k in range(self.WIDTH):
+            self._fields[k] = self._queue_fields[at * self.WIDTH + k]
         return self._queue_event[at]
 
     def _take_internal(self) -> int:
@@ -79,9 +77,8 @@ class Queues(Traced):
         at = self._internal_head
         self._internal_head = (at + 1) % self.INTERNAL
         self._internal_count -= 1
-        width = self.WIDTH
-        for k in range(width):
-            self._fields[k] = self._internal_fields[at * width + k]
+        for k in range(self.WIDTH):
+            self._fields[k] = self._internal_fields[at * self.WIDTH + k]
         return self._internal_event[at]
 
     def _defer(self, event: int) -> None:
@@ -89,9 +86,8 @@ class Queues(Traced):
         at = self._deferred_count
         self._deferred_count += 1
         self._deferred_event[at] = event
-        width = self.WIDTH
-        for k in range(width):
-            self._deferred_fields[at * width + k] = self._fields[k]
+        for k in range(self.WIDTH):
+            self._deferred_fields[at * self.WIDTH + k] = self._fields[k]
 
     def _stop(self, reason: str) -> None:
         """Put the machine into a fault; the first one counts."""

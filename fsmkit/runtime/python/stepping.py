@@ -25,6 +25,7 @@ class Stepping(Timers):
             self._tell(None)
 
     def _try_eventless(self) -> None:
+        """Take what the inputs enable, without an event."""
         self._budget = self.MICROSTEPS
         self._event = NOTHING
         if self.trace is not None:
@@ -33,9 +34,7 @@ class Stepping(Timers):
 
     def _take_queued(self) -> bool:
         """Take the oldest recalled event, else the oldest of the queue, if there is one."""
-        event = self._recall()
-        if event == NOTHING:
-            event = self._take_external()
+        event = self._recall() if self._deferred_count else self._take_external()
         if event == NOTHING:
             return False
         self._open(event)
@@ -73,7 +72,7 @@ class Stepping(Timers):
             elif chosen:
                 self._budget -= 1
                 self._microstep(chosen)
-            else:
+            elif self._internal_count:
                 self._react(self._take_internal(), may_defer=False)
         if self._fault is not None:
             self._running = self._finished = False
@@ -86,17 +85,21 @@ class Stepping(Timers):
 
     def _microstep(self, chosen: int) -> None:
         """Exit, run the content of the transitions, enter (Appendix D, microstep)."""
-        if not chosen & chosen - 1:
-            index = chosen.bit_length() - 1
-            if (leave := self._LEAVE[index]) is not None:
-                leave(self)
-            if self.trace is not None:
-                self._tell(f"t {index}")
-            if (do := self._DO[index]) is not None:
-                do(self)
-            if (enter := self._ENTER[index]) is not None:
-                enter(self)
+        if chosen & chosen - 1:
+            self._take_several(chosen)
             return
+        index = chosen.bit_length() - 1
+        if (leave := self._LEAVE[index]) is not None:
+            leave(self)
+        if self.trace is not None:
+            self._tell(f"t {index}")
+        if (do := self._DO[index]) is not None:
+            do(self)
+        if (enter := self._ENTER[index]) is not None:
+            enter(self)
+
+    def _take_several(self, chosen: int) -> None:
+        """Take several transitions in one microstep."""
         # all leave and enter in document order, but act in the order in which they were selected
         rest = chosen
         while rest:
@@ -172,16 +175,22 @@ class Stepping(Timers):
         return (texts or self.EVENTS)[self._event] if self._event >= 0 else ""
 
     # --- timeouts ---------------------------------------------------------------------------------
+
     def _fire(self) -> None:
         """Fire the first timer, at its deadline."""
         what = self._timer_what[0]
         self._now = self._timer_due[0]
-        if what >= 0:
+        if what < 0:
+            self._deliver(~what)
+        else:
             self._remove(0)
             self._time_out(what)
-            return
-        event, route, peer, width = ~what, self._timer_route[0], self._timer_peer[0], self.WIDTH
-        for k in range(width):
+
+    def _deliver(self, event: int) -> None:
+        """Send the delayed event of the first timer."""
+        route = self._timer_route[0]
+        peer = self._timer_peer[0]
+        for k in range(self.WIDTH):
             self._fields[k] = self._timer_fields[k]
         self._remove(0)
         self._sends -= 1
@@ -193,15 +202,15 @@ class Stepping(Timers):
             port = self._PORTS[event]
             if port is not None:
                 port(self, peer)
-        else:
+        elif route == 0:
             at = self._enqueue_own(event)
             if at >= 0:
-                for k in range(width):
+                for k in range(self.WIDTH):
                     self._queue_fields[at + k] = self._fields[k]
 
     def _time_out(self, transition: int) -> None:
         """Take a transition whose delay has passed, if its guard is true."""
-        self._budget = self.MICROSTEPS
+        self._budget = self.MICROSTEPS - 1
         self._event = NOTHING
         if self.trace is not None:
             self._cause = f"@{self._now} > timeout {transition}"
@@ -209,9 +218,7 @@ class Stepping(Timers):
         if self.PERIODS[transition]:
             self._arm(transition, self.PERIODS[transition])
         self._tried = 0
-        is_enabled = self._GUARDS[transition] is None or self._test(transition)
-        self._budget -= 1
-        if is_enabled and self._fault is None:
+        if (self._GUARDS[transition] is None or self._test(transition)) and self._fault is None:
             self._microstep(1 << transition)
         self._settle()
 
@@ -258,6 +265,11 @@ class Stepping(Timers):
         return tuple([name for bit, name in enumerate(self.STATES) if leaves >> bit & 1])
 
     def _empty_queues(self) -> None:
-        self._queue_head = self._queue_count = self._deferred_count = 0
-        self._internal_head = self._internal_count = 0
-        self._timer_count = self._sends = 0
+        """Drop all events and timers."""
+        self._queue_head = 0
+        self._queue_count = 0
+        self._deferred_count = 0
+        self._internal_head = 0
+        self._internal_count = 0
+        self._timer_count = 0
+        self._sends = 0

@@ -14,12 +14,10 @@ class Timers(Queues):
 
     # --- timers -----------------------------------------------------------------------------------
 
-    def _arm(
-        self, what: int, delay: int, mark: int = NOTHING, route: int = 0, peer: str | None = None
-    ) -> int:
-        """Insert a timer behind those that are due no later; where its payload goes.
+    def _arm(self, what: int, delay: int) -> int:
+        """Insert a timer behind those that are due no later; return its place.
 
-        ``what`` is a transition, or the complement of the event to send; ``route`` tells where to.
+        ``what`` is a transition, or the complement of the event to send.
         """
         due = (self._now + delay) & CLOCK
         at = self._timer_count
@@ -29,22 +27,22 @@ class Timers(Queues):
             at -= 1
         self._timer_due[at] = due
         self._timer_what[at] = what
-        self._timer_mark[at] = mark
-        self._timer_route[at] = route
-        self._timer_peer[at] = peer
-        return at * self.WIDTH
+        return at
 
     def _move(self, source: int, target: int) -> None:
+        """Copy a timer to another place."""
         self._timer_due[target] = self._timer_due[source]
         self._timer_what[target] = self._timer_what[source]
-        self._timer_mark[target] = self._timer_mark[source]
-        self._timer_route[target] = self._timer_route[source]
-        self._timer_peer[target] = self._timer_peer[source]
-        width = self.WIDTH
-        for k in range(width):
-            self._timer_fields[target * width + k] = self._timer_fields[source * width + k]
+        if self._sends:
+            self._timer_mark[target] = self._timer_mark[source]
+            self._timer_route[target] = self._timer_route[source]
+            self._timer_peer[target] = self._timer_peer[source]
+            for k in range(self.WIDTH):
+                part = self._timer_fields[source * self.WIDTH + k]
+                self._timer_fields[target * self.WIDTH + k] = part
 
     def _remove(self, at: int) -> None:
+        """Drop the timer at a place."""
         self._timer_count -= 1
         for i in range(at, self._timer_count):
             self._move(i + 1, i)
@@ -65,7 +63,11 @@ class Timers(Queues):
                 self._tell("full delayed")
             return NOTHING
         self._sends += 1
-        return self._arm(~event, delay, mark, route, peer)
+        at = self._arm(~event, delay)
+        self._timer_mark[at] = mark
+        self._timer_route[at] = route
+        self._timer_peer[at] = peer
+        return at * self.WIDTH
 
     def _cancel(self, mark: int) -> None:
         """Drop the delayed sends of an id."""

@@ -469,3 +469,21 @@ def test_an_enumeration_named_as_a_constant_gets_an_underscore(tmp_path: Path) -
     assert machine.dispatch_go()
     assert machine.active() == ("off",)
     assert machine.a == 1
+
+
+def test_no_branch_is_left_that_cannot_be_taken(tmp_path: Path) -> None:
+    """Of a machine with one timeout, no delayed send, no deferral, no payload and no guard."""
+    path = tmp_path / "timed.yaml"
+    path.write_text(
+        "chart: Timed\nevents: {in: [go]}\nstates:\n  a: {on: {go: b}}\n  b: {after: {20ms: a}}\n"
+    )
+    text = module_text(load(path))
+    assert "self._arm(TIMER_B_AFTER, 20)" in text
+    for name in ("pass", "_deliver", "_recall", "_deferred", "_sends", "_test", "_take_several"):
+        assert name not in text.replace("passed", ""), name
+    assert not [line for line in text.splitlines() if line.strip() in ("if 0:", "if True:")]
+    machine = load_machine(load(path))()
+    machine.start(0)
+    assert machine.dispatch_go()
+    machine.run(20)
+    assert machine.active() == ("a",)

@@ -1,0 +1,176 @@
+"""The text of `fsmkit.runtime.python` for one chart: without what it is known never to need."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Container, Iterable, Mapping
+from textwrap import indent
+from typing import Any, cast
+
+from fsmkit.chart.statements import Destination
+from fsmkit.plan import Features
+from fsmkit.plan.image import Image
+
+Facts = Mapping[str, object]
+"""Values of expressions, by their text as `ast.unparse` gives it."""
+TRACE = ("trace", "_cause")
+"""Variables that nothing but the trace needs."""
+QUOTED = re.compile(r"(?<![\w'])(f?)'([^'\"\\\n]*)'")
+"""A string as `ast.unparse` quotes it."""
+
+
+def facts_of(features: Features, image: Image | None, *, is_traced: bool) -> Facts:
+    """Return what holds in every step of a machine with these features."""
+    is_timed = features.timeouts or features.delays
+    rows: list[tuple[object, dict[str, object]]] = [
+        (is_traced, {"self.trace": None, "self._cause": None}),
+        (is_timed, {"self._timer_count": 0, "self._is_due(now)": False}),
+        (features.timeouts, {"what < 0": True}),
+        (features.delays, {"what < 0": False, "self._sends": 0}),
+        (Destination.INTERNAL in features.delays, {"route == 1": False}),
+        (Destination.PORT in features.delays, {"route == 2": False}),
+        (Destination.SELF in features.delays, {"route == 0": False}),
+        (features.periods, {"self.PERIODS[transition]": 0}),
+        (features.timed_guards, {"self._GUARDS[transition] is None": True}),
+        (features.regions, {"chosen & chosen - 1": 0}),
+        (features.raises or features.fails or Destination.INTERNAL in features.delays,
+         {"self._internal_count": 0}),
+        (features.deferral, {"self._deferred_count": 0, "self._is_deferred": False}),
+        (features.samples_inputs, {"self.SAMPLES_INPUTS": False}),
+        (is_traced or features.calls, {"BaseException": None}),
+        (features.error_faults, {"event in self.ERRORS": False}),
+        (features.payload, {"self.WIDTH": 0, "range(self.WIDTH)": ()}),
+    ]  # fmt: skip
+    if image is not None:
+        rows += [
+            (False, {"enumerate(self._SLOT_BYTES)": (), "sum(self._SLOT_BYTES)": 0}),
+            (image.deferred, {"self._DEFERRABLE": 0}),
+            (image.timers, {"self._ARMED": 0}),
+        ]
+    return {
+        text: value for is_needed, facts in rows if not is_needed for text, value in facts.items()
+    }
+
+
+class Folding(ast.NodeTransformer):
+    """Replaces known expressions by their values, and leaves out what then does nothing."""
+
+    def __init__(self, facts: Facts) -> None:
+        """Fold by these."""
+        self._facts = facts
+
+    def visit(self, node: ast.AST) -> Any:
+        """Return what takes the place of a node."""
+        if isinstance(node, ast.expr) and not isinstance(getattr(node, "ctx", None), ast.Store):
+            text = ast.unparse(node)
+            if text in self._facts:
+                return ast.Constant(cast(Any, self._facts[text]))
+        return super().visit(node)
+
+    def visit_If(self, node: ast.If) -> Any:
+        """Return the branch that is sure, none where that does nothing."""
+        self.generic_visit(node)
+        if isinstance(node.test, ast.Constant):
+            return node.body if node.test.value else node.orelse
+        return node if node.body or node.orelse else None
+
+    def visit_For(self, node: ast.For) -> Any:
+        """Return a loop, none over nothing."""
+        self.generic_visit(node)
+        is_empty = isinstance(node.iter, ast.Constant) and not node.iter.value
+        return node if node.body and not is_empty else None
+
+    def visit_Try(self, node: ast.Try) -> Any:
+        """Return a ``try`` without the handlers of what is never raised: of a type that is None."""
+        self.generic_visit(node)
+        node.handlers = [h for h in node.handlers if not isinstance(h.type, ast.Constant)]
+        return node
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> Any:
+        """Return a conjunction or disjunction without the operands that do not count."""
+        is_and = isinstance(node.op, ast.And)
+        kept: list[ast.expr] = []
+        for value in node.values:
+            operand = self.visit(value)
+            if isinstance(operand, ast.Constant) and not isinstance(value, ast.Constant):
+                if bool(operand.value) is not is_and:
+                    return ast.Constant(operand.value)
+            else:
+                kept.append(operand)
+        if not kept:
+            return ast.Constant(is_and)
+        node.values = kept
+        return node if len(kept) > 1 else kept[0]
+
+    def visit_BinOp(self, node: ast.BinOp) -> Any:
+        """Return a sum without zeros, a product with zero as that."""
+        node.left, node.right = self.visit(node.left), self.visit(node.right)
+        sides = node.left, node.right
+        zeros = [isinstance(side, ast.Constant) and side.value == 0 for side in sides]
+        if isinstance(node.op, ast.Add) and any(zeros):
+            return sides[zeros[0]]
+        is_product = isinstance(node.op, ast.Mult) and not isinstance(node.left, ast.List)
+        return ast.Constant(0) if is_product and any(zeros) else node
+
+    def visit_Compare(self, node: ast.Compare) -> Any:
+        """Return what a comparison of known values comes to."""
+        self.generic_visit(node)
+        if all(isinstance(each, ast.Constant) for each in (node.left, *node.comparators)):
+            return ast.Constant(eval(ast.unparse(node)))  # noqa: S307  (of constants of ours)
+        return node
+
+    def visit_IfExp(self, node: ast.IfExp) -> Any:
+        """Return the alternative that is sure."""
+        self.generic_visit(node)
+        if isinstance(node.test, ast.Constant):
+            return node.body if node.test.value else node.orelse
+        return node
+
+
+class Stores(ast.NodeTransformer):
+    """Leaves out the assignments to private attributes that nothing reads."""
+
+    def __init__(self, read: Container[str]) -> None:
+        """Keep those of attributes that are ``read``."""
+        self._read = read
+
+    def visit_Assign(self, node: ast.Assign) -> Any:
+        """Return an assignment that somebody reads."""
+        return None if self._is_dead(node.targets) else node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> Any:
+        """Return an assignment that somebody reads."""
+        return None if self._is_dead([node.target]) else node
+
+    def visit_If(self, node: ast.If) -> Any:
+        """Return a choice under which anything is left."""
+        self.generic_visit(node)
+        return node if node.body or node.orelse else None
+
+    def _is_dead(self, targets: Iterable[ast.expr]) -> bool:
+        return all(
+            isinstance(target, ast.Attribute)
+            and target.attr not in self._read
+            and (target.attr.startswith("_") or target.attr in TRACE)
+            for target in targets
+        )
+
+
+def read_of(node: ast.AST) -> set[str]:
+    """Return the names that a piece of code reads: variables, and attributes of anything."""
+    found: set[str] = set()
+    for part in ast.walk(node):
+        if isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Load):
+            found.add(part.attr)
+        elif isinstance(part, ast.Name):
+            found.add(part.id)
+    return found
+
+
+def printed(method: ast.FunctionDef, text: str) -> str:
+    """Return a folded method, whose source is ``text``."""
+    doc, *rest = method.body
+    head = text.splitlines()[: doc.end_lineno]
+    body = [QUOTED.sub(r'\1"\2"', ast.unparse(statement)) for statement in rest]
+    return "\n".join([*head, *(indent(each, "    ") for each in body)])

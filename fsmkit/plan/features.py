@@ -1,0 +1,103 @@
+"""Which mechanisms the machine of a chart needs: known before a line of its code is printed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fsmkit.analysis.effects import can_end, can_fail, done_event, has_effect, reads_event
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.content import all_statements, reads_input
+from fsmkit.chart.statements import CallOperation, Destination, Log, Raise, Reply, Send
+from fsmkit.chart.walk import own_nodes
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import Call, EventName, EventType
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """What can happen in a machine; one whose field is false needs no code for it."""
+
+    regions: bool
+    """Several atomic states are active at once."""
+    timeouts: bool
+    periods: bool
+    """Transitions that are taken again and again, `every` so long."""
+    timed_guards: bool
+    delays: frozenset[Destination]
+    """Where delayed sends go."""
+    deferral: bool
+    eventless: bool
+    samples_inputs: bool
+    """The guard of an eventless transition reads an input: it is tried once in each `run`."""
+    raises: bool
+    """Events enter the internal queue by `raise`, a `send` to it, or ``done.state``."""
+    fails: bool
+    """Content or a guard may fail or leave a range: an error event, or a fault."""
+    ends: bool
+    """A top-level final state can be entered."""
+    calls: bool
+    """The host is called in a step: operations, events sent out, `log`."""
+    replies: bool
+    reads_event: bool
+    """The event at hand is read where it may be one of several: its name, type or a field."""
+    error_faults: bool
+    """An error event that nothing answers stops the machine."""
+    payload: bool
+
+    @property
+    def follows(self) -> bool:
+        """Whether more than its own transitions can follow an event, in the same step."""
+        return self.eventless or self.raises or self.fails or self.ends
+
+
+def payload_of(chart: Chart, transition: Transition) -> dict[str, int] | None:
+    """Return where the fields of the event at hand are, None where that depends on the event."""
+    if transition.trigger is not Trigger.EVENT or not transition.events:
+        return None
+    places = [
+        {part.name: place for place, part in enumerate(chart.events[event].fields)}
+        for event in transition.events
+    ]
+    return places[0] if all(each == places[0] for each in places) else None
+
+
+def features_of(chart: Chart) -> Features:
+    """Return what the machine of a chart needs, those in its slots left out."""
+    found = tuple(all_statements(chart))
+    own = tuple(own_nodes(chart))
+    evaluated = (chart.states, chart.transitions, chart.script)
+    sends = [statement for statement in found if isinstance(statement, Send)]
+    triggers = {transition.trigger for transition in chart.transitions}
+    timed = (Trigger.AFTER, Trigger.EVERY)
+    internal = any(s.destination is Destination.INTERNAL for s in sends)
+    outward = any(s.destination is Destination.PORT for s in sends)
+    return Features(
+        regions=any(state.kind is Kind.PARALLEL for state in chart.states),
+        timeouts=not triggers.isdisjoint(timed),
+        periods=Trigger.EVERY in triggers,
+        timed_guards=any(t.guard is not None and t.trigger in timed for t in chart.transitions),
+        delays=frozenset(s.destination for s in sends if s.delay is not None),
+        deferral=any(state.defer for state in chart.states),
+        eventless=Trigger.EVENTLESS in triggers,
+        samples_inputs=any(
+            t.trigger is Trigger.EVENTLESS and reads_input(t.guard) for t in chart.transitions
+        ),
+        raises=internal
+        or any(isinstance(statement, Raise) for statement in found)
+        or any(done_event(chart, state) is not None for state in chart.states),
+        fails=can_fail(evaluated) or has_effect(evaluated) or any(map(can_end, found)),
+        ends=any(chart.states[child].kind is Kind.FINAL for child in chart.root.children),
+        calls=outward
+        or any(isinstance(statement, CallOperation | Log) for statement in found)
+        or any(isinstance(node, Call) for node in own),
+        replies=any(isinstance(statement, Reply) for statement in found),
+        reads_event=any(isinstance(node, EventName | EventType) for node in own)
+        or reads_event((chart.states, chart.script))
+        or any(
+            reads_event((t.guard, t.content)) and payload_of(chart, t) is None
+            for t in chart.transitions
+        ),
+        error_faults=not chart.lenient
+        and any(e.name.startswith("error.") and not e.directions for e in chart.events),
+        payload=any(event.fields for event in chart.events),
+    )
