@@ -287,7 +287,10 @@ CONNECTION = _named(
     loss="messages that are lost at most",
     delay="how long a message travels",
 )
-ENVIRONMENT = _named(may="events that may come at any time", will="machines that act for it")
+ENVIRONMENT = _named(
+    may="events that may come, and inputs that may change, at any time",
+    will="machines that act for it",
+)
 SCHEDULE = _named(
     cyclic="the machines in the order in which they run",
     period="the time from one cycle to the next",

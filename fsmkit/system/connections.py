@@ -227,11 +227,13 @@ def connect(
     node: Node | None,
     machines: tuple[Machine, ...],
     possible: Iterable[tuple[int, int]],
+    free: Iterable[tuple[int, int]],
     findings: Findings,
 ) -> Links:
     """Read all connections, and report what is connected to nothing.
 
-    ``possible``: the events, by machine and number, that come from outside.
+    ``possible`` are the events, by machine and number, that come from outside, ``free`` the
+    inputs that it sets.
     """
     connector = _Connector(machines, findings)
     for item in items_of(node, "`connect`", findings):
@@ -240,7 +242,9 @@ def connect(
                 connector.connect(one, found[1])
     channels, events = _channelled(connector)
     inputs = tuple(link for link, _ in connector.inputs.values())
-    report_unconnected(machines, events, inputs, possible, findings)
+    report_unconnected(
+        machines, events, (*((i.target, i.input) for i in inputs), *free), possible, findings
+    )
     return Links(events, inputs, channels)
 
 
@@ -330,12 +334,15 @@ def _shown(fields: tuple[Field, ...]) -> str:
 def report_unconnected(
     machines: tuple[Machine, ...],
     events: tuple[EventLink, ...],
-    inputs: tuple[InputLink, ...],
+    inputs: Iterable[tuple[int, int]],
     possible: Iterable[tuple[int, int]],
     findings: Findings,
 ) -> None:
-    """Report what is connected to nothing; targets are places among ``machines``."""
-    fed = {(link.target, link.input) for link in inputs}
+    """Report what is connected to nothing; targets are places among ``machines``.
+
+    ``inputs`` are those that are set, ``possible`` the events that come from outside.
+    """
+    fed = set(inputs)
     come = {(link.target, link.event) for link in events}
     come |= set(possible)
     for index, machine in enumerate(machines):
@@ -345,7 +352,7 @@ def report_unconnected(
                 "unconnected-input",
                 f"nothing drives {_listed(dry)} of `{machine.name}`: the start value stays",
                 machine.span,
-                help="connect an output to it",
+                help=f"connect an output to it, or name it: `may: [{machine.name}.{dry[0]}]`",
             )
         awaited = _awaited(machine.chart)
         silent = [event.name for event in awaited if (index, event.index) not in come]

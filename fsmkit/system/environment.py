@@ -1,6 +1,7 @@
 """The environment of a system file: what may happen, and what will.
 
-``may: [feeder.estop, "feeder.fault(code in {jam, stall})"]``, ``will: [plant, feeder.resume]``.
+``may: [feeder.estop, "feeder.fault(code in {jam, stall})"]`` for events, ``may: [feeder.blocked,
+"feeder.temp in 0..99"]`` for inputs, ``will: [plant, feeder.resume]``.
 """
 
 from __future__ import annotations
@@ -15,38 +16,55 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
-from fsmkit.language import Field, IntType, Literal, Scope, Value, fold, type_expression
-from fsmkit.system.connections import find_machine, names_of_events
+from fsmkit.language import (
+    ArrayType,
+    Field,
+    IntType,
+    Literal,
+    RecordType,
+    Scope,
+    SymbolType,
+    Value,
+    fold,
+    type_expression,
+)
+from fsmkit.system.connections import find_machine, names_of_events, report_duplicate
 from fsmkit.system.indices import INDEXED, each
-from fsmkit.system.system import Machine, Possible, System
+from fsmkit.system.system import FreeInput, Machine, Possible, System
 from fsmkit.system.values import field_of, partition_of
 from fsmkit.yaml.nodes import Node, require_record, texts_of
 
 ITEM = re.compile(rf"\s*({INDEXED})\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)
+INPUT = re.compile(rf"\s*({INDEXED})\s*\.\s*(([A-Za-z_]\w*)\s*(?:=(?!=)|in\b).*)", re.DOTALL)
 ONE_OF = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s*\{(.*)\}\s*", re.DOTALL)
 RANGE = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s+(\S+?)\s*\.\.\s*(\S+)\s*")
 EXACTLY = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)(.*)", re.DOTALL)
 
 
+Given = tuple[Value, ...] | IntType
+"""The values that a file names: one by one, or from a least to a greatest."""
+
+
 @dataclass(frozen=True, slots=True)
 class Named:
-    """An event that can come from outside.
-
-    ``values`` are those that the file gives to fields, as one by one or from a least to a greatest.
-    """
+    """An event that can come from outside, and the values that the file names for its fields."""
 
     machine: int
     event: int
     owed: bool
-    values: Mapping[str, tuple[Value, ...] | IntType]
+    values: Mapping[str, Given]
 
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """The machines of the environment, and what can come from outside."""
+    """The machines of the environment, what can come from outside, and the inputs that are free.
+
+    Of these, by machine and number, the place in the file and the values that it names.
+    """
 
     machines: frozenset[int]
     named: tuple[Named, ...]
+    inputs: Mapping[tuple[int, int], tuple[Text, Given | None]]
 
 
 def read_environment(
@@ -56,11 +74,12 @@ def read_environment(
     parts = require_record(node, ENVIRONMENT, "`environment`", findings) or {}
     own: set[int] = set()
     named: list[Named] = []
+    inputs: dict[tuple[int, int], tuple[Text, Given | None]] = {}
     for key, value in parts.items():
         for text in texts_of(value, f"`{key}`", "what can happen", findings):
             for one in each(text, machines):
-                _item(one, machines, key == "will", own, named, findings)
-    return Environment(frozenset(own), tuple(named))
+                _item(one, machines, key == "will", own, named, inputs, findings)
+    return Environment(frozenset(own), tuple(named), inputs)
 
 
 def _item(
@@ -69,15 +88,16 @@ def _item(
     owed: bool,
     own: set[int],
     named: list[Named],
+    inputs: dict[tuple[int, int], tuple[Text, Given | None]],
     findings: Findings,
 ) -> None:
-    match = ITEM.fullmatch(text.value)
+    match = ITEM.fullmatch(text.value) or INPUT.fullmatch(text.value)
     if match is None:
         findings.add(
             "broken-connection",
-            "what can happen is an event of a machine",
+            "what can happen is an event of a machine, or an input that changes",
             text,
-            help="write `feeder.estop` or `feeder.fault(code in {jam})`",
+            help="write `feeder.estop`, `feeder.fault(code in {jam})` or `feeder.temp in 0..99`",
         )
         return
     machine = find_machine(text.part(*match.span(1)), machines, findings)
@@ -94,26 +114,71 @@ def _item(
             )
         return
     chart = machines[machine].chart
-    name = text.part(*match.span(2))
-    index = chart.event_index.get(name.value)
+    name = text.part(*match.span(3 if match.re is INPUT else 2))
+    place = next((n for n, i in enumerate(chart.inputs) if i.name == name.value), None)
+    index = None if match.re is INPUT else chart.event_index.get(name.value)
+    if place is not None and index is None:
+        part = text.part(*match.span(2)) if match.re is INPUT else None
+        values: dict[str, Given] = {}
+        declared = Field(name.value, chart.inputs[place].type)
+        if part is not None:
+            _argument(chart, (declared,), part, values, findings)
+        if _is_free(machines[machine], declared, name, findings, owed=owed):
+            if (machine, place) in inputs:
+                report_duplicate("named", text, inputs[machine, place][0], findings)
+            inputs[machine, place] = text, values.get(name.value)
+        return
     if index is None or Direction.IN not in chart.events[index].directions:
-        known = names_of_events(chart, Direction.IN)
+        known = [*names_of_events(chart, Direction.IN), *(i.name for i in chart.inputs)]
         findings.add(
             "unknown-name",
-            f"no event `{name}` enters `{machines[machine].name}`",
+            f"no event `{name}` enters `{machines[machine].name}`, nor has it such an input",
             name,
             help=f"use one of {', '.join(known)}" if known else None,
         )
         return
     arguments = text.part(*match.span(3)) if match[3] is not None else None
-    values: dict[str, tuple[Value, ...] | IntType] = {}
+    values = {}
     for part in _split(arguments) if arguments is not None else ():
         _argument(chart, chart.events[index].fields, part, values, findings)
     named.append(Named(machine, index, owed, values))
 
 
-def with_environment(system: System, environment: Environment) -> System:
+def _is_free(
+    machine: Machine, declared: Field, name: Text, findings: Findings, *, owed: bool
+) -> bool:
+    """Whether an input can be free; report why not."""
+    if owed:
+        findings.add(
+            "input-that-will",
+            f"the input `{name}` of `{machine.name}` may change, but never has to",
+            name,
+            help=f"name it under `may`: `may: [{machine.name}.{name}]`",
+        )
+    elif isinstance(declared.type, ArrayType | RecordType | SymbolType):
+        findings.add(
+            "connection-mismatch",
+            f"`{name}` cannot be a free input: `{declared.type}`",
+            name,
+            help="declare numbers, truth values or enumerations",
+        )
+    else:
+        return True
+    return False
+
+
+def with_environment(system: System, environment: Environment, findings: Findings) -> System:
     """Return a system to which the values come that make a difference in it."""
+    driven = {(link.target, link.input) for link in system.input_links}
+    for at, (text, _) in environment.inputs.items():
+        if at in driven:
+            machine = system.machines[at[0]]
+            findings.add(
+                "duplicate-connection",
+                f"an output sets `{machine.name}.{machine.chart.inputs[at[1]].name}` already",
+                text,
+                help="remove the connection, or this line",
+            )
     partition = partition_of(system)
     possible: list[Possible] = []
     sampled: dict[str, Use] = {}
@@ -131,12 +196,24 @@ def with_environment(system: System, environment: Environment) -> System:
             Possible(named.machine, named.event, payload, named.owed)
             for payload in product(*columns)
         )
-    return replace(system, possible=tuple(possible), sampled=tuple(sampled.items()))
+    free = []
+    for (number, input_), (_, given) in environment.inputs.items():
+        machine = system.machines[number]
+        declared = machine.chart.inputs[input_]
+        place = Place(number, "variable", declared.name)
+        values = values_within(partition, Field(declared.name, declared.type), place, given)
+        if values.kept is not None:
+            sampled[f"the input `{machine.name}.{declared.name}`"] = values.kept
+        free.append(FreeInput(number, input_, values.values))
+    return replace(
+        system,
+        possible=tuple(possible),
+        free_inputs=tuple(free),
+        sampled=tuple(sampled.items()),
+    )
 
 
-def values_within(
-    partition: Partition, field: Field, place: Place, given: tuple[Value, ...] | IntType | None
-) -> Values:
+def values_within(partition: Partition, field: Field, place: Place, given: Given | None) -> Values:
     """Return the values to try of a field, within those that are given if any are."""
     if isinstance(given, tuple):
         return Values(given)
@@ -150,7 +227,7 @@ def _argument(
     chart: Chart,
     fields: tuple[Field, ...],
     text: Text,
-    given: dict[str, tuple[Value, ...] | IntType],
+    given: dict[str, Given],
     findings: Findings,
 ) -> None:
     one_of = ONE_OF.fullmatch(text.value)

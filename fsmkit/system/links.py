@@ -10,13 +10,14 @@ oldest message may arrive next.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.document.keys import CONNECTION
-from fsmkit.language import EnumType, Field, Scope, read_duration
+from fsmkit.language import EnumType, Field, Scope, Type, read_duration
 from fsmkit.system.indices import integer
 from fsmkit.system.system import EventLink, Machine, System, port_name
 from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_text
@@ -108,22 +109,30 @@ def channel(
 
 def channel_chart(fields: tuple[Field, ...], options: ChannelOptions, tick: int) -> Chart:
     """Return the chart that holds, delays or loses messages of some fields."""
+    return chart_of_text(_text(fields, options, tick))
+
+
+def chart_of_text(text: str) -> Chart:
+    """Return a chart that is written here."""
     findings = Findings()
-    document = read_document(Source("connection", _text(fields, options, tick)), findings)
+    document = read_document(Source("connection", text), findings)
     chart = None if document is None else elaborate((document,), findings)
     assert chart is not None, str(list(findings))  # noqa: S101  (written here)
     return chart
 
 
+def types_text(types: Iterable[Type]) -> list[str]:
+    """Return the lines that declare the enumerations among some types."""
+    found = {type_.name: type_.members for type_ in types if isinstance(type_, EnumType)}
+    lines = [f"  {name}: [{', '.join(members)}]" for name, members in found.items()]
+    return ["types:", *lines] if lines else []
+
+
 def _text(fields: tuple[Field, ...], options: ChannelOptions, tick: int) -> str:
-    types = {p.type.name: p.type.members for p in fields if isinstance(p.type, EnumType)}
     shown = ", ".join(f"{part.name} {part.type}" for part in fields)
     values = ", ".join(f"{part.name} = event.{part.name}" for part in fields)
     later = f" after {options.delay * tick}us" if options.delay else ""
-    lines = ["chart: Connection"]
-    if types:
-        lines.append("types:")
-        lines += [f"  {name}: [{', '.join(members)}]" for name, members in types.items()]
+    lines = ["chart: Connection", *types_text(part.type for part in fields)]
     room = max(1, options.capacity)
     lines.append(f"capacity: {{queue: {room}, delayed: {room}, tick: {tick}us}}")
     lines.append(f'events: {{in: ["put({shown})"], out: ["get({shown})"]}}')

@@ -88,7 +88,7 @@ def system_of_root(
     _require_fixed_delays(machines, findings)
     schedule = read_schedule(parts.get("schedule"), machines, findings)
     possible = [(named.machine, named.event) for named in environment.named]
-    links = connect(parts.get("connect"), machines, possible, findings)
+    links = connect(parts.get("connect"), machines, possible, environment.inputs, findings)
     reading = Reading(machines, folder, findings, strict)
     properties = tuple(reading.properties(parts.get("properties")))
     require_few(tuple(reading.monitors), len(machines) + len(links.machines), findings)
@@ -109,7 +109,7 @@ def system_of_root(
         schedule=schedule,
     )
     require_room(system, findings)
-    return system if findings.has_errors else with_environment(system, environment)
+    return system if findings.has_errors else with_environment(system, environment, findings)
 
 
 def _require_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:

@@ -41,6 +41,15 @@ class Slot:
 
 
 @dataclass(frozen=True, slots=True)
+class FreeInput:
+    """An input, by index, that can have any of some values at any time."""
+
+    machine: int
+    input: int
+    values: tuple[Value, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Machine:
     """An instance of a chart.
 
@@ -58,6 +67,8 @@ class Machine:
     """This is a connection that holds or loses messages (see `system.links`)."""
     is_monitor: bool = False
     """It only watches the others, and moves before them (see `system.properties.kinds.monitor`)."""
+    drives: FreeInput | None = None
+    """It only sets this input of another machine (see `system.free_inputs`)."""
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -144,8 +155,9 @@ class System:
     possible: tuple[Possible, ...] = ()
     properties: tuple[Property, ...] = ()
     is_open: bool = False
+    free_inputs: tuple[FreeInput, ...] = ()
     sampled: tuple[tuple[str, Use], ...] = ()
-    """Of which payloads in ``possible`` not every value that matters is there, and why."""
+    """Of what in these two not every value that makes a difference is there, and why."""
     replaced: tuple[tuple[str, str], ...] = ()
     """Machines that run another chart than the file says, with the path of that chart."""
     monitors: tuple[Monitor, ...] = ()

@@ -23,7 +23,8 @@ def system_tree(system: System) -> Tree:
         "connections": found["connections"],
         "shared": [f"{name}: {', '.join(holders)}" for name, holders in found["shared"].items()],
         "environment": [
-            f"{'will' if p['owed'] else 'may'} {p['event']}" for p in found["environment"]
+            *(f"{'will' if p['owed'] else 'may'} {p['event']}" for p in found["environment"]),
+            *(f"may {name}" for name in found["free_inputs"]),
         ],
         "properties": [
             f"{p['name']}: {p['kind']}" + (f" {p['text']}" if p["text"] != p["kind"] else "")
@@ -45,6 +46,14 @@ def _port(system: System, machine: int, index: int) -> str:
     if index < len(events):
         return f"{owner.name}.{events[index].name}"
     return f"{owner.name}.{owner.chart.operations[index - len(events)].name}()"
+
+
+def _free_inputs(system: System) -> list[str]:
+    machines = system.machines
+    return [
+        f"{machines[free.machine].name}.{machines[free.machine].chart.inputs[free.input].name}"
+        for free in system.free_inputs
+    ]
 
 
 def _connections(system: System) -> list[str]:
@@ -90,6 +99,7 @@ def system_document(system: System) -> dict[str, Any]:
         "environment": [
             {"event": _port(system, p.machine, p.event), "owed": p.owed} for p in system.possible
         ],
+        "free_inputs": _free_inputs(system),
         "properties": [
             {"name": p.name, "kind": p.kind.key, "text": p.text} for p in system.properties
         ],

@@ -308,6 +308,47 @@ properties:
 
 LOSING = POST.replace(", capacity: 2, delay: 15ms", ", loss: 2").replace("Post", "Losing")
 
+DOOR = """
+chart: Door
+types: {Light: [red, amber, green]}
+inputs: {blocked: bool, temp: -400..1000, light: Light}
+outputs: {hot: bool = false}
+data: {seen: "-400..1000 = 0"}
+events: {in: [go], out: [arrived]}
+capacity: {queue: 2}
+initial: shut
+states:
+  shut:
+    rest: true
+    on: {go: [{if: not blocked and light == Light.green, target: moving}, {do: send arrived}]}
+  moving:
+    entry: seen = temp
+    after: {20ms: {target: open, do: send arrived}}
+    always: {if: blocked, target: shut, do: send arrived}
+  open: {rest: true, always: {if: temp > 800, target: shut, do: hot = true}}
+"""
+
+GUEST = """
+chart: Guest
+events: {in: [arrived], out: [go]}
+initial: waiting
+states:
+  waiting: {rest: true, after: {30ms: {target: asking, do: send go}}}
+  asking: {on: {arrived: waiting}}
+"""
+
+FREE = """
+system: Free
+machines: {door: door.yaml, guest: guest.yaml}
+connect: [guest.go -> door.go, door.arrived -> guest.arrived]
+environment: {may: [door.blocked, door.temp, "door.light in {red, green}"]}
+properties:
+  cool: {never: door.hot}
+  odd: {never: "door.seen == 777"}
+  warm: {never: "door.In(open) and door.seen < -399 and door.hot"}
+  lit: {never: door.light == Light.amber}
+"""
+
 SYSTEMS: dict[str, dict[str, str]] = {
     "livelock": {"rally": LIVELOCK, "ping": PING, "pong": PONG},
     "deadlock": {"stuck": DEADLOCK, "left": LEFT, "right": RIGHT},
@@ -317,4 +358,5 @@ SYSTEMS: dict[str, dict[str, str]] = {
     "losing": {"losing": LOSING, "source": SOURCE, "sink": SINK},
     "ring": {"ring": RING, "node": NODE},
     "drive": {"drive": DRIVE, "driver": DRIVER, "axis": AXIS},
+    "free": {"free": FREE, "door": DOOR, "guest": GUEST},
 }

@@ -96,6 +96,13 @@ class _Writer:
                 told = found.arrows[-1] if found.arrows[-1].part is not Part.LOST else None
                 yield found
                 continue
+            if (free := self._system.machines[machine].drives) is not None:
+                if step.deliveries and step.action is Action.OCCUR:
+                    yield Block(
+                        number, _time(step), free.machine, Cause.OUTSIDE, step.deliveries[0].what,
+                        is_shown=False, entered=(), active=(),
+                    )  # fmt: skip
+                continue
             block = self._of_machine(number, step, machine, told)
             told = block.arrows[-1] if block.arrows else None
             yield block
@@ -167,11 +174,14 @@ class _Writer:
             if arrow.way is not Way.VALUE
             for end in (arrow.source, arrow.target)
         }
-        machines = [n for n in range(len(self._system.machines)) if n not in self._channels]
+        hidden = self._channels.keys() | {
+            n for n, machine in enumerate(self._system.machines) if machine.drives is not None
+        }
+        machines = [n for n in range(len(self._system.machines)) if n not in hidden]
         idle = [n for n in machines if n not in busy] if len(machines) > 1 else []
         if len(idle) == len(machines):
             idle = []
-        self._dropped = frozenset(idle) | frozenset(self._channels)
+        self._dropped = frozenset(idle) | hidden
         active = {b.lifeline: b.active for b in blocks if b.lifeline in idle}
         told = [f"{self._system.machines[n].name} ({', '.join(active.get(n, ()))})" for n in idle]
         kept = [

@@ -59,23 +59,16 @@ from fsmkit.document.document import Direction, Trigger
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
+from fsmkit.system.free_inputs import with_free_inputs
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
-from fsmkit.system.system import Machine, Possible, System
+from fsmkit.system.system import FreeInput, Machine, Possible, System
 from fsmkit.system.values import field_of, partition_of
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
 MAX_PENDING_BEFORE_INPUT = 1
 """Events that may wait in all queues together when another comes from outside."""
-
-
-@dataclass(frozen=True, slots=True)
-class FreeInput:
-    """An input of an open chart, by index, and the values it takes."""
-
-    input: int
-    values: tuple[Value, ...]
 
 
 @dataclass(frozen=True)
@@ -165,7 +158,7 @@ def close(
     """
     for machine in system.machines:
         require_explorable(machine.chart)
-    system = with_scheduler(with_monitors(system), untimed=untimed)
+    system = with_scheduler(with_monitors(with_free_inputs(system)), untimed=untimed)
     charts = tuple(_explored(machine) for machine in system.machines)
     partition = partition_of(system, observed=observed)
     samples = dict(system.sampled)
@@ -285,7 +278,7 @@ def _free_inputs(
             combinations //= max(1, len(values.values))
         _sampled(f"the input `{declared.name}`", values, samples)
         if len(values.values) > 1:
-            found.append(FreeInput(index, values.values))
+            found.append(FreeInput(0, index, values.values))
     return tuple(found)
 
 

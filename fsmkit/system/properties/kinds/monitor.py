@@ -205,7 +205,8 @@ def read(name: Text, node: Node, reading: Reading) -> Property | None:
             watch.read(one)
     events = tuple(link for link, _ in watch.events.values())
     inputs = tuple(link for links, _ in watch.inputs.values() for link in links)
-    report_unconnected((machine,), events, inputs, (), findings)
+    fed = [(link.target, link.input) for link in inputs]
+    report_unconnected((machine,), events, fed, (), findings)
     watching = replace(machine, environment=True, is_monitor=True)
     reading.monitors.append(Monitor(name.value, watching, events, inputs))
     text_of = f"`{machine.chart.name}` never comes to `{ERROR}`"
