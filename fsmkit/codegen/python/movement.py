@@ -106,8 +106,6 @@ class Mover:
             return
         name = f"_entered_{self._names.bare[state.index]}"
         with self._out.method(name, "On entering " + state.id + ".", "defaults: int"):
-            if not defaults:
-                self._out.line("del defaults")
             self.entering(state)
             for transition in defaults:
                 with self._out.suite(f"if defaults & {bit(transition.index)}:"):
