@@ -98,7 +98,9 @@ def random_files(seed: int, *, alone: bool) -> dict[str, str]:
     lines = ["system: Both", "machines: {one: one.yaml, two: two.yaml}", "connect:"]
     lines += [f"  - {f'{{{link}}}' if ': ' in link else link}" for link in taken]
     come = random.choice(["one.come", "one.come(v in -1..3)", "one.come"])
-    lines += ["environment:", f'  may: ["{come}"]', "properties:"]
+    free = [] if links[2] in taken else [random.choice(["two.seen", "two.seen in 0..3"])]
+    may = ", ".join(f'"{item}"' for item in [come, *free])
+    lines += ["environment:", f"  may: [{may}]", "properties:"]
     op = random.choice(["<", ">=", "=="])
     lines.append(f'  p: {{never: "one.In(s2) and two.level {op} {random.choice(CONSTANTS)}"}}')
     lines.append(f'  q: {{leads_to: [one.In(s1), "two.In(s1) or one.x {op} 1"]}}')
