@@ -151,6 +151,19 @@ def test_a_chart_is_written_even_where_a_printer_forgot_a_harmless_name(
         raw(Written("idle"))
 
 
+@pytest.mark.parametrize("name", ["", " "])
+def test_a_constant_without_a_name_stands_for_no_number(name: str, tmp_path: Path) -> None:
+    """Numbers that were written as such have no name either."""
+    (tmp_path / "c.yaml").write_text(
+        f"chart: C\nconstants: {{'{name}': 3}}\ndata: {{n: 0..9 = 5}}\n"
+        "states: {a: {entry: n = 7, after: {1s: b}}, b: {}}\n",
+        encoding="utf-8",
+    )
+    source = generate_machine(load(tmp_path / "c.yaml")).files["c.c"]
+    assert "m->data.n = 7u;" in source
+    assert "1000u" in source
+
+
 def test_findings_say_names_as_they_are() -> None:
     assert f"`{Written('x */ y')}`" == "`x */ y`"
 

@@ -176,6 +176,10 @@ class Names:
         """Return the declaration of an operation."""
         return next(o for o in self.chart.operations if o.name == name)
 
+    def constant(self, name: str | None) -> str:
+        """Return the macro of a constant of the chart, "" for what is none; its name may be ""."""
+        return "" if name is None else self.constants.get(name, "")
+
     def field(self, name: str) -> str:
         """Return the C name of a field of a record or payload."""
         return self.fields[name]

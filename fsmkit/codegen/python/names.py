@@ -36,7 +36,7 @@ class Module(Namer):
         if type_ not in self.enumerations:
             self.enumerations[type_] = self.name(identifier(type_.name))
             for number, member in enumerate(type_.members):
-                name = _constant(f"{snake(type_.name)}_{member}")
+                name = _constant(f"{snake(type_.name)}_{legal(member)}")
                 self.members[type_, number] = self.name(name)
 
     def of_state(self, name: str) -> str:
@@ -118,13 +118,13 @@ def names_of(
         operations=dict(zip(operations, own, strict=True)),
         timers={
             t.index: module.name(
-                f"TIMER_{path}{states[t.source]}_{t.delay_name or t.trigger.value}".upper()
+                f"TIMER_{path}{states[t.source]}_{legal(t.delay_name or t.trigger.value)}".upper()
             )
             for t in chart.transitions
             if t.trigger in (Trigger.AFTER, Trigger.EVERY)
         },
         constants={
-            _key(name, literal.value, literal.type): module.name(_constant(f"{path}{name}"))
+            _key(name, literal.value, literal.type): module.name(_constant(f"{path}{legal(name)}"))
             for name, literal in chart.constants
         },
         enumerations=module.enumerations,

@@ -97,7 +97,7 @@ class Printer(Operators):
         match expr:
             case Literal(value, name=name):
                 found = self.literal(value, expr.type)
-                macro = self.names.constants.get(name or "", "")
+                macro = self.names.constant(name)
                 is_plain = found.text.lstrip("-").isdigit()
                 return replace(found, name=macro) if macro and is_plain else found
             case Variable(name, type_):

@@ -69,7 +69,7 @@ class LeavePrinter:
         """Return the call that arms the timer of a transition."""
         names, timed = self.names, self.chart.transitions[transition]
         names.used.add("arm")
-        delay = names.constants.get(timed.delay_name or "", f"{timed.delay}u")
+        delay = names.constant(timed.delay_name) or f"{timed.delay}u"
         return f"{self.prefix}_arm(m, {names.timers[transition]}, {delay});"
 
     def _timed(self, state: int) -> list[int]:
