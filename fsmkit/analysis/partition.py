@@ -32,7 +32,9 @@ values that nothing tells apart. A step that only exchanges equal values leads, 
 each, from a state to itself, and is none. A monitor looks at its inputs when they change; an
 exchange of equal values gives it one look less. Such a look does nothing, if what its eventless
 guards see is the same as before: no part of the event at hand, and nothing that fails. Where they
-do see such things the inputs of the monitor are kept.
+do see such things the inputs of the monitor are kept. One exception remains: a look takes a place
+in the queue of the monitor, so that an overflow of a queue that one step fills exactly is found for
+the values that are tried alone.
 
 **Small types.** Of a place of a type with at most `ENUMERATED` values that is used in another way,
 each value is a cut. So it need not be kept, nor need the places that it comes from.
