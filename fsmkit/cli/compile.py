@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
@@ -16,7 +17,9 @@ from fsmkit.codegen.system.program import program_of
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.plugins import Generated, Target, plugins
+from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import load_any, read
+from fsmkit.system.system import System
 from fsmkit.verify.resources.time import TIMES, Time
 
 EPILOG = """\b
@@ -132,13 +135,41 @@ def command(
     write_files(files)
     report(findings)
     if as_json_document:
-        print_json(document(tuple(files), made.machines, findings))
+        found = document(tuple(files), made.machines, findings)
+        print_json({**found, **_bus_figures(model)})
     else:
         for path in files:
             out.print(escape(str(path)))
         for chart, generated in made.machines:
             out.print(escape(told(chart, generated)))
+        for line in _bus_lines(model):
+            out.print(escape(line))
     return 0
+
+
+def _bus_lines(model: Chart | System | Deployment) -> Iterator[str]:
+    """Yield the worst-case response times of messages on the buses of a deployment."""
+    for bus in model.buses.values() if isinstance(model, Deployment) else ():
+        yield f"{bus.times.node}: bus load {bus.times.load:.1%}; worst-case response times:"
+        for message, response in bus.times.responses:
+            cycle = f"every {message.cycle} ms" if message.cycle else "without a cycle"
+            frame = f"0x{message.frame:x}{'x' if message.is_extended else ''}"
+            yield f"  {message.name} ({frame}, {cycle}): {response} us"
+
+
+def _bus_figures(model: Chart | System | Deployment) -> dict[str, object]:
+    """Return the same as data, if there is a bus."""
+    if not isinstance(model, Deployment) or not model.buses:
+        return {}
+    return {
+        "buses": {
+            bus.times.node: {
+                "load": bus.times.load,
+                "response_us": {message.name: late for message, late in bus.times.responses},
+            }
+            for bus in model.buses.values()
+        }
+    }
 
 
 def told(chart: Chart, made: Generated) -> str:

@@ -7,7 +7,7 @@ the form ``{machines: [heater], foreign: can}`` stands for programs that know no
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -17,6 +17,7 @@ from fsmkit.document import keys
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.links import EventMap
 from fsmkit.runtime.links.event_map import is_loopback
+from fsmkit.system.can_nodes import CanNode, can_node, report_unfit, with_delays
 from fsmkit.system.event_map import Wires, wires_of
 from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits
@@ -54,7 +55,7 @@ class Deployment:
     """A system spread over nodes. ``placed[machine]``: the node; None for the environment's."""
 
     written: System
-    """As its file has it: what is explored."""
+    """What is explored: as its file has it, with the delays of messages on buses."""
     system: System
     """Without the models of its connections, which the links of the nodes replace."""
     nodes: tuple[str, ...]
@@ -68,6 +69,8 @@ class Deployment:
     """Where each node answers how it is, "" for one that does not; see `fsmkit.runtime.health`."""
     foreign: tuple[ForeignNode | None, ...] = ()
     """By node: what it is, None where it runs machines of fsmkit."""
+    buses: Mapping[int, CanNode] = field(default_factory=dict)
+    """The foreign nodes on a CAN bus with a DBC file, by their places."""
 
     @property
     def own_nodes(self) -> tuple[int, ...]:
@@ -121,6 +124,15 @@ def deployment_of(
     if not _is_possible(system, placed, file, findings) or findings.has_errors:
         return None
     curve = require_text(options.get("curve"), "`curve`, a folder of keys", findings)
+    buses = _buses(nodes, foreign, folder, findings)
+    for place, bus in buses.items():
+        kind = foreign[place]
+        assert kind is not None  # noqa: S101  (it has a bus)
+        machines = tuple(n for n, at in enumerate(placed) if at == place)
+        report_unfit(system, machines, bus, kind.options["dbc"], findings)
+        names = {system.machines[n].name for n in machines}
+        same = tuple(n for n, machine in enumerate(written.machines) if machine.name in names)
+        written = with_delays(written, same, bus, kind.options["dbc"].span)
     return Deployment(
         written,
         system,
@@ -138,7 +150,24 @@ def deployment_of(
         None if curve is None else folder / curve.value,
         health,
         foreign,
+        buses,
     )
+
+
+def _buses(
+    nodes: tuple[str, ...],
+    foreign: tuple[ForeignNode | None, ...],
+    folder: Path,
+    findings: Findings,
+) -> dict[int, CanNode]:
+    """Return the foreign nodes on a bus whose file is named, by their places."""
+    found = {}
+    for place, kind in enumerate(foreign):
+        if kind is not None and kind.kind == "can":
+            bus = can_node(nodes[place], dict(kind.options), folder, findings)
+            if bus is not None:
+                found[place] = bus
+    return found
 
 
 EXAMPLE = "write `system: cell.yaml` and `nodes: {a: [feeder, molder], b: [extractor]}`"

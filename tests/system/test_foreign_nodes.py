@@ -43,7 +43,7 @@ states:
 """,
 }
 NODES = "{a: [control], can: {machines: [heater, fan], foreign: can}}"
-LINKS = "links: {foreign: {can: {bus: can0, dbc: heater.dbc}}}\n"
+LINKS = "links: {foreign: {can: {bus: can0, bitrate: 250000}}}\n"
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_a_foreign_node_has_its_place_in_the_map_and_no_program(
     assert deployment.foreign[0] is None
     assert {name: text.value for name, text in foreign.options.items()} == {
         "bus": "can0",
-        "dbc": "heater.dbc",
+        "bitrate": "250000",
     }
     assert [m.name for m in deployment.map.messages] == [
         "heater.warm -> control.warmed",

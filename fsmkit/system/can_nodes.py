@@ -1,0 +1,248 @@
+"""Foreign nodes on a CAN bus: the messages that connections stand for, and how late they come.
+
+A machine of such a node stands for the node of the file that has the name of its chart. What it
+sends, takes and shows has the names and types that ``fsmkit convert`` gives to the chart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fsmkit.can.dbc import Dbc, Message, Signal, read_dbc, word
+from fsmkit.can.environment import names_of_levels, names_of_silence
+from fsmkit.can.timing import (
+    BITRATE,
+    ERROR_EVERY,
+    frames_of,
+    load_of,
+    microseconds,
+    response_times,
+)
+from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.language import BoolType, EnumType, FloatType, IntType, Scope, Type, read_duration
+from fsmkit.loading import read_bytes
+from fsmkit.system.indices import integer
+from fsmkit.system.links import CAPACITY, ChannelOptions, channel
+from fsmkit.system.system import EventLink, Machine, System, port_fields, port_name
+
+
+@dataclass(frozen=True, slots=True)
+class CanTimes:
+    """What the messages of a bus take. ``responses``: of each message, in microseconds."""
+
+    node: str
+    load: float
+    responses: tuple[tuple[Message, int | None], ...]
+
+
+@dataclass(frozen=True)
+class CanNode:
+    """A foreign node on a bus: its file, and the worst-case response times there."""
+
+    dbc: Dbc
+    times: CanTimes
+
+
+def can_node(
+    name: str, options: dict[str, Text], folder: Path, findings: Findings
+) -> CanNode | None:
+    """Return a foreign node on a bus; None where it names no file, or after reporting why not."""
+    if "dbc" not in options:
+        return None
+    path = folder / options["dbc"].value
+    dbc = read_dbc(path, read_bytes(path, options["dbc"]), findings)
+    if dbc is None:
+        return None
+    bitrate = _positive(options.get("bitrate"), BITRATE, findings)
+    errors = ERROR_EVERY
+    if (text := options.get("error_every")) is not None:
+        errors = read_duration(text, Scope(tick=1), findings) or ERROR_EVERY
+    frames = frames_of(dbc, bitrate)
+    responses = response_times(frames, max(1, errors * bitrate // 1_000_000))
+    found: list[tuple[Message, int | None]] = []
+    load = load_of(frames)
+    for message in dbc.messages:
+        bits = responses[message.frame, message.is_extended]
+        found.append((message, None if bits is None else microseconds(bits, bitrate)))
+    node = CanNode(dbc, CanTimes(name, load, tuple(found)))
+    _report_late(node, options["dbc"], findings)
+    return node
+
+
+def _positive(text: Text | None, otherwise: int, findings: Findings) -> int:
+    if text is None:
+        return otherwise
+    number = integer(text, findings)
+    if number is not None and not 1000 <= number <= 1_000_000:
+        findings.add("unexpected-value", "a bus has 1,000 to 1,000,000 bits per second", text)
+        return otherwise
+    return number or otherwise
+
+
+def _report_late(node: CanNode, at: Text, findings: Findings) -> None:
+    seen = set()
+    for message, response in node.times.responses:
+        if message.frame in seen:
+            continue
+        seen.add(message.frame)
+        if message.is_fd:
+            findings.add(
+                "late-message",
+                f"`{message.name}` is a frame of CAN FD, whose response times are not computed",
+                message.span,
+                secondary=[(at, "the file is named here")],
+                help="send it as a classical frame",
+            )
+        elif response is None or (message.cycle and response > message.cycle * 1000):
+            late = "has no bound" if response is None else f"is {response} us"
+            cycle = f"its cycle is {message.cycle} ms" if message.cycle else "it has no cycle"
+            findings.add(
+                "late-message",
+                f"the response time of `{message.name}` {late}, and {cycle}; the load of the bus "
+                f"is {node.times.load:.0%}",
+                message.span,
+                secondary=[(at, "the file is named here")],
+                help="give it a lower identifier, or send less on this bus",
+            )
+
+
+def report_unfit(
+    system: System, machines: tuple[int, ...], node: CanNode, at: Text, findings: Findings
+) -> None:
+    """Report each connection with machines of a node that no message of its file fits."""
+    for number in machines:
+        machine = system.machines[number]
+        name = next((n for n in node.dbc.nodes if word(n) == word(machine.chart.name)), None)
+        if name is None:
+            findings.add(
+                "unfit-message",
+                f"`{at}` has no node with the name of the chart `{machine.chart.name}`",
+                at,
+                help=f"name the chart like one of {', '.join(node.dbc.nodes)}",
+            )
+            continue
+        for what, wanted, types in _ports(system, machines, number):
+            error = _misfit(node.dbc, name, what, wanted, types)
+            if error:
+                findings.add(
+                    "unfit-message",
+                    f"`{machine.name}.{wanted}` is connected, but {error}",
+                    at,
+                    secondary=[] if machine.span is None else [(machine.span, "the machine")],
+                    help="write the chart again with `fsmkit convert`, or connect less of it",
+                )
+
+
+def _ports(
+    system: System, machines: tuple[int, ...], number: int
+) -> Iterator[tuple[str, str, dict[str, Type]]]:
+    """Yield what of a machine is connected to other nodes: kind, name, and its types."""
+    machine = system.machines[number]
+    chart = machine.chart
+    for link in system.event_links:
+        if link.source == number and link.target not in machines:
+            fields = {field.name: field.type for field in port_fields(chart, link.port)}
+            yield "sent", port_name(chart, link.port), fields
+        elif link.target == number and link.source not in machines:
+            event = chart.events[link.event]
+            fields = {field.name: field.type for field in event.fields}
+            yield "taken", event.name, fields
+    for level in system.input_links:
+        if level.source == number and level.target not in machines:
+            output = chart.outputs[level.output]
+            yield "level", output.name, {output.name: output.type}
+        elif level.target == number and level.source not in machines:
+            variable = chart.inputs[level.input]
+            yield "level", variable.name, {variable.name: variable.type}
+
+
+def _misfit(dbc: Dbc, node: str, what: str, name: str, types: dict[str, Type]) -> str | None:
+    """Return why nothing in the file is what is connected; None where something is."""
+    if what == "level":
+        signal = level_signals(dbc, node).get(name)
+        signals = {} if signal is None else {name: signal[1]}
+    elif name in names_of_silence(dbc).values() and what == "sent":
+        return None if not types else "silence has no fields"
+    else:
+        message = event_message(dbc, node, name)
+        signals = {} if message is None else {part.name: part for part in message.signals}
+        if message is not None and not types and not signals:
+            return None
+    if not signals:
+        return "no message of the file has this name"
+    if signals.keys() != types.keys():
+        return f"its message has the signals {', '.join(signals)}"
+    for field, type_ in types.items():
+        if not is_same(signals[field], type_):
+            return f"`{field}` is `{type_}`, and its signal `{signals[field].type}`"
+    return None
+
+
+def level_signals(dbc: Dbc, node: str) -> dict[str, tuple[Message, Signal]]:
+    """Return the signals that are levels of a node, by the names of these."""
+    names = names_of_levels(dbc, node)
+    return {
+        names[message.name, signal.name]: (message, signal)
+        for message in dbc.messages
+        for signal in message.signals
+        if (message.name, signal.name) in names
+    }
+
+
+def event_message(dbc: Dbc, node: str, name: str) -> Message | None:
+    """Return the message that is an event of a node, by its name."""
+    for message in dbc.messages:
+        if message.name == name and node in message.senders | message.receivers:
+            return None if message.is_levels else message
+    return None
+
+
+def is_same(signal: Signal, type_: Type) -> bool:
+    """Whether the values of a type are those of a signal."""
+    match signal.type, type_:
+        case BoolType(), BoolType():
+            return True
+        case IntType(lo, hi), IntType(least, most):
+            return (lo, hi) == (least, most)
+        case FloatType(bits), FloatType(others):
+            return bits == others
+        case EnumType(_, members), EnumType(_, others):
+            return tuple(map(str, members)) == tuple(map(str, others))
+        case _:
+            return False
+
+
+def with_delays(system: System, machines: tuple[int, ...], node: CanNode, span: Span) -> System:
+    """Return a system in which events of a node travel as long as their messages may take.
+
+    Connections that hold, delay or lose messages already are left as they are. ``span``: where the
+    file is named.
+    """
+    responses = {message.name: late for message, late in node.times.responses}
+    links: list[EventLink] = []
+    added: list[Machine] = []
+    for link in system.event_links:
+        name = _message_name(system, machines, link)
+        late = responses.get(name) if name is not None else None
+        ends = system.machines[link.source], system.machines[link.target]
+        if late is None or any(end.is_channel for end in ends):
+            links.append(link)
+            continue
+        tick = ends[1].chart.capacities.tick
+        options = ChannelOptions(CAPACITY, 0, -(-late // tick))
+        number = len(system.machines) + len(added)
+        made, enter, leave = channel(link, options, (*system.machines, *added), number, span)
+        added.append(made)
+        links += [enter, leave]
+    return replace(system, machines=(*system.machines, *added), event_links=tuple(links))
+
+
+def _message_name(system: System, machines: tuple[int, ...], link: EventLink) -> str | None:
+    """Return the name of the message that a connection with the node stands for."""
+    if link.source in machines and link.target not in machines:
+        return port_name(system.machines[link.source].chart, link.port)
+    if link.target in machines and link.source not in machines:
+        return system.machines[link.target].chart.events[link.event].name
+    return None
