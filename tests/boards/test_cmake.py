@@ -189,7 +189,7 @@ def test_prefix_and_library(project: Path) -> None:
     (project / "user.c").write_text(
         '#include "third.h"\nstatic third m;\n'
         "void third_light(third *of, bool on) { (void)of; (void)on; }\n"
-        "int main(void) { third_init(&m); return m.level; }\n",
+        "int main(void) { third_init(&m); return m.out.level; }\n",
         encoding="utf-8",
     )
     write_project(project, f"{LINES}\n{lines}")

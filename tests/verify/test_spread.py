@@ -23,22 +23,24 @@ capacity: {queue: 8}
 outputs: {last: 0..5}
 initial: idle
 states:
-  idle: {rest: true, on: {call: {target: busy, do: last = event.at}}}
+  idle: {rest: true, on: {call: {if: event.at * 2 <= 10, target: busy, do: last = event.at}}}
   busy: {defer: call, on: {opened: idle}}
 """
-BATTERY = """chart: Batt
-inputs: {volts: 0..5000, temp: -400..1000}
-events: {in: [plug, tick]}
-data: {n: 0..15}
+COMPARED = " or ".join(f"temp == {celsius}" for celsius in range(-390, 1000, 29))
+"""So the input is divided into as many values."""
+BATTERY = f"""chart: Batt
+inputs: {{volts: 0..5000, temp: -400..1000}}
+events: {{in: [plug, tick]}}
+data: {{n: 0..63}}
 initial: off
 states:
   off:
     rest: true
-    invariant: temp <= 1000 or temp == 7 or temp == 18 or temp == 111 or temp == 200
+    invariant: temp <= 1000 or {COMPARED}
     on:
-      tick: {if: n < 15, do: n += 1}
-      plug: {if: volts > 100, target: cc}
-  cc: {on: {plug: off}}
+      tick: {{if: n < 63, do: n += 1}}
+      plug: {{if: volts > 100, target: cc}}
+  cc: {{on: {{plug: off}}}}
 """
 COUNTER = """chart: C
 events: {in: [up, down]}
@@ -57,7 +59,9 @@ SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:s
   <fk:event direction="in" signature="opened"/>
   <datamodel><fk:output id="last" type="0..5" expr="0"/></datamodel>
   <state id="idle" fk:rest="true">
-    <transition event="call" target="busy"><assign location="last" expr="event.at"/></transition>
+    <transition event="call" target="busy" cond="event.at * 2 &lt;= 10">
+      <assign location="last" expr="event.at"/>
+    </transition>
   </state>
   <state id="busy" fk:defer="call"><transition event="opened" target="idle"/></state>
 </scxml>

@@ -54,6 +54,8 @@ class _Machine:
         self._lines: list[str] = []
         self._machine: Any = load_machine(self._chart, traced=True)(self._host)
         self._machine.trace = self._lines.append
+        self._width: int = getattr(self._machine, "WIDTH", 0)
+        """Of payloads; a machine whose events carry none has no such constant."""
 
     def perform(self, command: Command) -> list[str]:
         """Take one step; return its trace, without the line that tells the time."""
@@ -104,7 +106,7 @@ class _Machine:
         machine._queue_head = head  # noqa: SLF001
         machine._queue_count += 1  # noqa: SLF001
         machine._queue_event[head] = event.event  # noqa: SLF001
-        at = head * machine.WIDTH
+        at = head * self._width
         if event.payload:
             machine._queue_fields[at : at + len(event.payload)] = event.payload  # noqa: SLF001
         machine._take_queued()  # noqa: SLF001
@@ -118,7 +120,7 @@ class _Machine:
             self._lines.append(f"due at {due}, not {command.now}")
         for name, width in (
             ("_timer_due", 1), ("_timer_what", 1), ("_timer_mark", 1),
-            ("_timer_route", 1), ("_timer_peer", 1), ("_timer_fields", machine.WIDTH),
+            ("_timer_route", 1), ("_timer_peer", 1), ("_timer_fields", self._width),
         ):  # fmt: skip
             found = getattr(machine, name, [])
             chosen = found[place * width : (place + 1) * width]
@@ -129,7 +131,7 @@ class _Machine:
     def _place(self, timer: Waiting | None) -> int:
         """Return the place of a timer among those that are armed."""
         machine = self._machine
-        count, width = machine._timer_count, machine.WIDTH  # noqa: SLF001
+        count, width = machine._timer_count, self._width  # noqa: SLF001
         armed = machine._timer_what[:count]  # noqa: SLF001
         if isinstance(timer, Timeout):
             return int(armed.index(timer.transition))

@@ -96,8 +96,8 @@ def test_random_charts() -> None:
     charts = [chart for chart in map(random_chart, range(40)) if chart is not None]
     closed = [close(system_of(c), untimed=n % 2 == 0) for n, c in enumerate(charts)]
     found = [same(one, 5) for one in closed if not one.results[0]]
-    assert sum(steps for steps, _ in found) > 100
-    assert sum(runs for _, runs in found) > 100
+    assert sum(steps for steps, _ in found) > 60
+    assert sum(runs for _, runs in found) > 50
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
