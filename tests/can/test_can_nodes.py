@@ -14,6 +14,8 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.system.deployment import Deployment
 from tests.can.conftest import HEATER
 
+pytestmark = pytest.mark.external
+
 OVEN = """\
 system: Oven
 machines: {control: control.yaml, heater: heater.yaml}

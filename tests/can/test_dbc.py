@@ -17,6 +17,8 @@ from fsmkit.diagnostics import Diagnostic, Findings
 from fsmkit.language import EnumType, IntType
 from tests.can.conftest import HEATER
 
+pytestmark = pytest.mark.external
+
 HEAD = 'VERSION ""\nBU_: A B\n'
 
 

@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 from fsmkit.can.timing import TimedFrame, frame_bits, load_of, microseconds, response_times
 from tests.can.can_bus import Bus, bits_of
 
+pytestmark = pytest.mark.external
+
 BITRATE = 500_000
 SECONDS = 60 if os.environ.get("FSMKIT_LONG_CAN") else 6
 """Seconds on the bus; `FSMKIT_LONG_CAN=1` runs the whole minute."""

@@ -145,6 +145,7 @@ def test_two_foreign_nodes_are_not_connected(write: Callable[..., Path]) -> None
     assert "`fan` is connected to `heater`, and both are on foreign nodes" in found.message
 
 
+@pytest.mark.cc
 def test_checking_a_deployment_with_a_foreign_node_is_checking_its_system(
     write: Callable[..., Path],
 ) -> None:
