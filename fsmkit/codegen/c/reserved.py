@@ -87,7 +87,7 @@ FUNCTIONS = _words(
 """What follows the prefix in the names of functions and types that every machine has."""
 
 FAMILIES = re.compile(
-    r"leave_\d+_above|(leave|leave_all|state|always|guard|ask|block|select_event|select_eventless)_\d+"
+    r"leave_\d+_above|(leave|leave_all|state|always|guard|ask|block|part|select_event|select_eventless)_\d+"
     r"|take_\d+(_\d+)?|(call|post|send)_.*"
 )
 """And of those that are made by number or by name."""

@@ -50,6 +50,19 @@ class Step:
         return (*self.record, *self.leave, *self.act, *self.enter)
 
 
+PHASES: tuple[tuple[Callable[[Step], Lines], bool], ...] = (
+    (lambda step: step.record, False),
+    (lambda step: step.leave, True),
+    (lambda step: step.act, False),
+    (lambda step: step.enter, False),
+)
+"""Of a microstep, in their order (Appendix D); whether the last region comes first."""
+VERBS = ("record", "leave", "act", "enter")
+"""The names of the phases."""
+MOST_TOGETHER = 64
+"""Regions in one function."""
+
+
 class ReactionPrinter:
     """Prints a function for each event, or, in a chart of one region, for each state."""
 
@@ -72,6 +85,7 @@ class ReactionPrinter:
         self._acts: dict[int, Lines] = {}
         self._stopping: dict[int, list[int]] = {}
         self._functions: set[str] = set()
+        self._parts = 0
         self.shapes = selection.shapes
         self.by_event = self.shapes.by_event
 
@@ -379,10 +393,10 @@ class ReactionPrinter:
                 continue
             name = f"{p}_on_{self.names.event_names[event]}"
             calls[event] = name
-            out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause)")
             if shape is Shape.APART:
-                self._apart(out, transitions, event)
+                self._apart(out, name, transitions, event)
                 continue
+            out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause)")
             (region,) = self.shapes.regions(transitions)
 
             def answer(leaf: int, event: int = event) -> Lines:
@@ -397,26 +411,70 @@ class ReactionPrinter:
             rows.append((name, self.chart.events[event].name))
         print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")
 
-    def _apart(self, out: Emitter, transitions: Sequence[Transition], event: int) -> None:
-        """Print the body of a function for regions that are left and entered on their own."""
+    def _apart(
+        self, out: Emitter, name: str, transitions: Sequence[Transition], event: int
+    ) -> None:
+        """Print a function for regions that are left and entered on their own."""
         regions = [self.plan.regions[r] for r in self.shapes.regions(transitions)]
-        steps: list[list[Step]] = []
+        head = f"static fsm_result {name}({self.prefix} *m, const {self.prefix}_event *cause)"
+        if len(regions) > MOST_TOGETHER:
+            self._apart_by_parts(out, head, regions, event)
+            return
+        ways = [f"way{place}" for place in range(len(regions))]
+        out.line(head)
         with out.block("{"):
-            for place, region in enumerate(regions):
-                steps.append(self._choose(out, region, f"way{place}", event))
-            ways = " | ".join(f"way{place}" for place in range(len(regions)))
-            out.lines([f"if (({ways}) == 0u)", f"    {self._ignored}"])
-            parts: tuple[tuple[Callable[[Step], Lines], bool], ...] = (
-                (lambda step: step.record, False),
-                (lambda step: step.leave, True),
-                (lambda step: step.act, False),
-                (lambda step: step.enter, False),
-            )
-            for part, is_reversed in parts:
+            chosen = [
+                self._choose(out, region, way, event)
+                for region, way in zip(regions, ways, strict=True)
+            ]
+            out.lines([f"if (({' | '.join(ways)}) == 0u)", f"    {self._ignored}"])
+            for phase, is_reversed in PHASES:
                 order = range(len(regions))
                 for place in reversed(order) if is_reversed else order:
-                    self._by_way(out, f"way{place}", [part(step) for step in steps[place]])
+                    self._by_way(out, ways[place], [phase(step) for step in chosen[place]])
             out.line(HANDLED)
+        out.line()
+
+    def _apart_by_parts(
+        self, out: Emitter, head: str, regions: Sequence[Region], event: int
+    ) -> None:
+        """Print the same for many regions: a compiler's time is not linear in one function."""
+        p, count = self.prefix, len(regions)
+        calls: list[str] = []
+        chosen: list[list[Step]] = []
+        parts = [range(count)[at : at + MOST_TOGETHER] for at in range(0, count, MOST_TOGETHER)]
+        ctype = "uint16_t"
+
+        def part(verb: str, body: Emitter) -> None:
+            if not _lines(body):
+                return
+            own = f"{p}_part_{self._parts}"
+            self._parts += 1
+            way = f"{'const ' if verb != 'choose' else ''}{ctype} *way"
+            out.line(self.names.remark(f"{self.chart.events[event].name}: {verb}"))
+            out.line(f"static void {own}({p} *m, {way})")
+            with out.block("{"):
+                out.lines(["(void)m;", *_lines(body)])
+            out.line()
+            calls.append(f"{own}(m, way);")
+
+        for places in parts:
+            body = Emitter()
+            chosen += [self._choose(body, regions[at], f"way[{at}]", event) for at in places]
+            part("choose", body)
+        asked, calls = calls, []
+        for verb, (phase, is_reversed) in zip(VERBS, PHASES, strict=True):
+            for places in parts[:: -1 if is_reversed else 1]:
+                body = Emitter()
+                for at in places[:: -1 if is_reversed else 1]:
+                    self._by_way(body, f"way[{at}]", [phase(step) for step in chosen[at]])
+                part(verb, body)
+        out.line(head)
+        with out.block("{"):
+            out.lines([f"{ctype} way[{count}] = {{0u}};", f"{ctype} any = 0u;", *asked])
+            out.line(f"for (uint32_t i = 0u; i < {count}u; i++)")
+            out.line(f"    any = ({ctype})(any | way[i]);")
+            out.lines(["if (any == 0u)", f"    {self._ignored}", *calls, HANDLED])
         out.line()
 
     def _choose(self, out: Emitter, region: Region, way: str, event: int) -> list[Step]:
@@ -442,7 +500,8 @@ class ReactionPrinter:
                         word = "else if"
                     choice.line("break;")
             choice.lines(["default:", "    break;"])
-        out.line(f"{'uint8_t' if len(steps) <= NARROW else 'uint16_t'} {way} = 0u;")
+        if not way.endswith("]"):
+            out.line(f"{'uint8_t' if len(steps) <= NARROW else 'uint16_t'} {way} = 0u;")
         out.lines(choice.finish().rstrip("\n").split("\n"))
         return steps
 
