@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fsmkit
 from fsmkit.analysis.host_events import posted_events, sent_events
-from fsmkit.codegen.c.expressions.types import integer_storage, storage
+from fsmkit.codegen.c.expressions.types import enumeration_of, integer_storage, passed_type, storage
 from fsmkit.codegen.c.layout import Group
 from fsmkit.codegen.c.names import Names, file_name
 from fsmkit.emit import Emitter
@@ -79,6 +79,10 @@ def _chart_constants(out: Emitter, names: Names) -> None:
 
 def _enumerations(out: Emitter, names: Names) -> None:
     chart = names.chart
+    if names.renamed:
+        out.line("/* Names of the chart that C, or each machine, has for something else:")
+        out.lines(f" * {kind} {comment(old)}: {new}" for kind, old, new in names.renamed)
+        out.lines([" */", ""])
     with out.block("typedef enum {", f"}} {names.prefix}_state;"):
         for state in chart.states:
             if not state.is_history:
@@ -101,8 +105,15 @@ def _enumerations(out: Emitter, names: Names) -> None:
         if isinstance(type_, RecordType):
             with out.block("typedef struct {", f"}} {names.records[type_.name]};"):
                 for part in type_.fields:
-                    out.line(f"{declaration(part.type, names.field(part.name), names)};")
+                    out.line(_member(part.type, names.field(part.name), names))
             out.line()
+
+
+def _member(type_: Type, name: str, names: Names) -> str:
+    """Return the declaration of a member, with a comment on the enumeration that it stores."""
+    enumeration = enumeration_of(type_, names)
+    note = f" /* {enumeration} */" if enumeration else ""
+    return f"{declaration(type_, name, names)};{note}"
 
 
 def declaration(type_: Type, name: str, names: Names) -> str:
@@ -144,7 +155,7 @@ def _events(out: Emitter, names: Names) -> None:
                         with out.block("struct {", f"}} {payload};"):
                             for part in event.fields:
                                 name = names.field(part.name)
-                                out.line(f"{declaration(part.type, name, names)};")
+                                out.line(_member(part.type, name, names))
         out.line(f"{event_type(names)} event; /* {names.prefix}_event_name, 0 for none */")
     zero = "{{{0}}, 0}" if size else "{0}"
     out.line(f"#define {names.upper}_NO_EVENT {zero}")
@@ -171,14 +182,14 @@ def _declare(out: Emitter, group: Group) -> None:
 
 
 def parameters(fields: tuple[Field, ...], names: Names) -> str:
-    """Return the parameters for fields; arrays and records come by pointer."""
+    """Return the parameters for fields; arrays come by pointer."""
     texts = []
     for part in fields:
         name = names.field(part.name)
         if isinstance(part.type, ArrayType):
             texts.append(f"const {storage(part.type, names.records).text} *{name}")
         else:
-            texts.append(declaration(part.type, name, names))
+            texts.append(f"{passed_type(part.type, names)} {name}")
     return "".join(f", {text}" for text in texts)
 
 
@@ -319,7 +330,7 @@ def _operations(out: Emitter, names: Names) -> None:
     for operation in chart.operations:
         result = "void"
         if operation.result is not None:
-            result = storage(operation.result, names.records).text
+            result = passed_type(operation.result, names)
         name = names.operations[operation.name]
         out.line(f"{result} {p}_{name}({p} *m{parameters(operation.parameters, names)});")
     if chart.operations:

@@ -8,11 +8,11 @@ arguments (an array of pointers, or NULL), ``result`` the place of the result, o
 from __future__ import annotations
 
 from fsmkit.analysis.host_events import sent_events
-from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.expressions.types import loaded, passed_type, storage
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
-from fsmkit.language import ArrayType, Field
+from fsmkit.language import ArrayType, EnumType, Field
 
 
 def print_host(out: Emitter, names: Names) -> None:
@@ -20,17 +20,17 @@ def print_host(out: Emitter, names: Names) -> None:
     p = names.prefix
     for number, operation in enumerate(names.chart.operations):
         result = operation.result
-        ctype = "void" if result is None else storage(result, names.records).text
+        returned = "void" if result is None else passed_type(result, names)
         taken = parameters(operation.parameters, names)
-        out.line(f"{ctype} {p}_{names.operations[operation.name]}({p} *m{taken})")
+        out.line(f"{returned} {p}_{names.operations[operation.name]}({p} *m{taken})")
         with out.block("{"):
             if result is not None:
-                out.line(f"{ctype} result;")
+                out.line(f"{storage(result, names.records).text} result;")
             given = _given(out, names, operation.parameters)
             place = "NULL" if result is None else "&result"
             out.line(f"FSM_HOST_CALL(m, {number}u, {given}, {place});")
             if result is not None:
-                out.line("return result;")
+                out.line(f"return {loaded(result, 'result', names)};")
         out.line()
     for index in sent_events(names.chart):
         event = names.chart.events[index]
@@ -46,7 +46,14 @@ def _given(out: Emitter, names: Names, fields: tuple[Field, ...]) -> str:
     """Print the places of the arguments; return what they are called."""
     if not fields:
         return "NULL"
-    places = ((names.field(part.name), isinstance(part.type, ArrayType)) for part in fields)
-    listed = ", ".join(name if is_pointer else f"&{name}" for name, is_pointer in places)
+    places = []
+    for number, part in enumerate(fields):
+        name = names.field(part.name)
+        if isinstance(part.type, EnumType):
+            stored = storage(part.type, names.records).text
+            out.line(f"const {stored} fsm_value_{number} = ({stored}){name};")
+            name = f"fsm_value_{number}"
+        places.append(name if isinstance(part.type, ArrayType) else f"&{name}")
+    listed = ", ".join(places)
     out.line(f"const void *const fsm_given[] = {{{listed}}};")
     return "fsm_given"

@@ -13,7 +13,7 @@ from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import number_of
 from fsmkit.emit import Emitter
-from fsmkit.language import ArrayType, Field, RecordType
+from fsmkit.language import ArrayType, EnumType, Field, RecordType
 from fsmkit.texts.c import quoted
 
 POST_BY_NAME = """
@@ -163,7 +163,9 @@ class InterfacePrinter:
                 with out.indented():
                     out.line(f"{payload}.{name}[i] = {name}[i];")
             else:
-                out.line(f"{payload}.{name} = {name};")
+                stored = storage(part.type, self.names.records).text
+                cast = f"({stored})" if isinstance(part.type, EnumType) else ""
+                out.line(f"{payload}.{name} = {cast}{name};")
 
     def _in_state(self, out: Emitter) -> None:
         names, plan = self.names, self.names.plan

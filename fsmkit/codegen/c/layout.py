@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Reply
-from fsmkit.codegen.c.expressions.types import computed, storage
+from fsmkit.codegen.c.expressions.types import computed, enumeration_of, storage
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.reserved import TO_INVOKE
@@ -129,7 +129,8 @@ def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Me
         group, _, name = names.variables[variable.name].partition(".")
         stored = storage(variable.type, names.records)
         text = declare(variable.type, name, names)
-        found.append(Member(text, stored.size, stored.alignment, group=group))
+        note = enumeration_of(variable.type, names)
+        found.append(Member(text, stored.size, stored.alignment, note, group))
     own = len(found)
     event = f"{names.prefix}_event"
     size, alignment = needs.event_size, needs.event_alignment

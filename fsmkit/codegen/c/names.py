@@ -256,6 +256,34 @@ class Names:
         """Return the member with what a history recorded of a region, 0 for nothing."""
         return self.histories.get((history, region), self.regions[region])
 
+    @cached_property
+    def renamed(self) -> tuple[tuple[str, str, str], ...]:
+        """Names of the chart that others have in C: the kind, the name, the name in C."""
+        chart, p = self.chart, self.prefix
+        found = [
+            *(("type", t, c, f"{p}_{snake(t)}") for t, c in self.enumerations.items()),
+            *(("record", t, c, f"{p}_{snake(t)}") for t, c in self.records.items()),
+            *(("operation", o, f"{p}_{c}", f"{p}_{snake(o)}") for o, c in self.operations.items()),
+            *(
+                ("event", e.name, f"{p}_post_{c}", f"{p}_post_{snake(e.name)}")
+                for e, c in zip(chart.events, self.event_names, strict=True)
+            ),
+            *(
+                ("state", s.id, c, f"{self.upper}_STATE_{legal(s.id).upper()}")
+                for s, c in zip(chart.states[1:], self.states[1:], strict=True)
+            ),
+            *(
+                ("variable", v, c, c if c.partition(".")[2] == v else "")
+                for v, c in self.variables.items()
+            ),
+            *(("field", f, c, f) for f, c in self.fields.items()),
+            *(
+                ("constant", k, c, f"{self.upper}_{snake(k).upper()}")
+                for k, c in self.constants.items()
+            ),
+        ]
+        return tuple((kind, old, new) for kind, old, new, plain in found if new != plain)
+
     def place(self, span: object) -> str:
         """Return where something was written, as a comment says it."""
         return _place(span)

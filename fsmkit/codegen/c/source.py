@@ -6,7 +6,7 @@ from fsmkit.analysis.host_events import sent_events
 from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
-from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import banner, event_type, parameters
 from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
 from fsmkit.codegen.c.interface import InterfacePrinter
@@ -113,7 +113,7 @@ class SourcePrinter:
             if "guarded " + operation.name not in names.used:
                 continue
             fields, result = operation.parameters, operation.result
-            ctype = "void" if result is None else storage(result, names.records).text
+            ctype = "void" if result is None else passed_type(result, names)
             name = names.operations[operation.name]
             head = f"static {ctype} {p}_call_{name}({p} *m{parameters(fields, names)})"
             passed = "".join(f", {names.field(part.name)}" for part in fields)
@@ -148,7 +148,8 @@ class SourcePrinter:
                     with out.indented():
                         payload = f"e->of.{names.payloads[event.index]}"
                         passed = "".join(
-                            f", {payload}.{names.field(part.name)}" for part in event.fields
+                            f", {loaded(part.type, f'{payload}.{names.field(part.name)}', names)}"
+                            for part in event.fields
                         )
                         out.line(f"{p}_send_{names.event_names[event.index]}(m{passed});")
                         out.line("break;")

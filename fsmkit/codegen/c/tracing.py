@@ -6,12 +6,12 @@ machine itself holds nothing of all that. What does not depend on the chart is i
 
 from __future__ import annotations
 
-from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.expressions.types import loaded, passed_type, storage
 from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.info import Machines, within
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
-from fsmkit.language import Field
+from fsmkit.language import EnumType, Field
 from fsmkit.plan.image import codes, image_of, size_of
 from fsmkit.texts.c import comment
 
@@ -79,16 +79,21 @@ def _logged(out: Emitter, names: Names, name: str, number: int) -> None:
     """Print a function that calls an operation and logs that, and let it be called so."""
     operation, p = names.chart.operations[number], names.prefix
     result, fields = operation.result, operation.parameters
-    ctype = "void" if result is None else storage(result, names.records).text
+    ctype = "void" if result is None else passed_type(result, names)
     logged = f"fsm_{p}_logged_{name}"
     out.line(f"static {ctype} {logged}({p} *m{parameters(fields, names)})")
     with out.block("{"):
         passed = "".join(f", {names.field(part.name)}" for part in fields)
         call = f"{p}_{name}(m{passed})"
-        out.line(f"{call};" if result is None else f"{ctype} result = {call};")
+        if result is None:
+            out.line(f"{call};")
+        else:
+            stored = storage(result, names.records).text
+            cast = f"({stored})" if isinstance(result, EnumType) else ""
+            out.line(f"{stored} result = {cast}{call};")
         out.line(f"FSM_TRACED_RESULT({number}u, {'NULL' if result is None else '&result'});")
         if result is not None:
-            out.line("return result;")
+            out.line(f"return {loaded(result, 'result', names)};")
     out.lines([f"#define {p}_{name} {logged}", ""])
 
 

@@ -11,7 +11,7 @@ from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.system.parts import Part, parts_of
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter, snake
-from fsmkit.language import Field, Type, Value
+from fsmkit.language import EnumType, Field, Type, Value
 from fsmkit.system.joinable import report_limits
 from fsmkit.system.system import EventLink, System
 from fsmkit.texts import printing
@@ -215,7 +215,7 @@ class GluePrinter:
             ):
                 value = source.names.field(fields[place].name)
                 into = f"e.of.{names.payloads[link.event]}.{names.field(field.name)}"
-                out.line(f"{into} = {self._cast(fields[place].type, field.type)}{value};")
+                out.line(f"{into} = {self._stored(fields[place].type, field.type)}{value};")
             out.line(f"{self.prefix}_to_{target.member}(s, &e);")
 
     def _copies(self, out: Emitter) -> None:
@@ -240,6 +240,12 @@ class GluePrinter:
         """Return the conversion from one scalar to another, of which the values fit."""
         ctype = storage(wanted, {}).text
         return "" if storage(given, {}).text == ctype else f"({ctype})"
+
+    def _stored(self, passed: Type, wanted: Type) -> str:
+        """Return the conversion of an argument to what is stored of it."""
+        if isinstance(passed, EnumType):
+            return f"({storage(wanted, {}).text})"
+        return self._cast(passed, wanted)
 
     # --- running ---------------------------------------------------------------------------------
 

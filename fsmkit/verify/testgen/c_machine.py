@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.c.expressions.expressions import Printer
-from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.expressions.types import passed_type, storage
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.names import name_everything
 from fsmkit.document.document import Direction
@@ -112,7 +112,7 @@ class MachineTest:
 
     def _answers(self, operation: Operation) -> None:
         out, result = self.out, operation.result
-        stored = "void" if result is None else storage(result, self.names.records).text
+        stored = "void" if result is None else passed_type(result, self.names)
         name = self.names.operations[operation.name]
         out.line(
             f"{stored} {self.type}_{name}({self.type} *m"

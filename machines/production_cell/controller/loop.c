@@ -124,10 +124,10 @@ void feeder_send_is_ready(feeder *m)
     start_when_ready();
 }
 
-void feeder_send_has_fault(feeder *m, uint8_t code)
+void feeder_send_has_fault(feeder *m, feeder_fault_kind code)
 {
     (void)m;
-    printf("%u feeder !has_fault %u\n", (unsigned)cell.now, code);
+    printf("%u feeder !has_fault %u\n", (unsigned)cell.now, (unsigned)code);
     trip();
 }
 
@@ -211,10 +211,10 @@ void molder_send_is_ready(molder *m)
     start_when_ready();
 }
 
-void molder_send_has_fault(molder *m, uint8_t code)
+void molder_send_has_fault(molder *m, molder_fault_kind code)
 {
     (void)m;
-    printf("%u molder !has_fault %u\n", (unsigned)cell.now, code);
+    printf("%u molder !has_fault %u\n", (unsigned)cell.now, (unsigned)code);
     trip();
 }
 

@@ -27,7 +27,7 @@ from fsmkit.chart.statements import (
 )
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy
-from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.expressions.types import loaded, storage
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
 from fsmkit.language import (
@@ -241,7 +241,8 @@ class ContentPrinter:
             out.line(f'FSM_HOOK_TEXT(m, FSM_LEFT, "", {peer}u);')
             payload = f"e.of.{names.payloads[statement.event]}"
             fields = names.chart.events[statement.event].fields
-            out.line(call + "".join(f", {payload}.{names.field(f.name)}" for f in fields) + ");")
+            passed = (loaded(f.type, f"{payload}.{names.field(f.name)}", names) for f in fields)
+            out.line(f"{', '.join((call, *passed))});")
         elif statement.destination is Destination.SELF:
             out.line(f"{prefix}_send(m, &e);")
             names.used.add("send")

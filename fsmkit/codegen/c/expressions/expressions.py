@@ -32,6 +32,7 @@ from fsmkit.codegen.c.expressions.types import (
     computed,
     integer,
     interval,
+    loaded,
     storage,
     wrapping,
 )
@@ -87,6 +88,16 @@ class Printer(Operators):
             return fragment.text
         stored = storage(target, self.names.records).text
         return self.cast(fragment, stored)
+
+    def passed(self, expr: Expr, type_: Type) -> str:
+        """Return an expression as the argument of a function."""
+        if not isinstance(type_, EnumType):
+            return self.value(expr, type_)
+        folded = fold(expr)
+        fragment = self.fragment(folded)
+        if isinstance(folded, Literal):
+            return fragment.text
+        return loaded(type_, fragment.at(PREFIX), self.names)
 
     def condition(self, expr: Expr) -> str:
         """Return an expression as a condition."""
@@ -342,9 +353,10 @@ class Printer(Operators):
         self, arguments: tuple[Expr, ...], types: tuple[Type, ...]
     ) -> tuple[list[str], list[str]]:
         """Print values for parameters: what must be computed before, then the arguments."""
-        pieces = [self.value(e, t) for e, t in zip(arguments, types, strict=True)]
+        pairs = list(zip(arguments, types, strict=True))
         if not any(needs_order(a, b) for i, a in enumerate(arguments) for b in arguments[i + 1 :]):
-            return [], pieces
+            return [], [self.passed(e, t) for e, t in pairs]
+        pieces = [self.value(e, t) for e, t in pairs]
         before, texts = [], []
         for text, type_ in zip(pieces, types, strict=True):
             if isinstance(type_, ArrayType | RecordType):
@@ -352,7 +364,7 @@ class Printer(Operators):
                 continue
             place = self.temporary(Fragment("", storage(type_, self.names.records).text))
             before.append(f"{place.text} = {text}")
-            texts.append(place.text)
+            texts.append(loaded(type_, place.text, self.names))
         return before, texts
 
     def _convert(self, operand: Expr, type_: Type) -> Fragment:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import assert_never
+from typing import TYPE_CHECKING, assert_never
 
 from fsmkit.language import (
     INT32,
@@ -21,6 +21,9 @@ from fsmkit.language import (
     Type,
 )
 from fsmkit.language.conversion import of_type
+
+if TYPE_CHECKING:
+    from fsmkit.codegen.c.names import Names
 
 STORAGE = tuple(
     (f"{prefix}int{bits}_t", lo, hi, bits // 8)
@@ -67,6 +70,26 @@ def storage(type_: Type, records: dict[str, str]) -> Storage:
             return Storage(records[name], padded(parts, alignment), alignment)
         case _:
             assert_never(type_)
+
+
+def passed_type(type_: Type, names: Names) -> str:
+    """Return the C type in which functions take or return a value: an enumeration's is its own."""
+    if isinstance(type_, EnumType):
+        return names.enumerations[type_.name]
+    return storage(type_, names.records).text
+
+
+def enumeration_of(type_: Type, names: Names) -> str:
+    """Return the enumeration whose members are stored, "" for other values."""
+    while isinstance(type_, ArrayType):
+        type_ = type_.element
+    return names.enumerations[type_.name] if isinstance(type_, EnumType) else ""
+
+
+def loaded(type_: Type, stored: str, names: Names) -> str:
+    """Return what is stored as functions take it."""
+    cast = f"({names.enumerations[type_.name]})" if isinstance(type_, EnumType) else ""
+    return f"{cast}{stored}"
 
 
 def padded(parts: list[Storage], alignment: int) -> int:
