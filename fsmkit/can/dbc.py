@@ -66,6 +66,19 @@ class Signal:
             case _:
                 return 0, len(self.members) - 1
 
+    @property
+    def lowest(self) -> int:
+        """The place of the lowest bit: eight times its byte, plus the bit."""
+        return next(_positions(self))
+
+    @property
+    def raw_bounds(self) -> tuple[int, int]:
+        """The least and the greatest raw value; of a float those of its bits."""
+        if isinstance(self.type, FloatType):
+            return 0, 2**self.bits - 1
+        ends = [self.raw_of(value) for value in self.bounds]
+        return min(ends), max(ends)
+
     def value_of(self, raw: int) -> int | None:
         """Return the value that a raw one stands for; None if it is out of range."""
         if self.members:

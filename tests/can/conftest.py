@@ -11,6 +11,7 @@ from tests.needs import need
 
 HERE = Path(__file__).parent
 HEATER = HERE / "heater.dbc"
+RUNTIME = HERE.parents[1] / "fsmkit/runtime/c"
 
 
 @pytest.fixture(autouse=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.system.deployment import Deployment
-from tests.can.conftest import HEATER
+from tests.can.conftest import HEATER, RUNTIME
 
 pytestmark = pytest.mark.external
 
@@ -149,3 +150,25 @@ def test_what_does_not_fit_is_a_finding_at_its_place(
 ) -> None:
     found = findings_of(write(**change))
     assert any(r == rule and message in m and p == place for r, m, p in found), found
+
+
+@pytest.mark.cc
+def test_compile_writes_the_tables_of_a_node(
+    write: Callable[..., Path], tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    out = tmp_path / "out"
+    assert execute(["compile", str(write()), "--out", str(out)]) == 0
+    text = (out / "a/oven_a_can.c").read_text()
+    for line in (
+        "{0x100u, 0u, 10u, 2u, false, 1u, oven_a_can_heater_received_0}, /* heater */",
+        "{0x300u, 2u, 0u, 4u, false, 3u, oven_a_can_heater_received_1}, /* status_fault */",
+        "{0x300u, FSM_CAN_NOWHERE, 0u, 4u, false, 1u, oven_a_can_heater_received_2}, /* status_pos",
+        "{0x200u, 1u, 0u, 1u, false, 1u, oven_a_can_heater_sent_0}, /* set_power */",
+        "{0u, 3u},",
+        "oven_a_can_heater_start[] = {0u, 0u};",
+    ):
+        assert line in text
+    folders = [out / "a", *(RUNTIME / name for name in ("", "hosts", "links"))]
+    command = [require_tool("gcc"), "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion"]
+    command += ["-Werror", "-fsyntax-only", *(f"-I{folder}" for folder in folders)]
+    subprocess.run([*command, str(out / "a/oven_a_can.c")], check=True)

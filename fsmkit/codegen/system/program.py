@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.system.can_tables import compose_can
 from fsmkit.codegen.system.glue import compose
 from fsmkit.codegen.system.node import Node, nodes_of
 from fsmkit.codegen.system.node_printer import compose_node
@@ -115,7 +116,7 @@ def _program(
     if isinstance(joined, System):
         parts.append(Generated(compose(joined, charts, queued, findings), {}))
     elif joined is not None:
-        parts.append(Generated(compose_node(joined, queued), {}))
+        parts.append(Generated(compose_node(joined, queued) | compose_can(joined), {}))
     return Program(_united(parts), machines)
 
 
