@@ -174,6 +174,8 @@ tools: $(VENV)/ready
 	  echo 'OpenCV or Matplotlib could not be installed; markers are not read, figures not drawn'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[can]' || \
 	  echo 'cantools and python-can could not be installed; nobody compares messages with them'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fmi]' || \
+	  echo 'FMPy could not be installed; nobody imports FMUs'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[supervisor]' || \
 	  echo 'supervisor could not be installed; nobody reads the files for supervisord'
 	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom || \

@@ -32,6 +32,10 @@ Examples:
 """
 
 
+BUILT = ("pyext", "fmu")
+"""Targets that build a library."""
+
+
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
@@ -53,7 +57,12 @@ Examples:
 )
 @click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
 @click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
-@click.option("--no-build", is_flag=True, help="pyext: write the sources, build nothing.")
+@click.option("--no-build", is_flag=True, help="pyext, fmu: write the sources, build nothing.")
+@click.option(
+    "--fmi",
+    type=OneOf("version of FMI", ("3.0", "2.0")),
+    help="fmu: the version of FMI.  [default: 3.0]",
+)
 @click.option("--with", "extras", help="Add parts, with commas: save; for C also trace.")
 @click.option(
     "--optimize",
@@ -90,6 +99,7 @@ def command(
     prefix: str | None,
     trace: bool,
     no_build: bool,
+    fmi: str | None,
     extras: str | None,
     optimize: str | None,
     without: str | None,
@@ -114,14 +124,15 @@ def command(
             ("prefix", prefix),
             ("trace", "on" if trace else None),
             ("with", extras),
-            ("build", "on" if target == "pyext" and not no_build else None),
+            ("build", "on" if target in BUILT and not no_build else None),
+            ("fmi", fmi),
             ("optimize", optimize),
             ("without", without),
         )
         if value is not None
     }
-    if no_build and target != "pyext":
-        raise click.UsageError("--no-build is for the target pyext")
+    if no_build and target not in BUILT:
+        raise click.UsageError("--no-build is for the targets pyext and fmu")
     if bounds == "from-check":
         from fsmkit.verify.bounds import proved_program  # all of the explorer
 

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import sysconfig
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,6 +96,21 @@ def is_extension(made: Made) -> None:
         no_code(path.read_text(encoding="utf-8"))
     for path in written(made, ".pyi"):
         python_without_calls(path.read_text(encoding="utf-8"))
+
+
+def is_fmu(made: Made) -> None:
+    """The archive is of one folder, its descriptions are XML, its sources compile."""
+    (file,) = written(made, ".fmu")
+    inside = made.folder / "fmu"
+    with zipfile.ZipFile(file) as archive:
+        assert all(re.fullmatch(r"[\w./]+", name) for name in archive.namelist())
+        archive.extractall(inside)
+    for path in inside.rglob("*.xml"):
+        etree.parse(path)
+    sources = sorted(map(str, inside.glob("sources/*.c")))
+    compiled(sources, [], ("-std=c99", "-Wall", "-Wextra", "-Wcomment", "-Werror", "-fsyntax-only"))
+    for path in inside.glob("sources/*.[ch]"):
+        no_code(path.read_text(encoding="utf-8"))
 
 
 def is_python(made: Made) -> None:

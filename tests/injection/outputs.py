@@ -24,6 +24,7 @@ from tests.injection.judges import (
     is_dot,
     is_drawn,
     is_extension,
+    is_fmu,
     is_jani,
     is_json,
     is_linked,
@@ -119,6 +120,8 @@ OUTPUTS = (
     Output("python", _compile("python"), runs, CHARTS),
     Output("python with all", _compile("python", "--trace", "--with", "save"), runs, CHARTS),
     Output("pyext", _compile("pyext", "--no-build"), is_extension, CHARTS),
+    Output("fmu", _compile("fmu", "--no-build"), is_fmu, WRITTEN),
+    Output("fmu of 2.0", _compile("fmu", "--no-build", "--fmi", "2.0"), is_fmu, WRITTEN),
     Output("transitions", _compile("transitions"), runs, ("plain",)),
     *(
         Output(f"draw {end}", ("draw", "FILE", "--out", f"OUT/x.{end}"), is_drawn, CHARTS)

@@ -1,0 +1,5 @@
+"""FMUs: a chart goes in, a unit for co-simulation by FMI 3.0 or 2.0 comes out.
+
+The machine is that of the C target. The functions of FMI are static C, driven by the machine's
+table; what is generated is that table's mapping to variables of the FMU, and their description.
+"""

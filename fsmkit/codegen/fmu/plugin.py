@@ -1,0 +1,55 @@
+"""FMUs as a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.plugins import Generated
+
+if TYPE_CHECKING:
+    from fsmkit.chart.chart import Chart
+
+VERSIONS = ("3.0", "2.0")
+
+
+class Fmu:
+    """Co-simulation by FMI 3.0 with Clocks, or by FMI 2.0 with counters."""
+
+    name = "fmu"
+    summary = "an FMU for co-simulation, FMI 3.0 or 2.0, with its sources"
+    options: tuple[str, ...] = ("prefix", "fmi", "build")
+
+    def generate(
+        self, chart: Chart, findings: Findings, options: Mapping[str, str]
+    ) -> Generated | None:
+        """Return the FMU, or None after saying what it cannot express.
+
+        Options: ``fmi``, the version, ``3.0`` or ``2.0``; ``build``, if it is ``on``, adds a
+        library for the machine that compiles; ``prefix`` replaces the chart's name in C.
+        """
+        from fsmkit.codegen.c.limits import report_limits
+        from fsmkit.codegen.c.names import require_prefix
+        from fsmkit.codegen.fmu.generate import generate, report_fmu_limits
+
+        version = options.get("fmi", VERSIONS[0])
+        if version not in VERSIONS:
+            raise fail(
+                "wrong-option", f"there is no FMI `{version}`", help=f"use {' or '.join(VERSIONS)}"
+            )
+        require_prefix(options.get("prefix"))
+        report_limits(chart, findings)
+        report_fmu_limits(chart, findings)
+        if findings.has_errors:
+            return None
+        name, data, figures = generate(
+            chart,
+            version,
+            options.get("prefix"),
+            with_binary=options.get("build") == "on",
+        )
+        return Generated({}, figures, {f"{name}.fmu": data})
+
+
+PLUGIN = Fmu()

@@ -1,0 +1,194 @@
+"""The variables of an FMU: one for each scalar of a machine, in the order of their references."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from fsmkit.analysis.host_events import posted_events, sent_events
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.expressions.types import integer_storage, interval
+from fsmkit.language import ArrayType, BoolType, EnumType, Field, FloatType, RecordType, Type
+from fsmkit.plan.image import flat
+from fsmkit.plan.plan import Plan
+
+INT32 = range(-(2**31), 2**31)
+INACTIVE = "(inactive)"
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable of an FMU and its origin in the table of the machine."""
+
+    name: str
+    source: str
+    """As in ``fmu_source``."""
+    type: Type | None = None
+    number: int = 0
+    field: int = 0
+    scalar: int = 0
+    causality: str = "output"
+    start: object = 0
+    clock: int | None = None
+    """The reference of the event or operation that it belongs to."""
+    items: tuple[tuple[str, int], ...] = ()
+    """Names and values of an enumeration."""
+    doc: str = ""
+
+    @property
+    def kind(self) -> str:
+        """Return its type in FMI 3.0."""
+        match self.type:
+            case _ if self.items:
+                return "Enumeration"
+            case None:
+                return "Float64" if self.source == "TIME" else "Clock"
+            case BoolType():
+                return "Boolean"
+            case FloatType(bits):
+                return f"Float{bits}"
+            case _:
+                of = interval(self.type)
+                text = integer_storage(of.lo, of.hi)[0].removesuffix("_t")
+                return text.replace("uint", "UInt").replace("int", "Int")
+
+    @property
+    def kind2(self) -> str:
+        """Return its type in FMI 2.0."""
+        if self.kind in ("Boolean", "Enumeration"):
+            return self.kind
+        if self.kind == "Clock":
+            return "Integer"
+        if self.kind.startswith("Float"):
+            return "Real"
+        of = interval(self.type)
+        return "Integer" if of.lo in INT32 and of.hi in INT32 else "Real"
+
+    @property
+    def bounds(self) -> tuple[int, int] | None:
+        """Return the least and the greatest value of a whole number; None of anything else."""
+        if not self.kind.startswith(("Int", "UInt")):
+            return None
+        of = interval(self.type)
+        return of.lo, of.hi
+
+
+def variables_of(chart: Chart, plan: Plan, *, with_clocks: bool) -> list[Variable]:
+    """Return the variables of a chart; their references are their places."""
+    found: list[Variable] = [Variable("time", "TIME", causality="independent", start=None)]
+    kinds = (("local", chart.data), ("output", chart.outputs), ("input", chart.inputs))
+    numbered = ((cause, v) for cause, variables in kinds for v in variables)
+    for number, (causality, v) in enumerate(numbered):
+        values = list(flat(v.init.value))
+        for scalar, (path, type_) in enumerate(parts(v.type)):
+            found.append(
+                _typed(
+                    f"{v.name}{path}",
+                    "VARIABLE",
+                    type_,
+                    number,
+                    0,
+                    scalar,
+                    causality,
+                    values[scalar],
+                )
+            )
+    for region in plan.regions:
+        inside = [
+            state
+            for state in chart.states[1:]
+            if not state.is_history and plan.region_of[state.index] == region.index
+        ]
+        items = [(INACTIVE, 0), *((state.id, state.index) for state in inside)]
+        name = "state" if region.index == 0 else f"state.{inside[0].id}"
+        found.append(
+            Variable(
+                name,
+                "REGION",
+                number=region.index,
+                items=tuple(_distinct(items)),
+                causality="output",
+            )
+        )
+    for index in posted_events(chart):
+        event = chart.events[index]
+        _add(found, "IN", f"post.{event.name}", index, event.fields, "input")
+    for index in sent_events(chart):
+        event = chart.events[index]
+        _add(found, "OUT", f"send.{event.name}", index, event.fields, "output")
+    for number, operation in enumerate(chart.operations):
+        _add(found, "CALL", f"call.{operation.name}", number, operation.parameters, "output")
+    for number, operation in enumerate(chart.operations):
+        if operation.result is not None:
+            for scalar, (path, type_) in enumerate(parts(operation.result)):
+                name = f"result.{operation.name}{path}"
+                found.append(_typed(name, "RESULT", type_, number, 0, scalar, "input"))
+    if with_clocks:
+        found.append(Variable("deadline", "DEADLINE", causality="input"))
+    names = _distinct([(v.name, 0) for v in found])
+    return [replace(v, name=name) for v, (name, _) in zip(found, names, strict=True)]
+
+
+def _add(
+    found: list[Variable],
+    source: str,
+    name: str,
+    number: int,
+    fields: Sequence[Field],
+    causality: str,
+) -> None:
+    """Add an event or an operation, and after it the scalars of its payload."""
+    clock = len(found)
+    found.append(Variable(name, source, number=number, causality=causality))
+    inner = "PARAMETER" if source == "CALL" else "FIELD"
+    for place, part in enumerate(fields):
+        for scalar, (path, type_) in enumerate(parts(part.type)):
+            text = f"{name}.{part.name}{path}"
+            variable = _typed(text, inner, type_, number, place, scalar, causality)
+            found.append(replace(variable, clock=clock))
+
+
+def parts(type_: Type) -> Iterator[tuple[str, Type]]:
+    """Yield the scalars of a type with their paths."""
+    match type_:
+        case ArrayType(element, length):
+            for place in range(length):
+                yield from ((f"[{place}]{path}", t) for path, t in parts(element))
+        case RecordType(_, fields):
+            for part in fields:
+                yield from ((f".{part.name}{path}", t) for path, t in parts(part.type))
+        case _:
+            yield "", type_
+
+
+def _typed(
+    name: str, source: str, type_: Type, number: int, field: int, scalar: int, causality: str,
+    start: object = None,
+) -> Variable:  # fmt: skip
+    items: tuple[tuple[str, int], ...] = ()
+    if isinstance(type_, EnumType):
+        items = tuple((text, value) for value, text in enumerate(type_.members))
+    if start is None:
+        start = 0
+        if not isinstance(type_, FloatType | BoolType | EnumType):
+            of = interval(type_)
+            start = max(of.lo, min(0, of.hi))
+    if isinstance(start, str) and items:
+        start = dict(items)[start]
+    return Variable(name, source, type_, number, field, scalar, causality, start, items=items)
+
+
+def _distinct(named: list[tuple[str, int]]) -> list[tuple[str, int]]:
+    """Return texts that an attribute of XML can hold, each once."""
+    taken: set[str] = set()
+    result = []
+    for name, value in named:
+        clean = "".join(c if c.isprintable() and c not in "\ufffe\uffff" else "_" for c in name)
+        clean = clean.strip() or "_"
+        text, number = clean, 1
+        while text in taken:
+            number += 1
+            text = f"{clean}_{number}"
+        taken.add(text)
+        result.append((text, value))
+    return result

@@ -1,0 +1,259 @@
+"""FMUs: valid by the rules of others, and equal to the interpreter."""
+
+from __future__ import annotations
+
+import os
+import random
+import subprocess
+import zipfile
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from devtools.differential import random_case
+from fsmkit.analysis.effects import has_effect
+from fsmkit.analysis.host_events import posted_events
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.fmu.generate import report_fmu_limits
+from fsmkit.codegen.fmu.variables import parts, variables_of
+from fsmkit.diagnostics import Findings
+from fsmkit.document.document import Trigger
+from fsmkit.language import FloatType, Type, default_value
+from fsmkit.language.values import from_python, to_python
+from fsmkit.loading import load
+from fsmkit.plan import lower
+from fsmkit.plan.image import flat
+from fsmkit.plugins import Target, plugin
+from fsmkit.runtime.binding import Delivery
+from fsmkit.runtime.script import SeededHost
+from fsmkit.runtime.session import Session, variables
+
+CELL = Path(__file__).parents[3] / "machines" / "production_cell"
+CHARTS = ("feeder", "molder", "extractor", "sorter", "camera", "rotator", "supervisor")
+VERSIONS = ("2.0", "3.0")
+RANDOM = int(os.environ.get("FSMKIT_FMU_CHARTS", "5"))
+STEPS = int(os.environ.get("FSMKIT_FMU_STEPS", "60"))
+
+pytestmark = [pytest.mark.external, pytest.mark.cc]
+
+
+def made(folder: Path, chart: Chart, version: str, *, is_built: bool = True) -> Path:
+    options = {"fmi": version} | ({"build": "on"} if is_built else {})
+    generated = plugin(Target, "fmu").generate(chart, Findings(), options)
+    assert generated is not None
+    ((name, data),) = generated.built.items()
+    file = folder / name
+    file.write_bytes(data)
+    return file
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_charts_of_the_cell_are_valid_and_compile_without_a_warning(
+    version: str, tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    from fmpy.validation import validate_fmu
+
+    for name in CHARTS:
+        file = made(tmp_path, load(CELL / f"{name}.yaml"), version, is_built=False)
+        assert validate_fmu(str(file)) == []
+        folder = tmp_path / name
+        zipfile.ZipFile(file).extractall(folder)
+        compiler = require_tool("clang" if name == "feeder" else "gcc")
+        warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-std=c99", "-fsyntax-only"]
+        sources = sorted((folder / "sources").glob("*.c"))
+        done = subprocess.run(
+            [compiler, *warnings, *map(str, sources)], capture_output=True, text=True, check=False
+        )
+        assert done.stderr == ""
+    first, again = (made(tmp_path, load(CELL / "feeder.yaml"), version) for _ in range(2))
+    assert first.read_bytes() == again.read_bytes()
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_sources_compile_with_the_cmake_file_of_the_fmu(
+    version: str, tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    file = made(tmp_path, load(CELL / "feeder.yaml"), version, is_built=False)
+    zipfile.ZipFile(file).extractall(tmp_path / "fmu")
+    cmake = require_tool("cmake")
+    for words in (["-S", "fmu/sources", "-B", "built"], ["--build", "built"]):
+        subprocess.run([cmake, *words], cwd=tmp_path, check=True, capture_output=True)
+    assert (tmp_path / "built" / "Feeder.so").is_file()
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_simulator_runs_it_for_a_minute(version: str, tmp_path: Path) -> None:
+    from fmpy import simulate_fmu
+
+    result = simulate_fmu(
+        str(made(tmp_path, load(CELL / "feeder.yaml"), version)),
+        stop_time=60.0, step_size=0.01, output_interval=1.0, output=["state"],
+    )  # fmt: skip
+    assert [row[0] for row in result][-1] == pytest.approx(60.0)
+    assert {row[1] for row in result} == {1}
+
+
+class Beside:
+    """The interpreter, with the events and calls that left it."""
+
+    def __init__(self, chart: Chart) -> None:
+        self.seen: list[tuple[str, tuple[object, ...]]] = []
+        self.chart = chart
+        operations = {o.name: self._operation(o.name, o.result) for o in chart.operations}
+        self.session = Session(chart, operations, on_event=self._left, start=False)
+
+    def _operation(self, name: str, result: Type | None) -> Callable[..., object]:
+        parameters = next(o for o in self.chart.operations if o.name == name).parameters
+
+        def called(*values: object) -> object:
+            raw = tuple(
+                scalar
+                for part, value in zip(parameters, values, strict=True)
+                for scalar in _scalars(part.type, value)
+            )
+            self.seen.append((f"call.{name}", raw))
+            return None if result is None else to_python(default_value(result), result)
+
+        return called
+
+    def _left(self, delivery: Delivery) -> None:
+        event = next(e for e in self.chart.events if e.name == delivery.event)
+        raw = tuple(
+            scalar
+            for part in event.fields
+            for scalar in _scalars(part.type, delivery.fields[part.name])
+        )
+        self.seen.append((f"send.{event.name}", raw))
+
+    def states(self) -> dict[str, object]:
+        """Return values of variables and deepest active states by the names of an FMU."""
+        chart, plan = self.chart, lower(self.chart)
+        found: dict[str, object] = {}
+        for declared, value in variables(chart, self.session.snapshot):
+            for (path, _), scalar in zip(parts(declared.type), flat(value), strict=True):
+                found[f"{declared.name}{path}"] = scalar
+        for region in plan.regions:
+            inside = [s for s in chart.states[1:] if plan.region_of[s.index] == region.index]
+            active = [s.index for s in inside if s.id in self.session.configuration]
+            name = "state" if region.index == 0 else f"state.{inside[0].id}"
+            found[name] = max(active, default=0)
+        return found
+
+
+def _scalars(type_: Type, value: object) -> Iterator[object]:
+    return flat(from_python(value, type_))
+
+
+def _random_charts(version: str) -> Iterator[tuple[int, Chart]]:
+    number = count = 0
+    while count < RANDOM:
+        number += 1
+        chart = random_case(7, number).chart
+        findings = Findings()
+        report_fmu_limits(chart, findings)
+        # how often such a guard is evaluated depends on how often the importer steps
+        polls = any(
+            t.trigger is Trigger.EVENTLESS and t.guard is not None and has_effect(t.guard)
+            for t in chart.transitions
+        )
+        # a Real of FMI 2.0 does not hold every whole number of 64 bits
+        of_2 = variables_of(chart, lower(chart), with_clocks=False)
+        is_rounded = version == "2.0" and any(
+            v.kind2 == "Real" and not isinstance(v.type, FloatType | None) for v in of_2
+        )
+        if not findings.has_errors and not polls and not is_rounded:
+            count += 1
+            yield number, chart
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", VERSIONS)
+def test_random_charts_do_as_in_the_interpreter(version: str, tmp_path: Path) -> None:
+    from tests.codegen.fmu.importer import Importer
+
+    compared = 0
+    for number, chart in _random_charts(version):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        file = made(folder, chart, version)
+        compared += _play(number, chart, partial(Importer, file))
+    assert compared > RANDOM * STEPS / 3
+
+
+def _play(number: int, chart: Chart, instance: Callable[[str], Any]) -> int:
+    """Play random events and times on both; return how many steps were compared."""
+    choose = random.Random(number)
+    values = SeededHost(chart, number)
+    beside = Beside(chart)
+    fmu = instance("one")
+    tick = chart.capacities.tick / 1e6
+    beside.session.start()
+    beside.session.run(0)
+    _guarded(beside, partial(fmu.start, {}))
+    now = 0
+    restored_at = choose.randrange(STEPS)
+    for step in range(STEPS):
+        if beside.session.run(now):  # its events never end
+            fmu.close()
+            return step
+        _compare(number, step, fmu, beside)
+        if beside.session.fault is not None or not beside.session.is_running:
+            fmu.close()
+            return step
+        if step == restored_at:
+            saved = fmu.saved()
+            other = instance("two")
+            other.start({})
+            other.restore(saved)
+            other.time, other.seen, other._counts = fmu.time, fmu.seen, fmu._counts
+            fmu.close()
+            fmu = other
+        events = [chart.events[index] for index in posted_events(chart)]
+        if events and choose.random() < 0.7:
+            event = choose.choice(events)
+            fields: dict[str, object] = {}
+            arguments = {}
+            for part in event.fields:
+                value = values.value(part.type)
+                arguments[part.name] = to_python(value, part.type)
+                for (path, _), scalar in zip(parts(part.type), flat(value), strict=True):
+                    fields[f"{part.name}{path}"] = scalar
+            beside.session.post(event.name, **arguments)
+            beside.session.run(now)
+            _guarded(beside, partial(fmu.post, event.name, fields))
+        else:
+            passed = choose.choice((1, 3, 10, 40, 100, 500))
+            now += passed
+            beside.session.run(now)
+            _guarded(beside, partial(fmu.advance, passed * tick))
+    fmu.close()
+    return STEPS
+
+
+def _guarded(beside: Beside, step: Callable[[], None]) -> None:
+    """Do a step; an error is right where the machine stopped with a fault."""
+    from fmpy.fmi1 import FMICallException
+
+    try:
+        step()
+    except FMICallException:
+        assert beside.session.fault is not None
+
+
+def _compare(number: int, step: int, fmu: Any, beside: Beside) -> None:
+    where = f"chart {number}, step {step}"
+    if beside.session.fault is None:
+        expected = beside.states()
+        assert {name: fmu[name] for name in expected} == expected, where
+        for kind in ("send.", "call."):
+            got = [seen for seen in fmu.seen if seen[0].startswith(kind)]
+            wanted = [seen for seen in beside.seen if seen[0].startswith(kind)]
+            if fmu.is_3:
+                assert got == wanted, where
+            else:
+                assert sorted(n for n, _ in got) == sorted(n for n, _ in wanted), where
+    fmu.seen.clear()
+    beside.seen.clear()
