@@ -79,6 +79,14 @@ class Signal:
         ends = [self.raw_of(value) for value in self.bounds]
         return min(ends), max(ends)
 
+    @property
+    def idle(self) -> int:
+        """The value that is sent where nothing is connected: its raw one is nearest to 0."""
+        if self.members or isinstance(self.type, FloatType):
+            return 0
+        lo, hi = self.bounds
+        return min(max(self.shift, lo), hi)
+
     def value_of(self, raw: int) -> int | None:
         """Return the value that a raw one stands for; None if it is out of range."""
         if self.members:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fsmkit.can.dbc import Dbc, Message, Signal, word
 from fsmkit.can.environment import names_of_silence
@@ -145,7 +145,7 @@ class _Wires:
         frames = {(wire.message.frame, wire.message.is_extended) for wire in wires}
         for key in sorted(frames):
             others = (m for m in self.dbc.by_frame[key] if m.name not in known)
-            wires += [CanWire(message, None, ()) for message in others]
+            wires += [CanWire(replace(message, signals=()), None, ()) for message in others]
         return wires
 
 

@@ -112,7 +112,7 @@ def _signal(signal: Signal, value: int | None, types: Sequence[Type], raw: str) 
     least, most = signal.raw_bounds
     shift = signal.shift
     if value is None:
-        shift = min(max(0, least), most) if not signal.members else signal.members[0]
+        shift = signal.raw_of(signal.idle)
     else:
         at, size = places(types)[value], size_of([types[value]])
         if not isinstance(types[value], FloatType) and RANGES[code_of(types[value])][0] < 0:

@@ -1,0 +1,170 @@
+"""A node in Python on buses of python-can: events, levels, silence, loss and bus-off."""
+
+from __future__ import annotations
+
+import random
+import socket
+import struct
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.runtime.can.plugin import can_options
+from fsmkit.runtime.fan import open_link
+from fsmkit.runtime.links import Link, Message
+from tests.can.test_can_nodes import load, write  # noqa: F401  (a fixture)
+
+pytestmark = pytest.mark.external
+
+HEATER, SET_POWER, STATUS = 0x100, 0x200, 0x300
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def events_of(link: Link) -> Iterator[Message]:
+    link.begin_cycle()
+    while (message := link.receive()) is not None:
+        yield message
+
+
+def test_a_node_hears_and_answers_on_a_bus(
+    write: Callable[..., Path],  # noqa: F811
+) -> None:
+    import can
+
+    from fsmkit.runtime.can import translator
+
+    clock = Clock()
+    deployment = load(write())
+    options = can_options(deployment, "a")
+    assert options["heater"]["bus"] == "can0"
+    options["heater"] |= {"interface": "virtual", "clock": clock}
+    link = open_link(deployment.map, "a", session=1, foreign=options)
+    (translated,) = link.translators
+    assert isinstance(translated, translator.CanTranslator)
+    level = "heater.temperature -> control.temperature"
+    with can.Bus(interface="virtual", channel="can0") as heater:
+
+        def send(frame: int, content: bytes, *, is_error: bool = False) -> None:
+            heater.send(
+                can.Message(
+                    arbitration_id=frame,
+                    data=content,
+                    is_extended_id=is_error,
+                    is_error_frame=is_error,
+                )
+            )
+
+        send(HEATER, struct.pack("<h", 600))
+        send(STATUS, bytes((7, 4, 0, 3)))
+        send(STATUS, bytes((0, 4, 0, 3)))  # nothing takes it
+        (event,) = events_of(link)
+        assert (event.event, event.payload) == ("failed", {"code": 4, "mode": "failed"})
+        assert link.level(level) == 600
+        for content in (struct.pack("<h", 1001), b"\0"):
+            send(HEATER, content)
+        send(STATUS, bytes((9, 0, 0, 0)))
+        send(STATUS, bytes((7, 0, 0, 2)))  # no member of `mode`
+        assert list(events_of(link)) == []
+        assert (link.malformed, translated.counters.refused) == (4, 4)
+        link.send(deployment.map.message("control.set_power -> heater.set_power", percent=77))
+        link.end_cycle()
+        answer = heater.recv(1)
+        assert answer is not None
+        assert (answer.arbitration_id, bytes(answer.data)) == (SET_POWER, bytes([77]))
+        clock.now = 0.024
+        assert list(events_of(link)) == []
+        clock.now = 0.025
+        assert [event.event for event in events_of(link)] == ["heater_silent"]
+        clock.now = 9.0
+        assert list(events_of(link)) == []
+        send(HEATER, struct.pack("<h", -400))
+        assert list(events_of(link)) == []
+        assert link.level(level) == -400
+        assert link.counters("heater").restarts == 1
+        send(0x40, bytes(8), is_error=True)
+        assert list(events_of(link)) == []
+        assert (translated.counters.bus_errors, translated.counters.bus_off) == (1, 1)
+    link.close()
+
+
+def test_what_a_bus_drops_is_not_counted_as_come(
+    write: Callable[..., Path],  # noqa: F811
+) -> None:
+    """10 % loss, and bus-off for 5 s: counters and silences are those of the bus."""
+    import can
+
+    from fsmkit.runtime.can import translator
+
+    clock = Clock()
+    deployment = load(write())
+    options = can_options(deployment, "a")
+    options["heater"] |= {"interface": "virtual", "bus": "lossy", "clock": clock}
+    link = open_link(deployment.map, "a", session=1, foreign=options)
+    (translated,) = link.translators
+    assert isinstance(translated, translator.CanTranslator)
+    draw = random.Random(3)
+    carried = gap = silences = expected = 0
+    with can.Bus(interface="virtual", channel="lossy") as heater:
+        for cycle in range(3000):
+            clock.now = cycle * 0.010 + 0.001
+            is_off = 1000 <= cycle < 1500
+            if cycle == 1000:
+                heater.send(can.Message(arbitration_id=0x40, is_error_frame=True, data=bytes(8)))
+            if is_off or draw.random() < 0.1:
+                gap += 1
+                expected += gap == 3  # 30 ms without a frame, and the limit is 25 ms
+            else:
+                gap = 0
+                carried += 1
+                content = struct.pack("<h", cycle % 1000)
+                heater.send(can.Message(arbitration_id=HEATER, data=content, is_extended_id=False))
+            silences += sum(event.event == "heater_silent" for event in events_of(link))
+    assert translated.counters.received == carried
+    assert (silences, translated.counters.bus_off) == (expected, 1)
+    assert silences > 1
+    counters = link.counters("heater")
+    assert counters.restarts == silences
+    assert (counters.lost_frames, counters.lost_events, link.malformed) == (0, 0, 0)
+    link.close()
+
+
+def test_frames_of_multicast_are_those_of_socketcan() -> None:
+    import can
+
+    from fsmkit.runtime.can.translator import MulticastBus
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("", 0))
+        at = f"239.74.163.2:{free.getsockname()[1]}"
+    sent = [
+        can.Message(arbitration_id=0x7FF, is_extended_id=False, data=b"abc"),
+        can.Message(arbitration_id=0x1FFFFFFF, is_extended_id=True, data=b""),
+        can.Message(arbitration_id=5, is_extended_id=False, is_fd=True, data=bytes(range(64))),
+        can.Message(arbitration_id=0x40, is_extended_id=False, is_error_frame=True, data=bytes(8)),
+    ]
+    with MulticastBus(at) as one, MulticastBus(at) as other:
+        for message in sent:
+            one.send(message)
+            found = other.recv(5)
+            assert found is not None
+            assert found.equals(message, timestamp_delta=None, check_direction=False)
+        assert other.recv(0) is None
+
+
+def test_a_bus_that_is_not_there_is_a_finding(write: Callable[..., Path]) -> None:  # noqa: F811
+    deployment = load(write())
+    for bus in ("no_such_bus", "udp:10.0.0.1:5", "udp:", "udp:239.74.163.2:x"):
+        options = can_options(deployment, "a")
+        options["heater"]["bus"] = bus
+        with pytest.raises(FsmkitError) as caught:
+            open_link(deployment.map, "a", session=1, foreign=options)
+        assert [found.rule.name for found in caught.value.diagnostics] == ["link-not-opened"]
