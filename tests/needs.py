@@ -25,6 +25,7 @@ DATA_FIXTURES = frozenset({"shared", "public_files"})
 
 EXTERNAL = frozenset(
     {
+        *("avr-gcc", "avr-size"),
         *("arm-linux-gnueabihf-gcc", "arm-none-eabi-gcc", "arm-none-eabi-nm", "arm-none-eabi-size"),
         *("clang", "clang++", "clang-tidy", "cmake", "cppcheck", "dot", "frama-c", "g++", "java"),
         *(

@@ -13,6 +13,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import OneOf, Reading, reading_options
 from fsmkit.cli.console import out, print_json, report
 from fsmkit.cli.writing import write_files
+from fsmkit.codegen.packages.plugin import KINDS
 from fsmkit.codegen.system.program import program_of
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.as_json import as_json
@@ -26,6 +27,7 @@ EPILOG = """\b
 Examples:
   fsmkit compile feeder.yaml
   fsmkit compile feeder.scxml --target python --out generated
+  fsmkit compile feeder.yaml --package arduino --out Feeder
   fsmkit compile cell.yaml --out generated
   fsmkit compile deployment.yaml --out generated
   fsmkit compile feeder.yaml --bounds from-check --system cell.yaml
@@ -90,6 +92,11 @@ BUILT = ("pyext", "fmu")
     show_default=True,
     help="With --bounds from-check: how time passes in that check.",
 )
+@click.option(
+    "--package",
+    type=OneOf("package", KINDS),
+    help="C as a library of a build, with its manifest and an example.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -100,6 +107,7 @@ def command(
     trace: bool,
     no_build: bool,
     fmi: str | None,
+    package: str | None,
     extras: str | None,
     optimize: str | None,
     without: str | None,
@@ -126,11 +134,16 @@ def command(
             ("with", extras),
             ("build", "on" if target in BUILT and not no_build else None),
             ("fmi", fmi),
+            ("package", package),
             ("optimize", optimize),
             ("without", without),
         )
         if value is not None
     }
+    if package is not None:
+        if target != "c":
+            raise click.UsageError("--package is for the target c")
+        target = "package"
     if no_build and target not in BUILT:
         raise click.UsageError("--no-build is for the targets pyext and fmu")
     if bounds == "from-check":

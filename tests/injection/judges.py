@@ -98,6 +98,12 @@ def is_extension(made: Made) -> None:
         python_without_calls(path.read_text(encoding="utf-8"))
 
 
+def is_package(made: Made) -> None:
+    """The manifests and the example hold no text of a chart."""
+    for path in written(made, ".c", ".h", ".txt", ".yml"):
+        no_code(path.read_text(encoding="utf-8"))
+
+
 def is_fmu(made: Made) -> None:
     """The archive is of one folder, its descriptions are XML, its sources compile."""
     (file,) = written(made, ".fmu")

@@ -86,6 +86,12 @@ def _require_options(maker: Target, model: Model, options: Mapping[str, str]) ->
             f"the prefix `{prefix}` is no identifier",
             help="use letters, digits and `_`, a letter first",
         )
+    if not isinstance(model, Chart) and "package" in options:
+        raise fail(
+            "wrong-option",
+            "a package holds one machine; a system has several",
+            help="make a package of each chart",
+        )
     if not isinstance(model, Chart) and "queue" in options.get("without", "").split(","):
         raise fail(
             "wrong-option",

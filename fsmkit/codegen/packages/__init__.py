@@ -1,0 +1,1 @@
+"""Generated C as a package of an embedded build: a library, its manifest, one example."""

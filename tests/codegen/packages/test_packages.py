@@ -1,0 +1,152 @@
+"""Packages: manifests by the tools that read them, sources and examples by their compilers."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fsmkit.cli import execute
+from tests.needs import need
+
+ROOT = Path(__file__).parents[3]
+FEEDER = ROOT / "machines" / "production_cell" / "feeder.yaml"
+KINDS = ("arduino", "esp-idf", "platformio", "zephyr")
+HOSTILE = """
+chart: "machine"
+types: {Way: [left, right], Pair: {x: 0..9, y: bool}}
+events: {in: ["go(n 0..300)"], out: ["gone(w Way)"]}
+operations: ["turn(w Way, speed -5..5) -> Way", "both() -> Pair", "m()"]
+data: {w: Way = left, p: Pair}
+initial: a
+states:
+  a: {on: {go: {target: b, do: ["w = turn(right, 1)", "p = both()", m(), "send gone(w=w)"]}}}
+  b: {after: {5ms: a}}
+"""
+STAND_INS = {
+    "arduino": {"Arduino.h": "#include <stdint.h>\nextern unsigned long micros(void);\n"},
+    "esp-idf": {
+        "esp_timer.h": "#include <stdint.h>\nint64_t esp_timer_get_time(void);\n",
+        "freertos/FreeRTOS.h": "",
+        "freertos/task.h": "void app_main(void);\nvoid vTaskDelay(unsigned long);\n",
+    },
+    "zephyr": {
+        "zephyr/kernel.h": "#include <stdint.h>\nint64_t k_uptime_ticks(void);\n"
+        "uint64_t k_ticks_to_us_floor64(uint64_t);\nint k_msleep(int);\n"
+    },
+}
+STAND_INS["platformio"] = STAND_INS["arduino"]
+
+
+def packed(folder: Path, kind: str, chart: Path = FEEDER) -> Path:
+    assert execute(["compile", str(chart), "--package", kind, "--out", str(folder), "-q"]) == 0
+    return folder
+
+
+@pytest.fixture
+def hostile(tmp_path: Path) -> Path:
+    path = tmp_path / "hostile.yaml"
+    path.write_text(HOSTILE, encoding="utf-8")
+    return path
+
+
+def test_manifests_name_the_machine(tmp_path: Path, hostile: Path) -> None:
+    made = {kind: packed(tmp_path / kind, kind, hostile) for kind in KINDS}
+    rows = (made["arduino"] / "library.properties").read_text().splitlines()
+    assert dict(row.split("=", 1) for row in rows)["includes"] == "machine.h"
+    assert json.loads((made["platformio"] / "library.json").read_text())["name"] == "machine"
+    component = yaml.safe_load((made["esp-idf"] / "idf_component.yml").read_text())
+    assert re.fullmatch(r"\d+\.\d+\.\d+", component["version"])
+    module = yaml.safe_load((made["zephyr"] / "zephyr" / "module.yml").read_text())
+    assert (made["zephyr"] / module["build"]["kconfig"]).is_file()
+    assert (made["zephyr"] / module["build"]["cmake"] / "CMakeLists.txt").is_file()
+    for folder in made.values():
+        assert (folder / "src" / "machine.c").is_file()
+
+
+@pytest.mark.external
+@pytest.mark.parametrize("kind", KINDS)
+def test_sources_and_example_compile_against_stand_ins(
+    kind: str, tmp_path: Path, hostile: Path, require_tool: Callable[[str], str]
+) -> None:
+    for place, text in STAND_INS[kind].items():
+        path = tmp_path / "stand_ins" / place
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    for number, chart in enumerate((FEEDER, hostile)):
+        made = packed(tmp_path / str(number), kind, chart)
+        (example,) = (
+            p for p in made.rglob("*") if p.suffix in (".ino", ".cpp") or "main.c" in p.name
+        )
+        is_cpp = example.suffix != ".c"
+        compiler = [require_tool("g++"), "-xc++"] if is_cpp else [require_tool("gcc"), "-std=c99"]
+        includes = [f"-I{tmp_path / 'stand_ins'}", f"-I{made / 'src'}"]
+        warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror", "-fsyntax-only"]
+        done = subprocess.run(
+            [*compiler, *warnings, *includes, str(example)],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.stderr == ""
+
+
+@pytest.mark.external
+def test_an_atmega_has_room_for_the_feeder(
+    tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    made = packed(tmp_path, "arduino")
+    compiler = require_tool("avr-gcc")
+    flags = ["-mmcu=atmega2560", "-Os", "-std=c99", "-Wall", "-Wextra", "-Werror"]
+    sources = sorted(map(str, (made / "src").glob("*.c")))
+    subprocess.run(
+        [compiler, *flags, "-r", "-nostdlib", *sources, "-o", "library.o"], cwd=tmp_path, check=True
+    )
+    sizes = subprocess.run(
+        [require_tool("avr-size"), "library.o"],
+        cwd=tmp_path, check=True, capture_output=True, text=True,
+    ).stdout.splitlines()[1].split()  # fmt: skip
+    assert int(sizes[0]) < 9000
+    assert int(sizes[2]) == 0
+
+
+@pytest.mark.external
+def test_platformio_packs_it(tmp_path: Path) -> None:
+    need(find_spec("platformio") is not None, "platformio")
+    made = packed(tmp_path / "made", "platformio")
+    archive = tmp_path / "x.tar.gz"
+    done = subprocess.run(
+        [sys.executable, "-m", "platformio", "pkg", "pack", str(made), "-o", str(archive)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert archive.stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--package", "arduino", "--target", "python"], "--package is for the target c"),
+        (["--package", "ardiuno"], "arduino"),
+        (["--target", "package"], "no kind of package is named"),
+        (["--package", "zephyr", "--with", "trace"], "a trace replaces one of them"),
+    ],
+)
+def test_what_cannot_be_packed(
+    arguments: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = execute(["compile", str(FEEDER), "--out", str(tmp_path / "x"), *arguments])
+    assert code in (1, 2)
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_system_is_no_package(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    system = FEEDER.parent / "cell.yaml"
+    assert execute(["compile", str(system), "--package", "zephyr", "--out", str(tmp_path)]) == 2
+    assert "make a package of each chart" in capsys.readouterr().err
