@@ -200,7 +200,7 @@ def test_verbose_explains_and_colours_can_be_forced(
     ("words", "offered"),
     [
         ("fsmkit c", {"cache", "check", "compile", "conformance", "convert"}),
-        ("fsmkit compile --target p", {"python", "pyext"}),
+        ("fsmkit compile --target p", {"package", "python", "pyext"}),
         ("fsmkit check --ti", {"--time", "--timeout"}),
         ("fsmkit show --col", {"--color"}),
     ],
