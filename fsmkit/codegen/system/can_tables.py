@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.can.dbc import Message, Signal
+from fsmkit.can.dbc import Signal
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.system.node import Node
 from fsmkit.codegen.system.payload import RANGES, places, size_of
@@ -87,14 +87,10 @@ def message_row(out: Emitter, name: str, wire: CanWire, types: Sequence[Type]) -
     number = NOWHERE if wire.number is None else f"{wire.number}u"
     extended = " | FSM_CAN_EXTENDED" if message.is_extended else ""
     return (
-        f"{{0x{message.frame:x}u{extended}, {number}, {_cycle(message)}u, {message.length}u, "
+        f"{{0x{message.frame:x}u{extended}, {number}, {message.cycle}u, {message.length}u, "
         f"{str(message.is_fd).lower()}, {len(rows)}u, {name if rows else 'NULL'}}}, "
         f"/* {comment(message.name)} */"
     )
-
-
-def _cycle(message: Message) -> int:
-    return min(message.cycle, 65535)
 
 
 def _selector(signal: Signal, number: int) -> str:

@@ -45,7 +45,7 @@ typedef struct {
 typedef struct {
     uint32_t id;       /* with FSM_CAN_EXTENDED */
     uint16_t message;  /* of the event map, FSM_LINK_LEVELS or FSM_CAN_NOWHERE */
-    uint16_t cycle_ms; /* 0: it comes as an event */
+    uint32_t cycle_ms; /* 0: it comes as an event */
     uint8_t length;    /* bytes */
     bool is_fd;
     uint16_t signals;
