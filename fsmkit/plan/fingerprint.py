@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import cache
 from hashlib import sha256
+from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span
+from fsmkit.language.placing import values_of
+from fsmkit.language.types import Type
 
 MEMO = "_fingerprint"
 """Where a chart keeps its hash, like a cached property."""
@@ -20,23 +25,30 @@ def fingerprint(chart: Chart) -> str:
     return str(chart.__dict__[MEMO])
 
 
-def _canonical(node: object) -> str:
-    """Spell a value without places and in the same way in every process."""
-    match node:
-        case Enum():
-            return f"{type(node).__name__}.{node.name}"
-        case Span() | Source():
-            return ""
-        case tuple():
-            return f"({','.join(map(_canonical, node))})"
-        case frozenset():
-            return f"{{{','.join(sorted(map(_canonical, node)))}}}"
-        case _ if is_dataclass(node):
-            parts = (
-                f"{part.name}={_canonical(getattr(node, part.name))}"
-                for part in fields(node)
-                if part.compare and part.name not in ("doc", "origin")
-            )
-            return f"{type(node).__name__}({','.join(parts)})"
-        case _:
-            return repr(node)
+def _canonical(node: Any) -> str:
+    """Return a value without places, written in the same way in every process."""
+    return _writer(node.__class__)(node)
+
+
+@cache
+def _writer(kind: type[Any]) -> Callable[[Any], str]:
+    """Return how values of a class are written."""
+    name = kind.__name__
+    if issubclass(kind, Enum):
+        return lambda node: f"{name}.{node.name}"
+    if kind in (Span, Source):
+        return lambda _: ""
+    if issubclass(kind, tuple):
+        return lambda node: f"({','.join(map(_canonical, node))})"
+    if issubclass(kind, frozenset):
+        return lambda node: f"{{{','.join(sorted(map(_canonical, node)))}}}"
+    if not is_dataclass(kind):
+        return repr
+    names = [f.name for f in fields(kind) if f.compare and f.name not in ("doc", "origin")]
+    values = values_of(tuple(names))
+    form = f"{name}({','.join(f'{name}=%s' for name in names)})"
+
+    def written(node: Any) -> str:
+        return form % tuple(map(_canonical, values(node)))
+
+    return cache(written) if issubclass(kind, Type) else written
