@@ -30,7 +30,10 @@ EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def report_fmu_limits(chart: Chart, findings: Findings) -> None:
-    """Say what of a chart an FMU cannot express: strings, and charts that it invokes."""
+    """Say what of a chart an FMU cannot express: charts that it invokes, results with strings.
+
+    Other strings have no variable, which is a warning.
+    """
     for invocation in chart.invocations:
         findings.add(
             "c-limit",
@@ -44,16 +47,26 @@ def report_fmu_limits(chart: Chart, findings: Findings) -> None:
     declared += [(f"{e.name}.{f.name}", f.type) for e in chart.events for f in e.fields]
     for operation in chart.operations:
         declared += [(f"{operation.name}.{p.name}", p.type) for p in operation.parameters]
-        if operation.result is not None:
-            declared.append((operation.name, operation.result))
-    for name, type_ in declared:
-        if any(isinstance(scalar, SymbolType) for _, scalar in parts(type_)):
+        if operation.result is not None and _has_string(operation.result):
             findings.add(
                 "c-limit",
-                f"`{name}` of `{chart.name}` is a string, and an FMU has none",
+                f"the result of `{operation.name}` is a string, and an FMU has no variable for it",
                 chart.root.span,
                 help="declare an enumeration",
             )
+    left_out = [name for name, type_ in declared if _has_string(type_)]
+    if left_out:
+        findings.add(
+            "no-variable",
+            f"strings of `{chart.name}` have no variable in an FMU: "
+            + ", ".join(f"`{name}`" for name in left_out),
+            chart.root.span,
+            help="declare an enumeration",
+        )
+
+
+def _has_string(type_: Type) -> bool:
+    return any(isinstance(scalar, SymbolType) for _, scalar in parts(type_))
 
 
 def generate(

@@ -8,7 +8,16 @@ from dataclasses import dataclass, replace
 from fsmkit.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.expressions.types import integer_storage, interval
-from fsmkit.language import ArrayType, BoolType, EnumType, Field, FloatType, RecordType, Type
+from fsmkit.language import (
+    ArrayType,
+    BoolType,
+    EnumType,
+    Field,
+    FloatType,
+    RecordType,
+    SymbolType,
+    Type,
+)
 from fsmkit.plan.image import flat
 from fsmkit.plan.plan import Plan
 
@@ -81,6 +90,8 @@ def variables_of(chart: Chart, plan: Plan, *, with_clocks: bool) -> list[Variabl
     for number, (causality, v) in enumerate(numbered):
         values = list(flat(v.init.value))
         for scalar, (path, type_) in enumerate(parts(v.type)):
+            if isinstance(type_, SymbolType):
+                continue
             found.append(
                 _typed(
                     f"{v.name}{path}",
@@ -143,6 +154,8 @@ def _add(
     inner = "PARAMETER" if source == "CALL" else "FIELD"
     for place, part in enumerate(fields):
         for scalar, (path, type_) in enumerate(parts(part.type)):
+            if isinstance(type_, SymbolType):
+                continue
             text = f"{name}.{part.name}{path}"
             variable = _typed(text, inner, type_, number, place, scalar, causality)
             found.append(replace(variable, clock=clock))

@@ -21,7 +21,7 @@ from fsmkit.codegen.fmu.generate import report_fmu_limits
 from fsmkit.codegen.fmu.variables import parts, variables_of
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
-from fsmkit.language import FloatType, Type, default_value
+from fsmkit.language import FloatType, SymbolType, Type, Value, default_value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.loading import load
 from fsmkit.plan import lower
@@ -133,7 +133,7 @@ class Beside:
         chart, plan = self.chart, lower(self.chart)
         found: dict[str, object] = {}
         for declared, value in variables(chart, self.session.snapshot):
-            for (path, _), scalar in zip(parts(declared.type), flat(value), strict=True):
+            for path, scalar in _named(declared.type, value):
                 found[f"{declared.name}{path}"] = scalar
         for region in plan.regions:
             inside = [s for s in chart.states[1:] if plan.region_of[s.index] == region.index]
@@ -144,7 +144,14 @@ class Beside:
 
 
 def _scalars(type_: Type, value: object) -> Iterator[object]:
-    return flat(from_python(value, type_))
+    return (scalar for _, scalar in _named(type_, from_python(value, type_)))
+
+
+def _named(type_: Type, value: Value) -> Iterator[tuple[str, Value]]:
+    """Yield what an FMU has variables for: all scalars but strings."""
+    for (path, scalar_type), scalar in zip(parts(type_), flat(value), strict=True):
+        if not isinstance(scalar_type, SymbolType):
+            yield path, scalar
 
 
 def _random_charts(version: str) -> Iterator[tuple[int, Chart]]:
@@ -180,7 +187,7 @@ def test_random_charts_do_as_in_the_interpreter(version: str, tmp_path: Path) ->
         folder.mkdir()
         file = made(folder, chart, version)
         compared += _play(number, chart, partial(Importer, file))
-    assert compared > RANDOM * STEPS / 3
+    assert compared > 5 * RANDOM
 
 
 def _play(number: int, chart: Chart, instance: Callable[[str], Any]) -> int:
@@ -219,7 +226,7 @@ def _play(number: int, chart: Chart, instance: Callable[[str], Any]) -> int:
             for part in event.fields:
                 value = values.value(part.type)
                 arguments[part.name] = to_python(value, part.type)
-                for (path, _), scalar in zip(parts(part.type), flat(value), strict=True):
+                for path, scalar in _named(part.type, value):
                     fields[f"{part.name}{path}"] = scalar
             beside.session.post(event.name, **arguments)
             beside.session.run(now)
@@ -257,3 +264,17 @@ def _compare(number: int, step: int, fmu: Any, beside: Beside) -> None:
                 assert sorted(n for n, _ in got) == sorted(n for n, _ in wanted), where
     fmu.seen.clear()
     beside.seen.clear()
+
+
+def test_strings_have_no_variable_and_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "mode.yaml"
+    path.write_text(
+        "chart: Mode\ndata: {mode: symbol = 'idle'}\nevents: {in: ['say(what symbol, n 0..3)']}\n"
+        "initial: a\nstates: {a: {on: {say: {do: 'mode = event.what'}}}}\n",
+        encoding="utf-8",
+    )
+    findings = Findings()
+    generated = plugin(Target, "fmu").generate(load(path), findings, {})
+    assert generated is not None
+    (found,) = findings
+    assert "`mode`, `say.what`" in found.message
