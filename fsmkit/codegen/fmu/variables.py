@@ -180,14 +180,12 @@ def _typed(
 ) -> Variable:  # fmt: skip
     items: tuple[tuple[str, int], ...] = ()
     if isinstance(type_, EnumType):
-        items = tuple((text, value) for value, text in enumerate(type_.members))
+        items = tuple(_distinct([(text, value) for value, text in enumerate(type_.members)]))
     if start is None:
         start = 0
         if not isinstance(type_, FloatType | BoolType | EnumType):
             of = interval(type_)
             start = max(of.lo, min(0, of.hi))
-    if isinstance(start, str) and items:
-        start = dict(items)[start]
     return Variable(name, source, type_, number, field, scalar, causality, start, items=items)
 
 
