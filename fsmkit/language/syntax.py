@@ -204,7 +204,17 @@ class _Builder(StatementBuilder):
         return DurationNode(*_place(token), 1, str(token))
 
     def string(self, token: Token) -> Node:
-        return StringNode(*_place(token), 1, unescape(str(token)[1:-1]))
+        text = unescape(str(token)[1:-1])
+        if "\0" in text:  # a string of C ends there: two would be one
+            start, end = _place(token)
+            raise SyntaxFault(
+                "expression-syntax",
+                "a string cannot hold the character U+0000",
+                start,
+                end,
+                "leave it out: strings of C end there",
+            )
+        return StringNode(*_place(token), 1, text)
 
     def true(self, token: Token) -> Node:
         return TruthNode(*_place(token), 1, True)

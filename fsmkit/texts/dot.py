@@ -28,6 +28,8 @@ def quoted(text: str) -> str:
 def escaped(text: str) -> str:
     """Return a text for a label in markup; white space at its start is kept."""
     clean = html.escape(UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)).replace("\n", " ")
+    if not clean.strip("]"):  # a label of these alone is a syntax error of Graphviz
+        clean = clean.replace("]", "&#93;")
     margin = len(clean) - len(clean.lstrip(" "))
     return "&#160;" * margin + clean[margin:]
 

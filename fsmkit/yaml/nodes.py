@@ -189,6 +189,14 @@ class _Composer:
                 help="write the character itself, or its one code `\\U...`",
             )
             return Scalar(Text("", span), quoted=True)
+        if "\0" in event.value:
+            self._findings.add(
+                "broken-yaml",
+                "an escape makes the character U+0000",
+                span,
+                help="leave it out: names and strings of C end there",
+            )
+            return Scalar(Text("", span), quoted=True)
         if event.style == "" and "?" in event.value:
             raise yaml.YAMLError  # in flow style only libyaml lets it be part of a plain scalar
         style = event.style or None  # of a plain scalar libyaml says ""

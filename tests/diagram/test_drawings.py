@@ -17,6 +17,7 @@ from fsmkit.diagram.states.labels import MOST_LINES, WIDTH, box_lines, is_inside
 from fsmkit.document.document import Document, Kind, Trigger
 from fsmkit.loading import load
 from fsmkit.plugins import Drawing, plugin, plugins
+from fsmkit.texts import dot as dot_texts
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests/golden/diagram"
@@ -106,6 +107,10 @@ def test_texts_are_escaped() -> None:
     assert "a &amp; b &lt;" in drawn("dot", chart)
     assert "a #38; b #60;" in drawn("mermaid", chart)
     assert "a & b <U+003C>" in drawn("plantuml", chart)
+
+
+def test_a_label_of_brackets_alone_is_one_that_graphviz_reads() -> None:
+    assert dot_texts.escaped("]") == "&#93;"  # ] there: syntax error in line 1
 
 
 @pytest.mark.slow

@@ -29,6 +29,7 @@ ECMASCRIPT = replace(SCOPE, dialect="ecmascript")
 
 # expression, rule, the piece underlined, a part of the help
 WRONG = [
+    ("point.x == 'a\\0b'", "expression-syntax", "'a\\0b'", "strings of C end there"),
     ("retires", "unknown-name", "retires", "declare it under"),
     ("positon > 1", "unknown-name", "positon", "did you mean `position`?"),
     ("a + lost", "unknown-name", "lost", "did you mean `Fault.lost`?"),

@@ -100,6 +100,7 @@ def test_places_in_blocks_and_quotes(nodes: Nodes) -> None:
         ("a: b: c", "broken-yaml", ":"),
         ("a: @b", "broken-yaml", "@"),
         ("a: x\0y", "broken-yaml", "\0"),
+        ('a: "x\\0y"', "broken-yaml", '"x\\0y"'),
         ('a: "\\ud800"', "broken-yaml", '"\\ud800"'),
         ('a: "\\Uffffffff"', "broken-yaml", ""),
         ("a: {do: x[0] = 1}", "broken-yaml", "["),
