@@ -16,6 +16,7 @@ from fsmkit.analysis.host_events import sent_events
 from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.names import Names
+from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
 from fsmkit.language import Field, RecordType, Type
 
@@ -71,9 +72,24 @@ ENVIRONMENTS = {
 }
 
 
+TAKEN = frozenset({"setup", "loop", "app_main"})
+"""Functions that environments call."""
+
+
 def packed(kind: str, names: Names, files: Mapping[str, str]) -> dict[str, str]:
-    """Return the files of a package; sources are in ``src``."""
+    """Return the files of a package; sources are in ``src``.
+
+    Raises:
+        FsmkitError: ``wrong-option``, where the environment has the prefix for its own.
+
+    """
     p = names.prefix
+    if p in TAKEN:
+        raise fail(
+            "wrong-option",
+            f"a program of this build has a function `{p}` already: it cannot be a prefix",
+            help=f"use another: `--prefix {p}_machine`",
+        )
     environment = ENVIRONMENTS[kind]
     found = {f"src/{path}": text for path, text in files.items()}
     sources = sorted(path for path in found if path.endswith(".c"))
@@ -132,15 +148,16 @@ def _esp_idf(p: str, sources: list[str]) -> dict[str, str]:
         f"examples/{project}/main/CMakeLists.txt": 'idf_component_register(SRCS "main.c"\n'
         f"  PRIV_REQUIRES esp_timer {p})\n",
         f"examples/{project}/main/idf_component.yml": "dependencies:\n"
-        f'  {p}:\n    version: "*"\n    override_path: "../../../"\n',
+        f'  {json.dumps(p)}:\n    version: "*"\n    override_path: "../../../"\n',
     }
 
 
 def _zephyr(p: str, sources: list[str]) -> dict[str, str]:
-    option = p.upper()
+    option = f"FSM_{p.upper()}"  # Zephyr has options of its own: GPIO, ADC
     listed = "\n  ".join(sources)
     return {
-        "zephyr/module.yml": f"name: {p}\nbuild:\n  cmake: .\n  kconfig: zephyr/Kconfig\n",
+        "zephyr/module.yml": f"name: {json.dumps(p)}\n"
+        "build:\n  cmake: .\n  kconfig: zephyr/Kconfig\n",
         "zephyr/Kconfig": f'config {option}\n\tbool "The state machine {p}"\n',
         "CMakeLists.txt": f"if(CONFIG_{option})\n"
         f"zephyr_library_named({p})\nzephyr_library_sources(\n  {listed})\n"
@@ -166,13 +183,13 @@ def _example(names: Names, environment: Environment) -> str:
     /* The time in ticks, modulo 2^32. */
     static uint32_t now(void)
     {{
-        static uint32_t before, ticks, rest;
-        const uint32_t us = {environment.clock};
-        rest += us - before;
-        before = us;
-        ticks += rest / {names.upper}_TICK_US;
+        static uint32_t before, count, rest; /* in us, in ticks, in us */
+        const uint32_t value = {environment.clock};
+        rest += value - before;
+        before = value;
+        count += rest / {names.upper}_TICK_US;
         rest %= {names.upper}_TICK_US;
-        return ticks;
+        return count;
     }}
     """)
     out.line()

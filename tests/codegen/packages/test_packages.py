@@ -31,7 +31,10 @@ states:
   b: {after: {5ms: a}}
 """
 STAND_INS = {
-    "arduino": {"Arduino.h": "#include <stdint.h>\nextern unsigned long micros(void);\n"},
+    "arduino": {
+        "Arduino.h": "#include <stdint.h>\nextern unsigned long micros(void);\n"
+        "void setup(void);\nvoid loop(void);\n"
+    },
     "esp-idf": {
         "esp_timer.h": "#include <stdint.h>\nint64_t esp_timer_get_time(void);\n",
         "freertos/FreeRTOS.h": "",
@@ -80,7 +83,9 @@ def test_sources_and_example_compile_against_stand_ins(
         path = tmp_path / "stand_ins" / place
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    for number, chart in enumerate((FEEDER, hostile)):
+    us = tmp_path / "us.yaml"
+    us.write_text(HOSTILE.replace('"machine"', "us"), encoding="utf-8")
+    for number, chart in enumerate((FEEDER, hostile, us)):
         made = packed(tmp_path / str(number), kind, chart)
         (example,) = (
             p for p in made.rglob("*") if p.suffix in (".ino", ".cpp") or "main.c" in p.name
@@ -126,6 +131,27 @@ def test_platformio_packs_it(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert archive.stat().st_size > 1000
+
+
+@pytest.mark.parametrize("name", ["No", "On", "Null", "us", "Gpio", "Count"])
+def test_names_that_mean_something_to_a_build(name: str, tmp_path: Path) -> None:
+    chart = tmp_path / "chart.yaml"
+    chart.write_text(HOSTILE.replace('"machine"', f'"{name}"'), encoding="utf-8")
+    made = packed(tmp_path / "zephyr", "zephyr", chart)
+    module = yaml.safe_load((made / "zephyr" / "module.yml").read_text())["name"]
+    assert module in (name.lower(), f"{name.lower()}_machine")
+    assert (made / "zephyr" / "Kconfig").read_text().startswith(f"config FSM_{module.upper()}\n")
+    made = packed(tmp_path / "esp", "esp-idf", chart)
+    (dependencies,) = made.rglob("main/idf_component.yml")
+    assert [*yaml.safe_load(dependencies.read_text())["dependencies"]] == [module]
+
+
+def test_a_prefix_that_the_build_has_itself(
+    tmp_path: Path, hostile: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = ["compile", str(hostile), "--package", "arduino", "--out", str(tmp_path / "x")]
+    assert execute([*made, "--prefix", "loop"]) == 2
+    assert "use another: `--prefix loop_machine`" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
