@@ -32,7 +32,10 @@ from fsmkit.runtime.script import SeededHost
 from fsmkit.runtime.session import Session, variables
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
-CHARTS = ("feeder", "molder", "extractor", "sorter", "camera", "rotator", "supervisor")
+CHARTS = (
+    *("feeder", "molder", "extractor", "sorter", "camera", "rotator", "supervisor"),
+    *("plant", "feeder_belt", "extraction_belt"),
+)
 VERSIONS = ("2.0", "3.0")
 RANDOM = int(os.environ.get("FSMKIT_FMU_CHARTS", "5"))
 STEPS = int(os.environ.get("FSMKIT_FMU_STEPS", "60"))
@@ -62,7 +65,8 @@ def test_charts_of_the_cell_are_valid_and_compile_without_a_warning(
         folder = tmp_path / name
         zipfile.ZipFile(file).extractall(folder)
         compiler = require_tool("clang" if name == "feeder" else "gcc")
-        warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-std=c99", "-fsyntax-only"]
+        warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow"]
+        warnings += ["-Werror", "-std=c99", "-fsyntax-only"]
         sources = sorted((folder / "sources").glob("*.c"))
         done = subprocess.run(
             [compiler, *warnings, *map(str, sources)], capture_output=True, text=True, check=False
@@ -278,3 +282,39 @@ def test_strings_have_no_variable_and_are_named(tmp_path: Path) -> None:
     assert generated is not None
     (found,) = findings
     assert "`mode`, `say.what`" in found.message
+
+
+COUNTER = """
+chart: Counter
+capacity: {queue: 2}
+data: {n: 0..1000 = 0}
+events: {in: [tick]}
+initial: a
+states: {a: {on: {tick: {do: n = n + 1}}}}
+"""
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_no_event_is_lost_and_damaged_states_are_refused(version: str, tmp_path: Path) -> None:
+    from fmpy.fmi1 import FMICallException
+
+    from tests.codegen.fmu.importer import Importer
+
+    path = tmp_path / "counter.yaml"
+    path.write_text(COUNTER, encoding="utf-8")
+    fmu = Importer(made(tmp_path, load(path), version))
+    fmu.start({})
+    if version == "2.0":
+        fmu["post.tick"] = 100
+        fmu.advance(0.001)
+    else:
+        for _ in range(100):
+            fmu.post("tick", {})
+    assert fmu["n"] == 100
+    saved = fmu.saved()
+    for damaged in (saved[:-1] + b"\xff", saved[:40] + b"\xff" * (len(saved) - 40), saved[1:]):
+        with pytest.raises(FMICallException):
+            fmu.restore(damaged)
+    fmu.restore(saved)
+    assert fmu["n"] == 100
+    fmu.close()

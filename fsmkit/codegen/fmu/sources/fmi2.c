@@ -277,7 +277,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
         return refuse(c, "all saved states are in use (FMU_STATES)");
     if (!fmu_import(&copy->state, (const unsigned char *)bytes, size)) {
         copy->is_taken = *state != NULL;
-        return refuse(c, "the state is that of another FMU");
+        return refuse(c, "the state is damaged, or that of another FMU");
     }
     *state = copy;
     return fmi2OK;

@@ -347,7 +347,7 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_
         return refuse(c, "all saved states are in use (FMU_STATES)");
     if (!fmu_import(&copy->state, bytes, size)) {
         copy->is_taken = *state != NULL;
-        return refuse(c, "the state is that of another FMU");
+        return refuse(c, "the state is damaged, or that of another FMU");
     }
     *state = copy;
     return fmi3OK;

@@ -196,6 +196,17 @@ void fmu_start(fmu_instance *i)
     FMU_DRIVER.start(&i->state.machine, (uint32_t)ticks(i, i->state.time));
 }
 
+/* Post an event; a full queue is worked off first, so that none is lost. */
+static void deliver(fmu_instance *i, uint32_t reference)
+{
+    fmu_state *s = &i->state;
+    if (post(i, reference) || !fsm_is_running(FMU_DRIVER.info, &s->machine))
+        return;
+    FMU_DRIVER.run(&s->machine, (uint32_t)ticks(i, s->time));
+    if (!post(i, reference) && fsm_is_running(FMU_DRIVER.info, &s->machine))
+        s->is_overrun = true;
+}
+
 void fmu_run(fmu_instance *i)
 {
     fmu_state *s = &i->state;
@@ -203,11 +214,13 @@ void fmu_run(fmu_instance *i)
         if (fmu_rows[r].source != FMU_IN)
             continue;
         if (i->is_counting) {
-            while (s->posted[r] < s->held[r] && post(i, r)) /* until the queue is full */
-                s->posted[r]++;
+            if (s->held[r] > s->posted[r] && s->held[r] - s->posted[r] > FMU_POSTED)
+                s->is_overrun = true;
+            for (; s->posted[r] < s->held[r] && !s->is_overrun; s->posted[r]++)
+                deliver(i, r);
             s->posted[r] = s->held[r];
         } else if (s->held[r] != 0u) {
-            (void)post(i, r);
+            deliver(i, r);
             s->held[r] = 0u;
         }
     }
@@ -242,7 +255,7 @@ const char *fmu_trouble(const fmu_instance *i)
 {
     const fsm_machine_info *info = FMU_DRIVER.info;
     if (i->state.is_overrun)
-        return "more events left the machine in a step than there is room for (FMU_PENDING)";
+        return "more events in a step than there is room for (FMU_PENDING, FMU_POSTED)";
     if (info->fault != FSM_ABSENT && *(const uint8_t *)fsm_at(&i->state.machine, info->fault) != 0u)
         return "the machine stopped with a fault";
     return NULL;
@@ -264,16 +277,34 @@ fmu_copy *fmu_save(const fmu_instance *i, fmu_copy *over)
     return over;
 }
 
+/* FNV-1a, 64 bits: what was damaged on its way is refused. */
+static uint64_t checksum(const unsigned char *bytes, size_t size)
+{
+    uint64_t sum = UINT64_C(0xcbf29ce484222325);
+    for (size_t k = 0u; k < size; k++)
+        sum = (sum ^ bytes[k]) * UINT64_C(0x100000001b3);
+    return sum;
+}
+
 void fmu_export(const fmu_state *state, unsigned char *bytes)
 {
+    unsigned char *copy = bytes + FMU_SAVED_BYTES - sizeof *state;
+    uint64_t sum;
+    memcpy(copy, state, sizeof *state);
+    sum = checksum(copy, sizeof *state);
     memcpy(bytes, FMU_TOKEN, sizeof FMU_TOKEN);
-    memcpy(bytes + sizeof FMU_TOKEN, state, sizeof *state);
+    memcpy(bytes + sizeof FMU_TOKEN, &sum, sizeof sum);
 }
 
 bool fmu_import(fmu_state *state, const unsigned char *bytes, size_t size)
 {
+    const unsigned char *copy = bytes + FMU_SAVED_BYTES - sizeof *state;
+    uint64_t sum;
     if (size != FMU_SAVED_BYTES || memcmp(bytes, FMU_TOKEN, sizeof FMU_TOKEN) != 0)
         return false;
-    memcpy(state, bytes + sizeof FMU_TOKEN, sizeof *state);
+    memcpy(&sum, bytes + sizeof FMU_TOKEN, sizeof sum);
+    if (sum != checksum(copy, sizeof *state))
+        return false;
+    memcpy(state, copy, sizeof *state);
     return true;
 }

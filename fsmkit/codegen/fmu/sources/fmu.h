@@ -13,6 +13,9 @@
 #ifndef FMU_STATES
 #define FMU_STATES 32 /* copies that fmi2GetFMUstate and fmi3GetFMUState give out at once */
 #endif
+#ifndef FMU_POSTED
+#define FMU_POSTED 65535u /* by how much a counter of events may grow in a step */
+#endif
 #ifndef FMU_PENDING
 #define FMU_PENDING 64 /* events and calls that wait for their iteration */
 #endif
@@ -89,6 +92,7 @@ const fsm_type *fmu_type(const fmu_row *row, uint32_t *offset);   /* NULL: witho
 fmu_copy *fmu_save(const fmu_instance *i, fmu_copy *over);        /* NULL: none is free */
 bool fmu_import(fmu_state *state, const unsigned char *bytes, size_t size);
 void fmu_export(const fmu_state *state, unsigned char *bytes);
-#define FMU_SAVED_BYTES (sizeof FMU_TOKEN + sizeof(fmu_state))
+/* The token, a checksum, and the state. */
+#define FMU_SAVED_BYTES (sizeof FMU_TOKEN + sizeof(uint64_t) + sizeof(fmu_state))
 
 #endif
