@@ -37,7 +37,7 @@ CHARTS = (
     *("plant", "feeder_belt", "extraction_belt"),
 )
 VERSIONS = ("2.0", "3.0")
-RANDOM = int(os.environ.get("FSMKIT_FMU_CHARTS", "5"))
+RANDOM = int(os.environ.get("FSMKIT_FMU_CHARTS", "3"))
 STEPS = int(os.environ.get("FSMKIT_FMU_STEPS", "60"))
 
 pytestmark = [pytest.mark.external, pytest.mark.cc]
