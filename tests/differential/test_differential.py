@@ -31,7 +31,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.runtime.harness import harness
 
-CHARTS = {"python": 150, "pyext": 25}
+CHARTS = {"python": 75, "pyext": 25}
 FEWER = 60
 """For targets that have to be compiled."""
 SEED = 2024
