@@ -34,10 +34,6 @@ Examples:
 """
 
 
-BUILT = ("pyext", "fmu")
-"""Targets that build a library."""
-
-
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
@@ -124,6 +120,14 @@ def command(
     Prints the files, what the machine takes, and its capacities. Either all files are written or
     none.
     """
+    if package is not None:
+        if target != "c":
+            raise click.UsageError("--package is for the target c")
+        target = "package"
+    built = [found.name for found in plugins(Target) if "build" in found.options]
+    is_built = target in built
+    if no_build and not is_built:
+        raise click.UsageError(f"--no-build is for the targets {' and '.join(built)}")
     findings = reading.findings()
     model = read(file, findings, strict=reading.strict)
     options = {
@@ -132,7 +136,7 @@ def command(
             ("prefix", prefix),
             ("trace", "on" if trace else None),
             ("with", extras),
-            ("build", "on" if target in BUILT and not no_build else None),
+            ("build", "on" if is_built and not no_build else None),
             ("fmi", fmi),
             ("package", package),
             ("optimize", optimize),
@@ -140,12 +144,6 @@ def command(
         )
         if value is not None
     }
-    if package is not None:
-        if target != "c":
-            raise click.UsageError("--package is for the target c")
-        target = "package"
-    if no_build and target not in BUILT:
-        raise click.UsageError("--no-build is for the targets pyext and fmu")
     if bounds == "from-check":
         from fsmkit.verify.bounds import proved_program  # all of the explorer
 

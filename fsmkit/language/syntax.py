@@ -18,7 +18,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from fsmkit.language.placing import values_of
 from fsmkit.language.statements.building import StatementBuilder
-from fsmkit.language.statements.tokens import unescape
+from fsmkit.language.statements.tokens import NO_ZERO, WITHOUT_ZERO, unescape
 from fsmkit.language.units import meant, no_unit, number_with
 
 DEEPEST = 100
@@ -205,15 +205,8 @@ class _Builder(StatementBuilder):
 
     def string(self, token: Token) -> Node:
         text = unescape(str(token)[1:-1])
-        if "\0" in text:  # a string of C ends there: two would be one
-            start, end = _place(token)
-            raise SyntaxFault(
-                "expression-syntax",
-                "a string cannot hold the character U+0000",
-                start,
-                end,
-                "leave it out: strings of C end there",
-            )
+        if "\0" in text:
+            raise SyntaxFault("expression-syntax", NO_ZERO, *_place(token), WITHOUT_ZERO)
         return StringNode(*_place(token), 1, text)
 
     def true(self, token: Token) -> Node:

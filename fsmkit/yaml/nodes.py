@@ -28,7 +28,19 @@ MOST_PIECES = 20
 NOWHERE: Table[str, str] = {}
 UNLIKE = re.compile(r"[\t\ufeff]|[|>][-+0-9]*#|:\s+(?:#.*\n\s*)*[]},]")
 """Where libyaml takes what PyYAML's own parser refuses, or sees it in another place."""
-SURROGATE = re.compile(r"[\ud800-\udfff]")
+NO_TEXT = (
+    (
+        re.compile(r"[\ud800-\udfff]"),
+        "half a character",
+        "write the character itself, or its one code `\\U...`",
+    ),
+    (
+        re.compile(r"\0"),
+        "the character U+0000",
+        "leave it out: names and strings of C end there",
+    ),
+)
+"""What no text may hold, by escapes: a pattern, the name of it, and a way out."""
 COMMENT = re.compile(r"[ \t]+#.*")
 APOSTROPHE = re.compile(r"(?<=\w)'(?=\w)")
 
@@ -181,22 +193,10 @@ class _Composer:
                 return self._mapping(event, depth)
 
     def _scalar(self, event: yaml.ScalarEvent, span: Span) -> Scalar:
-        if event.style == '"' and SURROGATE.search(event.value):
-            self._findings.add(
-                "broken-yaml",
-                "an escape makes half a character",
-                span,
-                help="write the character itself, or its one code `\\U...`",
-            )
-            return Scalar(Text("", span), quoted=True)
-        if "\0" in event.value:
-            self._findings.add(
-                "broken-yaml",
-                "an escape makes the character U+0000",
-                span,
-                help="leave it out: names and strings of C end there",
-            )
-            return Scalar(Text("", span), quoted=True)
+        for pattern, message, advice in NO_TEXT if event.style == '"' else ():
+            if pattern.search(event.value):
+                self._findings.add("broken-yaml", f"an escape makes {message}", span, help=advice)
+                return Scalar(Text("", span), quoted=True)
         if event.style == "" and "?" in event.value:
             raise yaml.YAMLError  # in flow style only libyaml lets it be part of a plain scalar
         style = event.style or None  # of a plain scalar libyaml says ""

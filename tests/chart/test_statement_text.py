@@ -172,6 +172,7 @@ def test_places() -> None:
 
 
 WRONG = [
+    ("log 'a\\0b'", "statement-syntax", "'a\\0b'"),
     ("retries", "statement-syntax", "retries"),
     ("x =;", "statement-syntax", ";"),
     ("raise", "statement-syntax", ""),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,11 +12,13 @@ from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
 from fsmkit.codegen.c.info import info_source
 from fsmkit.codegen.c.layout import Group, Needs, groups, reply_type, timers_needed
-from fsmkit.codegen.c.names import Names, name_everything
-from fsmkit.codegen.c.options import Options
+from fsmkit.codegen.c.limits import report_limits
+from fsmkit.codegen.c.names import Names, name_everything, require_prefix
+from fsmkit.codegen.c.options import Options, read_options, report_missing
 from fsmkit.codegen.c.pruning import touched
 from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.tracing import tracing_source
+from fsmkit.diagnostics import Findings
 from fsmkit.plan import lower
 from fsmkit.plan.image import image_of
 from fsmkit.texts import printing
@@ -34,6 +37,15 @@ class Machine:
     """Of the struct, in bytes."""
     family: tuple[tuple[Names, frozenset[str]], ...] = ()
     """The machines in its slots, innermost first, then itself: names and paths of members."""
+
+
+def machine_of(chart: Chart, findings: Findings, options: Mapping[str, str]) -> Machine | None:
+    """Return the C of a chart by the options of a target; None after what C cannot express."""
+    chosen = read_options(options)
+    require_prefix(options.get("prefix"))
+    report_limits(chart, findings)
+    report_missing(chart, chosen, findings)
+    return None if findings.has_errors else generate_machine(chart, options.get("prefix"), chosen)
 
 
 @printing

@@ -27,19 +27,10 @@ class C:
         Options: ``prefix`` replaces the chart's name; ``without``: some of `PARTS`, with commas
         between them.
         """
-        from fsmkit.codegen.c.generate import generate_machine
-        from fsmkit.codegen.c.limits import report_limits
-        from fsmkit.codegen.c.names import require_prefix
-        from fsmkit.codegen.c.options import read_options, report_missing
+        from fsmkit.codegen.c.generate import machine_of
 
-        chosen = read_options(options)
-        require_prefix(options.get("prefix"))
-        report_limits(chart, findings)
-        report_missing(chart, chosen, findings)
-        if findings.has_errors:
-            return None
-        machine = generate_machine(chart, options.get("prefix"), chosen)
-        return Generated(machine.files, machine.figures)
+        machine = machine_of(chart, findings, options)
+        return None if machine is None else Generated(machine.files, machine.figures)
 
     def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
         """Build a chart and return the trace of a script."""

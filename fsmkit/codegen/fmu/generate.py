@@ -17,14 +17,16 @@ from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.fmu.description import build_description, description
-from fsmkit.codegen.fmu.variables import Variable, parts, variables_of
+from fsmkit.codegen.fmu.variables import Variable, variables_of
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.language import SymbolType, Type
 from fsmkit.plan.fingerprint import fingerprint
+from fsmkit.plan.image import scalars
 
 WRAPPER = Path(__file__).parent / "sources"
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-w")
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-w")
+"""Only the functions of FMI are seen: two FMUs in one process have others of the same names."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Of files in the archive, so that the same chart gives the same bytes."""
 
@@ -66,7 +68,7 @@ def report_fmu_limits(chart: Chart, findings: Findings) -> None:
 
 
 def _has_string(type_: Type) -> bool:
-    return any(isinstance(scalar, SymbolType) for _, scalar in parts(type_))
+    return any(isinstance(scalar, SymbolType) for scalar in scalars(type_))
 
 
 def generate(
@@ -157,6 +159,7 @@ def _cmake(name: str, sources: Sequence[str]) -> str:
         "cmake_minimum_required(VERSION 3.10)\n"
         f"project({name} C)\n"
         "set(CMAKE_C_STANDARD 99)\n"
+        "set(CMAKE_C_VISIBILITY_PRESET hidden)\n"
         f"add_library({name} SHARED\n  {listed})\n"
         f'set_target_properties({name} PROPERTIES PREFIX "")\n'
     )

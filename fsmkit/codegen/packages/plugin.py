@@ -28,10 +28,8 @@ class Package:
 
         Options: ``package``, one of `KINDS`; the others as of the target ``c``.
         """
-        from fsmkit.codegen.c.generate import generate_machine
-        from fsmkit.codegen.c.limits import report_limits
-        from fsmkit.codegen.c.names import require_prefix
-        from fsmkit.codegen.c.options import read_options, report_missing
+        from fsmkit.codegen.c.generate import machine_of
+        from fsmkit.codegen.c.options import read_options
         from fsmkit.codegen.packages.packing import packed
 
         kind = options.get("package", "")
@@ -41,19 +39,15 @@ class Package:
                 f"there is no package `{kind}`" if kind else "no kind of package is named",
                 help=f"use `--package` with {', '.join(KINDS)}",
             )
-        chosen = read_options(options)
-        if "trace" in chosen.extras:
+        if "trace" in read_options(options).extras:
             raise fail(
                 "wrong-option",
                 "a package compiles all its sources, and a trace replaces one of them",
                 help="compile with `--with trace` and without `--package`",
             )
-        require_prefix(options.get("prefix"))
-        report_limits(chart, findings)
-        report_missing(chart, chosen, findings)
-        if findings.has_errors:
+        machine = machine_of(chart, findings, options)
+        if machine is None:
             return None
-        machine = generate_machine(chart, options.get("prefix"), chosen)
         return Generated(packed(kind, machine.names, machine.files), machine.figures)
 
 

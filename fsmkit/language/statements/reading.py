@@ -27,6 +27,8 @@ from fsmkit.language.statements.tokens import (
     LONGEST,
     NAME,
     NEW_LINES,
+    NO_ZERO,
+    WITHOUT_ZERO,
     Cursor,
     Lexeme,
     lexemes,
@@ -226,6 +228,8 @@ class _Reader:
     def _take(self, type_: str) -> Piece:
         token = self.at.take()
         text = unquoted(self.text, token) if token.kind == "string" else None
+        if text is not None and "\0" in text.value:
+            self.report(NO_ZERO, token.start, token.end, WITHOUT_ZERO)
         return self._piece(type_, token.start, token.end, text)
 
     def _next(self, choices: Mapping[str, Any], state: Any) -> Piece | None:

@@ -285,6 +285,10 @@ def bracketed(text: Text) -> Text | None:
     return text.part(1, cursor.tokens[closing].start).stripped()
 
 
+NO_ZERO = "a string cannot hold the character U+0000"
+WITHOUT_ZERO = "leave it out: strings of C end there, and two would be one"
+
+
 def unescape(inside: str) -> str:
     """Return the value of what stands between the quotes; two halves are one character."""
     if "\\" not in inside:

@@ -11,6 +11,7 @@ import pytest
 from devtools.differential import random_case
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.limits import report_limits
+from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Direction
@@ -187,6 +188,59 @@ def test_has_no_data_that_changes(
 def test_same_chart_gives_same_text() -> None:
     chart = load(CELL / "feeder.yaml")
     assert generate_machine(chart).files == generate_machine(load(CELL / "feeder.yaml")).files
+
+
+NAMES = """
+chart: Press
+types: {Fault: [none, hot], Way: [up, down]}
+events: {in: ["report(code Fault)", a-b, a_b], out: ["failed(code Fault)"]}
+operations: ["run(way Way)", "seen() -> Way"]
+data: {register: 0..9 = 0, last: Way = up}
+initial: idle
+states:
+  idle:
+    on:
+      report: [{do: "last = seen()\\nrun(last)\\nrun(Way.down)\\nsend failed(code = event.code)"}]
+      a-b: {do: "register = 1", if: "register == 0"}
+      a_b: IDLE
+  IDLE: {}
+"""
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_functions_of_hosts_have_the_types_of_enumerations(
+    compiler: str, tmp_path: Path, compile_with: Compile, write: Write
+) -> None:
+    path = tmp_path / "press.yaml"
+    path.write_text(NAMES, encoding="utf-8")
+    files = generate_machine(load(path), options=Options(extras=frozenset({"trace"}))).files
+    for declared in (
+        "bool press_post_report(press *m, press_fault_kind code);",
+        "void press_send_failed(press *m, press_fault_kind code);",
+        "void press_run_operation(press *m, press_way way);",
+        "press_way press_seen(press *m);",
+        "uint8_t last; /* press_way */",
+    ):
+        assert declared in files["press.h"]
+    assert "press_run_operation(m, PRESS_WAY_DOWN);" in files["press.c"]
+    write(tmp_path, files)
+    compile_with(tmp_path, compiler, "-c", "press.c", "press_info.c", "fsm.c")
+    compile_with(tmp_path, compiler, "-c", "press_trace.c", "fsm_trace.c")
+
+
+def test_the_header_lists_the_names_that_differ(tmp_path: Path) -> None:
+    path = tmp_path / "press.yaml"
+    path.write_text(NAMES, encoding="utf-8")
+    text = generate_machine(load(path)).files["press.h"]
+    listed = text.partition("has for something else:")[2].partition("*/")[0]
+    assert [line.strip(" *") for line in listed.splitlines() if line.strip(" *")] == [
+        "type Fault: press_fault_kind",
+        "operation run: press_run_operation",
+        "event a_b: press_post_a_b_2",
+        "state IDLE: PRESS_STATE_IDLE_2",
+        "variable register: data.register_2",
+    ]
 
 
 def test_says_where_each_transition_was_written() -> None:

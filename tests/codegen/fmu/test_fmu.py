@@ -88,16 +88,34 @@ def test_sources_compile_with_the_cmake_file_of_the_fmu(
     assert (tmp_path / "built" / "Feeder.so").is_file()
 
 
+BLINKING = """
+chart: Blinking
+outputs: {turns: 0..1000 = 0}
+initial: dark
+states:
+  dark: {after: {700ms: light}}
+  light: {entry: turns = turns + 1, after: {300ms: dark}}
+"""
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_a_simulator_runs_it_for_a_minute(version: str, tmp_path: Path) -> None:
     from fmpy import simulate_fmu
 
+    path = tmp_path / "blinking.yaml"
+    path.write_text(BLINKING, encoding="utf-8")
     result = simulate_fmu(
-        str(made(tmp_path, load(CELL / "feeder.yaml"), version)),
-        stop_time=60.0, step_size=0.01, output_interval=1.0, output=["state"],
+        str(made(tmp_path, load(path), version)),
+        stop_time=60.0, step_size=0.01, output_interval=0.25, output=["state", "turns"],
     )  # fmt: skip
-    assert [row[0] for row in result][-1] == pytest.approx(60.0)
-    assert {row[1] for row in result} == {1}
+    rows = zip(result["time"], result["state"], result["turns"], strict=True)
+    seen = {round(time * 4): (state, turns) for time, state, turns in rows}
+    assert len(seen) == 241
+    dark, light = 1, 2
+    for quarter in range(1, 241):
+        whole, part = divmod(quarter, 4)
+        expected = (light, whole + 1) if part == 3 else (dark, whole)
+        assert seen[quarter] == expected, quarter / 4
 
 
 class Beside:

@@ -50,15 +50,13 @@ class Step:
         return (*self.record, *self.leave, *self.act, *self.enter)
 
 
-PHASES: tuple[tuple[Callable[[Step], Lines], bool], ...] = (
-    (lambda step: step.record, False),
-    (lambda step: step.leave, True),
-    (lambda step: step.act, False),
-    (lambda step: step.enter, False),
+PHASES: tuple[tuple[str, Callable[[Step], Lines], bool], ...] = (
+    ("record", lambda step: step.record, False),
+    ("leave", lambda step: step.leave, True),
+    ("act", lambda step: step.act, False),
+    ("enter", lambda step: step.enter, False),
 )
 """Of a microstep, in their order (Appendix D); whether the last region comes first."""
-VERBS = ("record", "leave", "act", "enter")
-"""The names of the phases."""
 MOST_TOGETHER = 64
 """Regions in one function."""
 
@@ -423,12 +421,15 @@ class ReactionPrinter:
         ways = [f"way{place}" for place in range(len(regions))]
         out.line(head)
         with out.block("{"):
-            chosen = [
-                self._choose(out, region, way, event)
-                for region, way in zip(regions, ways, strict=True)
-            ]
+            chosen = []
+            for region, way in zip(regions, ways, strict=True):
+                choice = Emitter()
+                steps = self._choose(choice, region, way, event)
+                out.line(f"{'uint8_t' if len(steps) <= NARROW else 'uint16_t'} {way} = 0u;")
+                out.lines(_lines(choice))
+                chosen.append(steps)
             out.lines([f"if (({' | '.join(ways)}) == 0u)", f"    {self._ignored}"])
-            for phase, is_reversed in PHASES:
+            for _, phase, is_reversed in PHASES:
                 order = range(len(regions))
                 for place in reversed(order) if is_reversed else order:
                     self._by_way(out, ways[place], [phase(step) for step in chosen[place]])
@@ -463,7 +464,7 @@ class ReactionPrinter:
             chosen += [self._choose(body, regions[at], f"way[{at}]", event) for at in places]
             part("choose", body)
         asked, calls = calls, []
-        for verb, (phase, is_reversed) in zip(VERBS, PHASES, strict=True):
+        for verb, phase, is_reversed in PHASES:
             for places in parts[:: -1 if is_reversed else 1]:
                 body = Emitter()
                 for at in places[:: -1 if is_reversed else 1]:
@@ -480,29 +481,25 @@ class ReactionPrinter:
     def _choose(self, out: Emitter, region: Region, way: str, event: int) -> list[Step]:
         """Print which way a region goes, 0 for none; return the steps of the ways from 1 on."""
         steps: list[Step] = []
-        choice = Emitter()
-        with choice.block(f"switch (m->{self.names.regions[region.index]}) {{"):
+        with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
             for leaf in self._selection.leaves(region):
                 found = self.candidates(leaf, lambda t: event in t.events)
                 if not found:
                     continue
-                choice.line(f"case {self.names.number(leaf)}:")
-                with choice.indented():
+                out.line(f"case {self.names.number(leaf)}:")
+                with out.indented():
                     word = "if"
                     for transition in found:
                         steps.append(self.step(transition, leaf, is_alone=False))
                         if transition.guard is not None:
-                            choice.line(f"{word} ({self.guard(transition)})")
+                            out.line(f"{word} ({self.guard(transition)})")
                         elif word != "if":
-                            choice.line("else")
+                            out.line("else")
                         inset = "    " if word != "if" or transition.guard is not None else ""
-                        choice.line(f"{inset}{way} = {len(steps)}u; {self.comment(transition)}")
+                        out.line(f"{inset}{way} = {len(steps)}u; {self.comment(transition)}")
                         word = "else if"
-                    choice.line("break;")
-            choice.lines(["default:", "    break;"])
-        if not way.endswith("]"):
-            out.line(f"{'uint8_t' if len(steps) <= NARROW else 'uint16_t'} {way} = 0u;")
-        out.lines(choice.finish().rstrip("\n").split("\n"))
+                    out.line("break;")
+            out.lines(["default:", "    break;"])
         return steps
 
     def _by_way(self, out: Emitter, way: str, parts: Sequence[Lines]) -> None:
