@@ -305,7 +305,9 @@ EXPRESSIONS = st.sampled_from(
     ["1", "a + b", "(a)", "(a) + (b)", "'x;y'", '"#"', "f(a, [1, 2])", "not log", "x == 'to'", "-1"]
 ).map(at)
 NAMES = st.sampled_from(["ev", "a.b", "done.state.x", "x-1", "to", "#_internal", "a b", "é", ""])
-TEXTS = (NAMES | st.text(max_size=5)).map(at)
+STRINGS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=5)
+"""All that a string can hold: the language refuses U+0000."""
+TEXTS = (NAMES | STRINGS).map(at)
 LOCATIONS = st.sampled_from(["x", "a[i]", "r.f", "log", "send"]).map(at)
 ARGUMENTS = st.lists(st.builds(DocArgument, TEXTS, EXPRESSIONS), max_size=2).map(tuple)
 DELAYS = st.sampled_from(["500ms", ".5s", "T", "500", "-5s", "a b", ""]).map(at)
@@ -351,7 +353,7 @@ SIMPLE: st.SearchStrategy[WrittenStatement] = st.one_of(
     st.builds(Reply, EXPRESSIONS, st.just(NOWHERE)),
     st.builds(CallOperation, st.sampled_from(["goto(1, 2)", "f()"]).map(at), st.just(NOWHERE)),
     st.just(Super(NOWHERE)),
-    st.builds(Fail, st.text(max_size=5), st.just(NOWHERE)),
+    st.builds(Fail, STRINGS, st.just(NOWHERE)),
 )
 
 
