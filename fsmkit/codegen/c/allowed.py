@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 
 from fsmkit.codegen.c.expressions.types import integer_storage, interval
 from fsmkit.codegen.c.names import Names
@@ -16,61 +16,62 @@ def print_allowed(out: Emitter, names: Names) -> None:
     out.line("#ifdef FSM_CHECKED")
     out.line("/* Whether an event is known, and each value that it carries one of its type. */")
     out.line(f"static bool {p}_is_allowed(const {p}_event *e)")
+    known = f"return e->event > 0u && e->event < {names.upper}_EVENTS;"
+    tested = []
+    for event in names.chart.events:
+        place = f"e->of.{names.payloads[event.index]}"
+        loops, tests = _tests(names, RecordType("", event.fields), place, 0)
+        if loops or tests:
+            tested.append(
+                (f"case {names.events[event.index]}:", [*loops, f"return {_all(tests)};"])
+            )
     with out.block("{"):
-        tests = {
-            event.index: [
-                line
-                for part in event.fields
-                for line in _tests(
-                    names,
-                    part.type,
-                    f"e->of.{names.payloads[event.index]}.{names.field(part.name)}",
-                    0,
-                )
-            ]
-            for event in names.chart.events
-        }
-        if any(tests.values()):
+        if tested:
             with out.block("switch (e->event) {"):
-                for index, lines in tests.items():
-                    if lines:
-                        out.line(f"case {names.events[index]}:")
-                        with out.indented():
-                            out.lines(lines)
-                            out.line("break;")
-                out.line("default:")
-                with out.indented():
-                    out.line("break;")
-        out.line(f"return e->event > 0u && e->event < {names.upper}_EVENTS;")
+                for label, lines in [*tested, ("default:", [known])]:
+                    out.line(label)
+                    with out.indented():
+                        out.lines(lines)
+        else:
+            out.line(known)
     out.lines(["#endif", ""])
 
 
-def _tests(names: Names, type_: Type, place: str, depth: int) -> Iterator[str]:
-    """Yield the lines that return where a value is none of its type."""
+def _all(tests: Sequence[str]) -> str:
+    """Return the condition that all of some hold."""
+    return " && ".join(tests) or "true"
+
+
+def _tests(names: Names, type_: Type, place: str, depth: int) -> tuple[list[str], list[str]]:
+    """Return whether a value is one of its type: loops that return false, and conditions."""
     match type_:
         case ArrayType(element, length):
             at = f"i{depth}"
-            inner = list(_tests(names, element, f"{place}[{at}]", depth + 1))
-            if inner:
-                yield f"for (uint32_t {at} = 0u; {at} < {length}u; {at}++) {{"
-                yield from (f"    {line}" for line in inner)
-                yield "}"
+            loops, tests = _tests(names, element, f"{place}[{at}]", depth + 1)
+            if tests:
+                loops = [*loops, f"if (!({_all(tests)})) {{", "    return false;", "}"]
+            if not loops:
+                return [], []
+            head = f"for (uint32_t {at} = 0u; {at} < {length}u; {at}++) {{"
+            return [head, *(f"    {line}" for line in loops), "}"], []
         case RecordType(_, fields):
-            for part in fields:
-                yield from _tests(names, part.type, f"{place}.{names.field(part.name)}", depth)
+            found = [
+                _tests(names, part.type, f"{place}.{names.field(part.name)}", depth)
+                for part in fields
+            ]
+            return [line for loops, _ in found for line in loops], [
+                t for _, ts in found for t in ts
+            ]
         case FloatType() | SymbolType():
-            pass
+            return [], []
         case BoolType():
-            yield f"if (*(const unsigned char *)&{place} > 1u)"
-            yield "    return false;"
+            return [], [f"*(const unsigned char *)&{place} <= 1u"]
         case _:
             bounds = interval(type_)
             ctype, size = integer_storage(bounds.lo, bounds.hi)
             lowest = 0 if ctype.startswith("u") else -(2 ** (8 * size - 1))
             highest = lowest + 2 ** (8 * size) - 1
             mark = "u" if ctype.startswith("u") else ""
-            outside = [f"{place} < {bounds.lo}{mark}"] if bounds.lo > lowest else []
-            outside += [f"{place} > {bounds.hi}{mark}"] if bounds.hi < highest else []
-            if outside:
-                yield f"if ({' || '.join(outside)})"
-                yield "    return false;"
+            inside = [f"{place} >= {bounds.lo}{mark}"] if bounds.lo > lowest else []
+            inside += [f"{place} <= {bounds.hi}{mark}"] if bounds.hi < highest else []
+            return [], inside

@@ -25,8 +25,9 @@ static @_event @_take_out(@_event *queue, uint8_t *count, uint8_t room, uint8_t 
 {
     @_event e = queue[place];
     (*count)--;
-    for (; place < room - 1u && place < *count; place++)
+    for (; place < room - 1u && place < *count; place++) {
         queue[place] = queue[place + 1u];
+    }
     queue[place] = @_no_event;
     return e;
 }
@@ -54,8 +55,9 @@ HELPERS = {
     "raise": """
 static void @_raise(@ *m, const @_event *e, bool tell)
 {
-    if (tell)
+    if (tell) {
         FSM_HOOK_EVENT(m, FSM_RAISED, e);
+    }
     if (m->fsm.internal_count < %_INTERNAL) {
         m->fsm.internal[m->fsm.internal_count] = *e;
         m->fsm.internal_count++;
@@ -89,10 +91,11 @@ static void @_end_block(@ *m)
 {
     uint8_t failed = m->fsm.failed;
     m->fsm.failed = FSM_FINE;
-    if (failed == FSM_CONTENT_ERROR)
+    if (failed == FSM_CONTENT_ERROR) {
         @_error(m, %_EVENT_ERROR_EXECUTION, "error.execution");
-    else if (failed == FSM_RANGE_FAULT)
+    } else if (failed == FSM_RANGE_FAULT) {
         @_stop(m, FSM_FAULT_RANGE, "range");
+    }
 }
 """,
     "send": """
@@ -120,8 +123,9 @@ static bool @_holds(@ *m, bool holds)
 static bool @_guard_holds(@ *m, bool holds)
 {
     bool is_sound = m->fsm.failed == FSM_FINE;
-    if (!is_sound)
+    if (!is_sound) {
         @_end_block(m);
+    }
     return is_sound && holds;
 }
 """,
@@ -129,8 +133,9 @@ static bool @_guard_holds(@ *m, bool holds)
 /* The nearest bound of a range, and `error.range` for a value outside it. */
 static int64_t @_clamp(@ *m, int64_t value, int64_t lo, int64_t hi)
 {
-    if (m->fsm.failed != FSM_FINE || (value >= lo && value <= hi))
+    if (m->fsm.failed != FSM_FINE || (value >= lo && value <= hi)) {
         return value < lo ? lo : value > hi ? hi : value;
+    }
     @_error(m, %_EVENT_ERROR_RANGE, "error.range");
     return value < lo ? lo : hi;
 }
@@ -138,8 +143,9 @@ static int64_t @_clamp(@ *m, int64_t value, int64_t lo, int64_t hi)
     "clamp_u": """
 static uint64_t @_clamp_u(@ *m, bool below, uint64_t value, uint64_t lo, uint64_t hi)
 {
-    if (m->fsm.failed != FSM_FINE || (!below && value >= lo && value <= hi))
+    if (m->fsm.failed != FSM_FINE || (!below && value >= lo && value <= hi)) {
         return below || value < lo ? lo : value > hi ? hi : value;
+    }
     @_error(m, %_EVENT_ERROR_RANGE, "error.range");
     return below || value < lo ? lo : hi;
 }
@@ -149,8 +155,9 @@ static int64_t @_clamp_f(@ *m, double value, int64_t lo, int64_t hi)
 {
     bool outside = false;
     int64_t whole = fsm_truncate(value, lo, hi, &outside);
-    if (outside && m->fsm.failed == FSM_FINE)
+    if (outside && m->fsm.failed == FSM_FINE) {
         @_error(m, %_EVENT_ERROR_RANGE, "error.range");
+    }
     return whole;
 }
 """,
@@ -158,8 +165,9 @@ static int64_t @_clamp_f(@ *m, double value, int64_t lo, int64_t hi)
 static void @_arm(@ *m, uint16_t transition, uint32_t delay)
 {
     const fsm_timer timer = {m->fsm.now + delay, transition, 0u};
-    if (m->fsm.timer_count < %_TIMERS) /* always: there is one for each that can be armed at once */
+    if (m->fsm.timer_count < %_TIMERS) { /* always: room for each that is armed at once */
         (void)fsm_timers_insert(m->fsm.timers, &m->fsm.timer_count, timer);
+    }
 }
 """,
     "disarm": """
@@ -183,10 +191,12 @@ static void @_delay(@ *m, const @_event *e, uint32_t delay, uint16_t mark, uint1
     const fsm_timer timer = {m->fsm.now + delay, FSM_TIMER_SEND, mark};
     uint8_t place = fsm_timers_insert(m->fsm.timers, &m->fsm.timer_count, timer);
     uint8_t rank = 0u;
-    for (uint8_t i = 0u; i < place && rank + 1u < %_DELAYED; i++)
+    for (uint8_t i = 0u; i < place && rank + 1u < %_DELAYED; i++) {
         rank = (uint8_t)(rank + (m->fsm.timers[i].what == FSM_TIMER_SEND ? 1u : 0u));
-    for (uint8_t i = %_DELAYED - 1u; i > rank; i--)
+    }
+    for (uint8_t i = %_DELAYED - 1u; i > rank; i--) {
         m->fsm.delayed[i] = m->fsm.delayed[i - 1u];
+    }
     m->fsm.delayed_count++;
     m->fsm.delayed[rank].e = *e;
     m->fsm.delayed[rank].peer = peer;
@@ -198,8 +208,9 @@ static @_delayed @_undelay(@ *m, uint8_t rank)
     static const @_delayed none = {%_NO_EVENT, 0u, 0u};
     @_delayed found = m->fsm.delayed[rank];
     m->fsm.delayed_count--;
-    for (; rank + 1u < %_DELAYED && rank < m->fsm.delayed_count; rank++)
+    for (; rank + 1u < %_DELAYED && rank < m->fsm.delayed_count; rank++) {
         m->fsm.delayed[rank] = m->fsm.delayed[rank + 1u];
+    }
     m->fsm.delayed[rank] = none;
     return found;
 }

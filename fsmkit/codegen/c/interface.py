@@ -88,16 +88,15 @@ class InterfacePrinter:
         out.line(f"void {p}_rebase({p} *m, uint32_t now)")
         with out.block("{"):
             if has_timers:
-                out.line("for (uint8_t i = 0u; i < m->fsm.timer_count; i++)")
-                with out.indented():
+                with out.block("for (uint8_t i = 0u; i < m->fsm.timer_count; i++) {"):
                     out.line("m->fsm.timers[i].deadline -= now;")
             if names.does["now"]:
                 out.line("m->fsm.now -= now;")
             elif not has_timers:
                 out.lines(["(void)m;", "(void)now;"])
             for inside, slot in zip(names.invoked, names.slots, strict=True):
-                out.line(f"if (m->{slot}.fsm.running)")
-                out.line(f"    {inside.prefix}_rebase(&m->{slot}, now);")
+                with out.block(f"if (m->{slot}.fsm.running) {{"):
+                    out.line(f"{inside.prefix}_rebase(&m->{slot}, now);")
         out.line()
         out.lines(fill(names, END))
         out.line()
@@ -116,7 +115,7 @@ class InterfacePrinter:
             )
             with out.block("    && (!found || !fsm_reached(due, first))) {"):
                 out.lines(["found = true;", "first = due;"])
-        out.lines(["if (found)", "    *deadline = first;", "return found;"])
+        out.lines(["if (found) {", "    *deadline = first;", "}", "return found;"])
 
     def _initialize(
         self, out: Emitter, name: str, value: object, type_: object, printer: Printer
@@ -133,8 +132,7 @@ class InterfacePrinter:
             else:
                 with out.block("{"):
                     out.line(f"static const {ctype} initial[{type_.length}] = {text};")
-                    out.line(f"for (uint32_t i = 0u; i < {type_.length}u; i++)")
-                    with out.indented():
+                    with out.block(f"for (uint32_t i = 0u; i < {type_.length}u; i++) {{"):
                         out.line(f"{member}[i] = initial[i];")
             return
         if value in (0, False, ""):
@@ -159,8 +157,7 @@ class InterfacePrinter:
         for part in fields:
             name = self.names.field(part.name)
             if isinstance(part.type, ArrayType):
-                out.line(f"for (uint32_t i = 0u; i < {part.type.length}u; i++)")
-                with out.indented():
+                with out.block(f"for (uint32_t i = 0u; i < {part.type.length}u; i++) {{"):
                     out.line(f"{payload}.{name}[i] = {name}[i];")
             else:
                 stored = storage(part.type, self.names.records).text

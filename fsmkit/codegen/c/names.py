@@ -138,6 +138,11 @@ class Names:
         return "!m->fsm.running" if self.does["running"] else f"m->{self.regions[0]} == 0u"
 
     @property
+    def refuses(self) -> str:
+        """The test whether a step does nothing: it is called within another, or after the end."""
+        return f"m->fsm.busy || {self.stopped}" if self.does["guarded"] else self.stopped
+
+    @property
     def is_invoked(self) -> bool:
         """Whether the machine lives in a slot of another."""
         return bool(self.path)

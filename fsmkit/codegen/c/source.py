@@ -119,8 +119,7 @@ class SourcePrinter:
             passed = "".join(f", {names.field(part.name)}" for part in fields)
             out.line(head)
             with out.block("{"):
-                out.line("if (m->fsm.failed != FSM_FINE)")
-                with out.indented():
+                with out.block("if (m->fsm.failed != FSM_FINE) {"):
                     empty = "{0}" if isinstance(result, RecordType) else "0"
                     if isinstance(result, RecordType):
                         out.line(f"return ({ctype}){empty};")
@@ -319,8 +318,8 @@ class SourcePrinter:
             record = ""
             if names.histories:
                 record = (
-                    "    for ($REGION i = 0u; i < found->count; i++)\n"
-                    "        @_record(m, domains[i]);"
+                    "    for ($REGION i = 0u; i < found->count; i++) {\n"
+                    "        @_record(m, domains[i]);\n    }"
                 )
             out.lines(fill(names, CONFLICTS, RECORD_ALL=record or "~"))
             out.line()

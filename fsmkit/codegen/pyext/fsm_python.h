@@ -133,9 +133,10 @@ FSM_PY_MAYBE bool fsm_py_guarded(fsm_object *o, void (*work)(void *), void *job)
 
 FSM_PY_MAYBE bool fsm_py_is_free(const fsm_object *o)
 {
-    if (o->busy)
+    if (o->busy) {
         PyErr_Format(PyExc_RuntimeError, "%s was called from within one of its own steps",
                      o->info->name);
+    }
     return !o->busy;
 }
 
@@ -160,22 +161,24 @@ FSM_PY_MAYBE PyObject *fsm_py_or_none(PyObject *value)
 
 FSM_PY_MAYBE bool fsm_py_outside(const char *what, PyObject *value, const fsm_type *type)
 {
-    if (type->kind == FSM_BOOL)
+    if (type->kind == FSM_BOOL) {
         PyErr_Format(PyExc_ValueError, "%s must be in False..True, not %R", what, value);
-    else if (type->hi > INT64_MAX && type->kind != FSM_SIGNED)
+    } else if (type->hi > INT64_MAX && type->kind != FSM_SIGNED) {
         PyErr_Format(PyExc_ValueError, "%s must be in %llu..%llu, not %R", what,
                      (unsigned long long)type->lo, (unsigned long long)type->hi, value);
-    else
+    } else {
         PyErr_Format(PyExc_ValueError, "%s must be in %lld..%lld, not %R", what,
                      (long long)type->lo, (long long)type->hi, value);
+    }
     return false;
 }
 
 FSM_PY_MAYBE bool fsm_py_wrong(const char *what, const char *wanted, PyObject *value)
 {
     PyObject *type = PyObject_GetAttrString((PyObject *)Py_TYPE(value), "__name__");
-    if (type != NULL)
+    if (type != NULL) {
         PyErr_Format(PyExc_TypeError, "%s must be %s, not %S", what, wanted, type);
+    }
     Py_XDECREF(type);
     return false;
 }
@@ -196,8 +199,9 @@ FSM_PY_MAYBE bool fsm_py_integer(
 {
     int overflow = 0;
     PyObject *index = fsm_py_index(value, what);
-    if (index == NULL)
+    if (index == NULL) {
         return false;
+    }
     if (type->kind == FSM_UNSIGNED && type->hi > INT64_MAX) {
         *out = PyLong_AsUnsignedLongLong(index);
         if (PyErr_Occurred() != NULL && PyErr_ExceptionMatches(PyExc_OverflowError)) {
@@ -206,12 +210,14 @@ FSM_PY_MAYBE bool fsm_py_integer(
         }
     } else {
         *out = (uint64_t)PyLong_AsLongLongAndOverflow(index, &overflow);
-        if (type->kind != FSM_SIGNED && *out > INT64_MAX && PyErr_Occurred() == NULL)
+        if (type->kind != FSM_SIGNED && *out > INT64_MAX && PyErr_Occurred() == NULL) {
             overflow = -1;
+        }
     }
     Py_DECREF(index);
-    if (PyErr_Occurred() != NULL)
+    if (PyErr_Occurred() != NULL) {
         return false;
+    }
     return (overflow == 0 && fsm_is_of(type, *out)) || fsm_py_outside(what, value, type);
 }
 
@@ -233,16 +239,18 @@ FSM_PY_MAYBE bool fsm_py_double(PyObject *value, const char *what, double *out)
 FSM_PY_MAYBE bool fsm_py_symbol(fsm_object *o, PyObject *value, const char *what, uint16_t *out)
 {
     fsm_py_module *known = o->known;
-    if (!PyUnicode_Check(value))
+    if (!PyUnicode_Check(value)) {
         return fsm_py_wrong(what, "a string", value);
+    }
     PyObject *found = PyDict_GetItemWithError(known->numbers, value);
     if (found != NULL) {
         *out = (uint16_t)PyLong_AsLong(found);
         return true;
     }
     Py_ssize_t next = PyList_Size(known->symbols);
-    if (PyErr_Occurred() != NULL)
+    if (PyErr_Occurred() != NULL) {
         return false;
+    }
     if (next > FSM_PY_STRINGS) {
         PyErr_Format(PyExc_ValueError, "%s: there are over %d different strings", what,
                      (int)FSM_PY_STRINGS);
@@ -269,21 +277,25 @@ FSM_PY_MAYBE PyObject *fsm_py_string(const fsm_object *o, uint16_t number)
 /* Whether a value has as many parts as an array or a record. */
 FSM_PY_MAYBE bool fsm_py_parts(PyObject *value, const char *what, Py_ssize_t wanted)
 {
-    if (!PySequence_Check(value) || PyUnicode_Check(value) || PyBytes_Check(value))
+    if (!PySequence_Check(value) || PyUnicode_Check(value) || PyBytes_Check(value)) {
         return fsm_py_wrong(what, "a sequence", value);
+    }
     Py_ssize_t count = PySequence_Size(value);
-    if (count >= 0 && count != wanted)
+    if (count >= 0 && count != wanted) {
         PyErr_Format(PyExc_ValueError, "%s must have %zd parts, not %zd", what, wanted, count);
+    }
     return count == wanted;
 }
 
 /* Put the next part into a tuple; false if there is none. Drops the tuple then. */
 FSM_PY_MAYBE bool fsm_py_put(PyObject **parts, Py_ssize_t place, PyObject *part)
 {
-    if (*parts != NULL && part != NULL && PyTuple_SetItem(*parts, place, part) == 0)
+    if (*parts != NULL && part != NULL && PyTuple_SetItem(*parts, place, part) == 0) {
         return true; /* SetItem takes the part over, even when it fails */
-    if (*parts == NULL)
+    }
+    if (*parts == NULL) {
         Py_XDECREF(part);
+    }
     Py_CLEAR(*parts);
     return false;
 }
@@ -298,19 +310,22 @@ FSM_PY_MAYBE bool fsm_py_take(
     uint64_t bits = 0u;
     switch (type->kind) {
         case FSM_SYMBOL:
-            if (!fsm_py_symbol(o, value, what, &symbol))
+            if (!fsm_py_symbol(o, value, what, &symbol)) {
                 return false;
+            }
             fsm_set_bits(type, out, symbol);
             return true;
         case FSM_FLOAT:
-            if (!fsm_py_double(value, what, &real))
+            if (!fsm_py_double(value, what, &real)) {
                 return false;
+            }
             fsm_set_float(type, out, real);
             return true;
         case FSM_ARRAY:
         case FSM_RECORD:
-            if (!fsm_py_parts(value, what, (Py_ssize_t)type->count))
+            if (!fsm_py_parts(value, what, (Py_ssize_t)type->count)) {
                 return false;
+            }
             for (uint32_t i = 0u; i < type->count; i++) {
                 const bool is_array = type->kind == FSM_ARRAY;
                 const fsm_type *of = is_array ? type->element : type->fields[i].type;
@@ -319,13 +334,15 @@ FSM_PY_MAYBE bool fsm_py_take(
                 bool is_taken =
                     part != NULL && fsm_py_take(o, of, part, what, fsm_place_at(out, offset));
                 Py_XDECREF(part);
-                if (!is_taken)
+                if (!is_taken) {
                     return false;
+                }
             }
             return true;
         default:
-            if (!fsm_py_integer(value, what, type, &bits))
+            if (!fsm_py_integer(value, what, type, &bits)) {
                 return false;
+            }
             fsm_set_bits(type, out, bits);
             return true;
     }
@@ -350,8 +367,9 @@ FSM_PY_MAYBE PyObject *fsm_py_give(const fsm_object *o, const fsm_type *type, co
                 const fsm_type *of = is_array ? type->element : type->fields[i].type;
                 const uint32_t offset = is_array ? i * of->size : type->fields[i].offset;
                 PyObject *part = fsm_py_give(o, of, fsm_at(value, offset));
-                if (!fsm_py_put(&parts, (Py_ssize_t)i, part))
+                if (!fsm_py_put(&parts, (Py_ssize_t)i, part)) {
                     return NULL;
+                }
             }
             return parts;
         case FSM_SIGNED:
@@ -368,13 +386,16 @@ FSM_PY_MAYBE int fsm_py_assign(
     double small[2] = {0.0, 0.0};
     void *taken = type->size <= sizeof small ? small : PyMem_Malloc(type->size);
     bool is_taken = taken != NULL;
-    if (!is_taken)
+    if (!is_taken) {
         PyErr_NoMemory();
+    }
     is_taken = is_taken && fsm_py_take(o, type, value, what, taken);
-    if (is_taken)
+    if (is_taken) {
         memcpy(place, taken, type->size);
-    if (taken != small)
+    }
+    if (taken != small) {
         PyMem_Free(taken);
+    }
     return is_taken ? 0 : -1;
 }
 
@@ -388,8 +409,9 @@ FSM_PY_MAYBE bool fsm_py_fill(
     fsm_store_bits(fsm_place_at(e, info->event_number), info->event_width, (uint64_t)index + 1u);
     for (uint16_t i = 0u; i < event->field_count; i++) {
         void *place = fsm_place_at(e, event->fields[i].offset);
-        if (!fsm_py_take(o, event->fields[i].type, values[i], events[index].said[i], place))
+        if (!fsm_py_take(o, event->fields[i].type, values[i], events[index].said[i], place)) {
             return false;
+        }
     }
     return true;
 }
@@ -397,12 +419,14 @@ FSM_PY_MAYBE bool fsm_py_fill(
 FSM_PY_MAYBE bool fsm_py_time(PyObject *value, uint32_t *out)
 {
     PyObject *index = fsm_py_index(value, "a time");
-    if (index == NULL)
+    if (index == NULL) {
         return false;
+    }
     unsigned long long taken = PyLong_AsUnsignedLongLongMask(index);
     Py_DECREF(index);
-    if (PyErr_Occurred() != NULL)
+    if (PyErr_Occurred() != NULL) {
         return false;
+    }
     *out = (uint32_t)(taken & 0xFFFFFFFFu);
     return true;
 }
@@ -423,14 +447,16 @@ FSM_PY_MAYBE bool fsm_py_arguments(
         PyErr_Format(PyExc_TypeError, "%s() takes %zd arguments, not %zd", name, count, positional);
         return false;
     }
-    for (Py_ssize_t i = 0; i < count; i++)
+    for (Py_ssize_t i = 0; i < count; i++) {
         out[i] = i < positional ? given[i] : NULL;
+    }
     Py_ssize_t others = keywords == NULL ? 0 : PyTuple_Size(keywords);
     for (Py_ssize_t k = 0; k < others; k++) {
         PyObject *keyword = PyTuple_GetItem(keywords, k);
         Py_ssize_t place = 0;
-        while (place < count && PyUnicode_CompareWithASCIIString(keyword, names[place]) != 0)
+        while (place < count && PyUnicode_CompareWithASCIIString(keyword, names[place]) != 0) {
             place++;
+        }
         if (place == count || out[place] != NULL) {
             PyErr_Format(PyExc_TypeError, "%s() got %s argument %R", name,
                          place == count ? "an unexpected" : "twice the", keyword);
@@ -463,9 +489,10 @@ FSM_PY_MAYBE Py_ssize_t fsm_py_named(const fsm_object *o, PyObject *event, Py_ss
             PyObject *separator = PyUnicode_FromString(", ");
             PyObject *all =
                 separator == NULL ? NULL : PyUnicode_Join(separator, o->known->events);
-            if (all != NULL)
+            if (all != NULL) {
                 PyErr_Format(PyExc_ValueError, "%s receives no event %R, but %U", info->name, event,
                              all);
+            }
             Py_XDECREF(all);
             Py_XDECREF(separator);
         }
@@ -487,19 +514,22 @@ FSM_PY_MAYBE void fsm_py_begin(fsm_object *o, const char *label)
 {
     Py_CLEAR(o->parts);
     o->is_reply = label == NULL;
-    if (label != NULL && o->log == NULL)
+    if (label != NULL && o->log == NULL) {
         return;
+    }
     PyObject *values = PyList_New(0);
     PyObject *text = label == NULL ? NULL : PyUnicode_FromString(label);
     if (values != NULL && (label == NULL || (text != NULL && PyList_Append(values, text) == 0))) {
         o->parts = PyList_New(0);
-        if (o->parts != NULL && PyList_Append(o->parts, values) != 0)
+        if (o->parts != NULL && PyList_Append(o->parts, values) != 0) {
             Py_CLEAR(o->parts);
+        }
     }
     Py_XDECREF(text);
     Py_XDECREF(values);
-    if (o->parts == NULL)
+    if (o->parts == NULL) {
         fsm_py_break(o);
+    }
 }
 
 /* Add a value to it, which is taken over. */
@@ -508,8 +538,9 @@ FSM_PY_MAYBE void fsm_py_add(fsm_object *o, PyObject *value)
     Py_ssize_t depth = PyList_Size(o->parts);
     int failed = value == NULL ? -1 : PyList_Append(PyList_GetItem(o->parts, depth - 1), value);
     Py_XDECREF(value);
-    if (failed != 0)
+    if (failed != 0) {
         fsm_py_break(o);
+    }
 }
 
 FSM_PY_MAYBE void fsm_py_bracket(fsm_object *o, bool opens)
@@ -519,8 +550,9 @@ FSM_PY_MAYBE void fsm_py_bracket(fsm_object *o, bool opens)
         PyObject *inner = PyList_New(0);
         int failed = inner == NULL ? -1 : PyList_Append(o->parts, inner);
         Py_XDECREF(inner);
-        if (failed != 0)
+        if (failed != 0) {
             fsm_py_break(o);
+        }
     } else {
         PyObject *whole = PyList_AsTuple(PyList_GetItem(o->parts, depth - 1));
         if (whole == NULL || PyList_SetSlice(o->parts, depth - 1, depth, NULL) != 0) {
@@ -541,24 +573,28 @@ FSM_PY_MAYBE void fsm_py_tell(fsm_object *o, PyObject *callback, PyObject *argum
         Py_DECREF(callback);
         Py_DECREF(arguments);
     }
-    if (called == NULL)
+    if (called == NULL) {
         fsm_py_break(o);
+    }
     Py_XDECREF(called);
 }
 
 FSM_PY_MAYBE void fsm_py_finish(fsm_object *o)
 {
-    if (o->parts == NULL)
+    if (o->parts == NULL) {
         return;
+    }
     PyObject *values = PyList_AsTuple(PyList_GetItem(o->parts, 0));
     Py_CLEAR(o->parts);
-    if (values == NULL)
+    if (values == NULL) {
         fsm_py_break(o);
+    }
     if (!o->is_reply) {
-        if (o->log == NULL)
+        if (o->log == NULL) {
             Py_XDECREF(values);
-        else
+        } else {
             fsm_py_tell(o, o->log, values);
+        }
         return;
     }
     PyObject *before = o->reply;
@@ -573,8 +609,9 @@ FSM_PY_MAYBE void fsm_py_finish(fsm_object *o)
 FSM_PY_MAYBE void fsm_py_write(fsm_object *o, const char *text)
 {
     size_t size = strlen(text);
-    if (o->trace == NULL)
+    if (o->trace == NULL) {
         return;
+    }
     if (o->length + size > o->room) {
         size_t room = 2u * (o->length + size) + 64u;
         char *larger = (char *)PyMem_Realloc(o->text, room);
@@ -599,10 +636,11 @@ FSM_PY_MAYBE void fsm_py_line(fsm_object *o)
     PyObject *line = PyUnicode_DecodeUTF8(o->text, (Py_ssize_t)o->length, "replace");
     o->length = 0u;
     PyObject *arguments = line == NULL ? NULL : PyTuple_New(1);
-    if (arguments == NULL)
+    if (arguments == NULL) {
         Py_XDECREF(line);
-    else
+    } else {
         (void)PyTuple_SetItem(arguments, 0, line);
+    }
     fsm_py_tell(o, o->trace, arguments);
 }
 
@@ -629,8 +667,9 @@ FSM_PY_MAYBE void fsm_py_whole(fsm_object *o, const char *path, const char *verb
 
 FSM_PY_MAYBE void fsm_py_space(fsm_object *o)
 {
-    if (!o->after_bracket)
+    if (!o->after_bracket) {
         fsm_py_write(o, " ");
+    }
     o->after_bracket = false;
 }
 
@@ -664,18 +703,21 @@ FSM_PY_MAYBE void fsm_py_show_string(fsm_object *o, uint16_t number, bool is_quo
         fsm_py_write(o, "?");
         return;
     }
-    if (is_quoted)
+    if (is_quoted) {
         fsm_py_write(o, "\"");
+    }
     fsm_py_write(o, PyBytes_AsString(bytes));
-    if (is_quoted)
+    if (is_quoted) {
         fsm_py_write(o, "\"");
+    }
     Py_DECREF(bytes);
 }
 
 FSM_PY_MAYBE void fsm_py_show_bracket(fsm_object *o, bool opens)
 {
-    if (opens)
+    if (opens) {
         fsm_py_space(o);
+    }
     fsm_py_write(o, opens ? "[" : "]");
     o->after_bracket = opens;
 }
@@ -694,10 +736,11 @@ FSM_PY_MAYBE void fsm_py_show(fsm_object *o, const fsm_type *type, const void *v
         fsm_py_show_float(o, fsm_float_at(type, value));
     } else {
         const uint64_t bits = fsm_bits_at(type, value);
-        if (type->kind == FSM_SYMBOL)
+        if (type->kind == FSM_SYMBOL) {
             fsm_py_show_string(o, (uint16_t)bits, true);
-        else
+        } else {
             fsm_py_show_integer(o, type->kind == FSM_SIGNED && (int64_t)bits < 0, bits);
+        }
     }
 }
 
@@ -705,8 +748,9 @@ FSM_PY_MAYBE void fsm_py_show_event(fsm_object *o, const fsm_machine_info *info,
 {
     const fsm_event_info *event = &info->events[fsm_event_of(info, e) - 1u];
     fsm_py_write(o, event->name);
-    for (uint16_t i = 0u; i < event->field_count; i++)
+    for (uint16_t i = 0u; i < event->field_count; i++) {
         fsm_py_show(o, event->fields[i].type, fsm_at(e, event->fields[i].offset));
+    }
 }
 
 /* Data and outputs, of the machines in slots that run too; `before`: of those around it. */
@@ -738,8 +782,9 @@ FSM_PY_MAYBE void fsm_py_dump(
     for (uint32_t i = 0u; i < info->slot_count; i += 1u + info->slots[i].within) {
         const fsm_slot *slot = &info->slots[i];
         const fsm_py_path inner = {path, slot->name};
-        if (fsm_is_running(slot->info, fsm_at(m, slot->offset)))
+        if (fsm_is_running(slot->info, fsm_at(m, slot->offset))) {
             fsm_py_dump(o, slot->info, fsm_at(m, slot->offset), &inner);
+        }
     }
 }
 
@@ -758,15 +803,17 @@ FSM_PY_MAYBE void fsm_py_ask(
     bool is_fine = passed <= FEW || many != NULL;
     for (Py_ssize_t i = 0; i < passed && is_fine; i++) {
         PyObject *value = NULL;
-        if (i < count)
+        if (i < count) {
             value = fsm_py_give(o, fields[i].type, given[i]);
-        else
+        } else {
             value = o->peer == 0u ? fsm_py_or_none(NULL) : fsm_py_string(o, o->peer);
+        }
         is_fine = value != NULL;
-        if (passed <= FEW)
+        if (passed <= FEW) {
             few[i] = value;
-        else
+        } else {
             is_fine = fsm_py_put(&many, i, value);
+        }
     }
     PyObject *method = is_fine ? fsm_py_method(o, call->number) : NULL;
     if (is_fine && passed <= FEW) {
@@ -777,13 +824,15 @@ FSM_PY_MAYBE void fsm_py_ask(
         answer = bound == NULL ? NULL : PyObject_CallObject(bound, many);
         Py_XDECREF(bound);
     }
-    for (Py_ssize_t i = 0; i < passed && passed <= FEW; i++)
+    for (Py_ssize_t i = 0; i < passed && passed <= FEW; i++) {
         Py_XDECREF(few[i]);
+    }
     Py_XDECREF(many);
     is_fine = answer != NULL && (type == NULL || fsm_py_take(o, type, answer, call->said, result));
     Py_XDECREF(answer);
-    if (!is_fine)
+    if (!is_fine) {
         fsm_py_break(o);
+    }
 }
 
 FSM_PY_MAYBE void fsm_py_operate(
@@ -791,19 +840,23 @@ FSM_PY_MAYBE void fsm_py_operate(
 {
     fsm_object *o = fsm_py_object(of, m);
     const fsm_operation_info *is = &of->info->operations[number];
-    if (is->result != NULL)
+    if (is->result != NULL) {
         memset(result, 0, is->result->size);
-    if (of->operations[number].number < 0)
+    }
+    if (of->operations[number].number < 0) {
         return;
+    }
     fsm_py_ask(o, &of->operations[number], is->parameters, is->parameter_count, given, is->result,
                result);
-    if (o->trace == NULL)
+    if (o->trace == NULL) {
         return;
+    }
     fsm_py_begun(o, of->path);
     fsm_py_write(o, "op ");
     fsm_py_write(o, is->name);
-    for (uint16_t i = 0u; i < is->parameter_count; i++)
+    for (uint16_t i = 0u; i < is->parameter_count; i++) {
         fsm_py_show(o, is->parameters[i].type, given[i]);
+    }
     if (is->result != NULL) {
         fsm_py_write(o, " =");
         fsm_py_show(o, is->result, result);
@@ -816,8 +869,9 @@ FSM_PY_MAYBE void fsm_py_emit(
 {
     const fsm_event_info *event = &of->info->events[number];
     const fsm_py_call *call = &of->sent[number];
-    if (call->number >= 0)
+    if (call->number >= 0) {
         fsm_py_ask(fsm_py_object(of, m), call, event->fields, event->field_count, given, NULL, NULL);
+    }
 }
 
 /* ---- objects ------------------------------------------------------------------------------- */
@@ -833,8 +887,9 @@ FSM_PY_MAYBE PyObject *fsm_py_new(PyTypeObject *type, PyObject *given, PyObject 
     for (PyTypeObject *base = type; base != NULL && module == NULL;) {
         PyObject *found = PyType_GetModule(base);
         PyModuleDef *definition = found == NULL ? NULL : PyModule_GetDef(found);
-        if (definition != NULL && definition->m_free == fsm_py_module_free)
+        if (definition != NULL && definition->m_free == fsm_py_module_free) {
             module = found;
+        }
         PyErr_Clear(); /* classes that a program derived have no module */
         base = (PyTypeObject *)PyType_GetSlot(base, Py_tp_base);
     }
@@ -915,8 +970,9 @@ FSM_PY_MAYBE bool fsm_py_provides(
         PyObject *type = PyObject_GetAttrString((PyObject *)Py_TYPE(host), "__name__");
         PyObject *separator = PyUnicode_FromString(", ");
         PyObject *all = separator == NULL ? NULL : PyUnicode_Join(separator, missing);
-        if (type != NULL && all != NULL)
+        if (type != NULL && all != NULL) {
             PyErr_Format(PyExc_TypeError, "%U lacks what %s calls: %U", type, of->info->name, all);
+        }
         Py_XDECREF(type);
         Py_XDECREF(separator);
         Py_XDECREF(all);
@@ -936,8 +992,9 @@ FSM_PY_MAYBE void fsm_py_set(PyObject **place, PyObject *value)
 
 FSM_PY_MAYBE bool fsm_py_given(PyObject *value)
 {
-    if (value == NULL)
+    if (value == NULL) {
         PyErr_SetString(PyExc_AttributeError, "a part of a machine cannot be deleted");
+    }
     return value != NULL;
 }
 
@@ -968,8 +1025,9 @@ FSM_PY_MAYBE PyObject *fsm_py_texts(const void *first, size_t each, Py_ssize_t c
     PyObject *all = PyTuple_New(count);
     for (Py_ssize_t i = 0; i < count; i++) {
         const char *const *text = (const void *)((const char *)first + each * (size_t)i);
-        if (!fsm_py_put(&all, i, PyUnicode_InternFromString(*text)))
+        if (!fsm_py_put(&all, i, PyUnicode_InternFromString(*text))) {
             return NULL;
+        }
     }
     return all;
 }
@@ -982,8 +1040,9 @@ FSM_PY_MAYBE PyObject *fsm_py_places(PyObject *names, const fsm_event_info *even
         PyObject *name = PyTuple_GetItem(names, i), *place = PyLong_FromSsize_t(i);
         bool is_meant = events == NULL || (events[i].flags & FSM_EVENT_NAMED) != 0;
         bool is_set = is_meant || PyDict_Contains(all, name) == 0;
-        if (place == NULL || (is_set && PyDict_SetItem(all, name, place) != 0))
+        if (place == NULL || (is_set && PyDict_SetItem(all, name, place) != 0)) {
             Py_CLEAR(all);
+        }
         Py_XDECREF(place);
     }
     return all;
@@ -1024,8 +1083,9 @@ FSM_PY_MAYBE int fsm_py_module_traverse(PyObject *module, visitproc visit, void 
 FSM_PY_MAYBE void fsm_py_module_free(void *module)
 {
     fsm_py_module *known = (fsm_py_module *)PyModule_GetState((PyObject *)module);
-    if (known == NULL)
+    if (known == NULL) {
         return;
+    }
     Py_CLEAR(known->symbols);
     Py_CLEAR(known->numbers);
     Py_CLEAR(known->states);
@@ -1054,15 +1114,17 @@ FSM_PY_MAYBE void fsm_py_on_begin(const fsm_py_machine *of, void *m, int cause, 
         return;
     }
     fsm_py_begun(o, of->path);
-    if (cause == FSM_START)
+    if (cause == FSM_START) {
         (void)PyOS_snprintf(text, sizeof text, "@%lu > start", now);
-    else if (cause == FSM_EVENT)
+    } else if (cause == FSM_EVENT) {
         (void)PyOS_snprintf(text, sizeof text, "@%lu > event ", now);
-    else
+    } else {
         (void)PyOS_snprintf(text, sizeof text, "@%lu > timeout %u", now, index);
+    }
     fsm_py_write(o, text);
-    if (cause != FSM_EVENT) /* its line goes on when the event is taken */
+    if (cause != FSM_EVENT) { /* its line goes on when the event is taken */
         fsm_py_line(o);
+    }
 }
 
 /* The number of the active leaf of a region; 0 if it has none. */
@@ -1092,17 +1154,20 @@ FSM_PY_MAYBE void fsm_py_on_end(const fsm_py_machine *of, void *m)
         fsm_py_write(o, "=");
         for (uint32_t region = 0u; region < of->info->region_count; region++) {
             const uint32_t leaf = fsm_py_leaf(of->info, m, region);
-            if (leaf == 0u)
+            if (leaf == 0u) {
                 continue;
+            }
             fsm_py_write(o, " ");
             fsm_py_write(o, of->info->states[leaf].name);
         }
-        if (fsm_py_has_finished(of->info, m))
+        if (fsm_py_has_finished(of->info, m)) {
             fsm_py_write(o, " finished");
+        }
         fsm_py_line(o);
     }
-    if (m == (void *)o->machine)
+    if (m == (void *)o->machine) {
         fsm_py_keep(of, m);
+    }
 }
 
 FSM_PY_MAYBE void fsm_py_on_event(const fsm_py_machine *of, void *m, int what, const void *e)
@@ -1113,12 +1178,14 @@ FSM_PY_MAYBE void fsm_py_on_event(const fsm_py_machine *of, void *m, int what, c
         fsm_py_begun(o, of->path);
         fsm_py_write(o, verbs[what]);
     }
-    if (what == FSM_UNHANDLED)
+    if (what == FSM_UNHANDLED) {
         fsm_py_write(o, of->info->events[fsm_event_of(of->info, e) - 1u].name);
-    else
+    } else {
         fsm_py_show_event(o, of->info, e);
-    if (what != FSM_DELAYED && what != FSM_LEFT) /* these go on with a text */
+    }
+    if (what != FSM_DELAYED && what != FSM_LEFT) { /* these go on with a text */
         fsm_py_line(o);
+    }
 }
 
 FSM_PY_MAYBE void fsm_py_on_state(const fsm_py_machine *of, void *m, const char *verb, uint32_t state)
@@ -1170,63 +1237,76 @@ FSM_PY_MAYBE void fsm_py_on_text(
     const fsm_py_machine *of, void *m, int what, const char *text, unsigned long number)
 {
     fsm_object *o = fsm_py_object(of, m);
-    if (what == FSM_FAULT && m == (void *)o->machine)
+    if (what == FSM_FAULT && m == (void *)o->machine) {
         o->fault = text;
-    if (what == FSM_LEFT)
+    }
+    if (what == FSM_LEFT) {
         o->peer = (uint16_t)number;
-    if (o->trace != NULL)
+    }
+    if (o->trace != NULL) {
         fsm_py_trace_text(of, o, what, text, number);
-    if (what == FSM_LOG)
+    }
+    if (what == FSM_LOG) {
         fsm_py_begin(o, text);
-    else if (what == FSM_REPLY)
+    } else if (what == FSM_REPLY) {
         fsm_py_begin(o, NULL);
+    }
 }
 
 FSM_PY_MAYBE void fsm_py_on_integer(const fsm_py_machine *of, void *m, char kind, uint64_t value)
 {
     fsm_object *o = fsm_py_object(of, m);
     bool is_negative = kind == 'i' && (int64_t)value < 0;
-    if (o->trace != NULL)
+    if (o->trace != NULL) {
         fsm_py_show_integer(o, is_negative, value);
-    if (o->parts == NULL)
+    }
+    if (o->parts == NULL) {
         return;
-    if (kind == 'b')
+    }
+    if (kind == 'b') {
         fsm_py_add(o, fsm_py_bool_of(value != 0u));
-    else if (is_negative)
+    } else if (is_negative) {
         fsm_py_add(o, PyLong_FromLongLong((int64_t)value));
-    else
+    } else {
         fsm_py_add(o, PyLong_FromUnsignedLongLong(value));
+    }
 }
 
 FSM_PY_MAYBE void fsm_py_on_float(const fsm_py_machine *of, void *m, double value)
 {
     fsm_object *o = fsm_py_object(of, m);
-    if (o->trace != NULL)
+    if (o->trace != NULL) {
         fsm_py_show_float(o, value);
-    if (o->parts != NULL)
+    }
+    if (o->parts != NULL) {
         fsm_py_add(o, PyFloat_FromDouble(value));
+    }
 }
 
 FSM_PY_MAYBE void fsm_py_on_string(const fsm_py_machine *of, void *m, long value)
 {
     fsm_object *o = fsm_py_object(of, m);
-    if (o->trace != NULL && value < 0)
+    if (o->trace != NULL && value < 0) {
         fsm_py_show_bracket(o, value == FSM_PY_OPEN);
-    else if (o->trace != NULL)
+    } else if (o->trace != NULL) {
         fsm_py_show_string(o, (uint16_t)value, true);
-    if (o->parts == NULL)
+    }
+    if (o->parts == NULL) {
         return;
-    if (value < 0)
+    }
+    if (value < 0) {
         fsm_py_bracket(o, value == FSM_PY_OPEN);
-    else
+    } else {
         fsm_py_add(o, fsm_py_string(o, (uint16_t)value));
+    }
 }
 
 FSM_PY_MAYBE void fsm_py_on_line(const fsm_py_machine *of, void *m)
 {
     fsm_object *o = fsm_py_object(of, m);
-    if (o->trace != NULL)
+    if (o->trace != NULL) {
         fsm_py_line(o);
+    }
     fsm_py_finish(o);
 }
 
@@ -1254,8 +1334,9 @@ FSM_PY_MAYBE bool fsm_py_attempt(fsm_py_job *job, void (*work)(void *))
         return true;
     }
     memcpy(fsm_py_kept(o), o->machine, o->info->size);
-    if (fsm_py_guarded(o, work, job))
+    if (fsm_py_guarded(o, work, job)) {
         return true;
+    }
     memcpy(o->machine, fsm_py_kept(o), o->info->size);
     o->fault = fault;
     return false;
@@ -1281,18 +1362,23 @@ FSM_PY_MAYBE void fsm_py_do_dispatch(void *of)
 
 FSM_PY_MAYBE PyObject *fsm_py_dispatched(fsm_object *o, const void *e, Py_ssize_t index)
 {
-    if (!o->of->calls)
+    if (!o->of->calls) {
         return fsm_py_bool_of(o->driver->dispatch(o->machine, e, o->now) == FSM_HANDLED);
+    }
     fsm_py_job job = {o, e, o->now, FSM_STOPPED};
     const fsm_type *reply = o->info->events[index].reply;
-    if (!fsm_py_is_free(o))
+    if (!fsm_py_is_free(o)) {
         return NULL;
-    if (o->of->replies)
+    }
+    if (o->of->replies) {
         fsm_py_set(&o->reply, Py_None);
-    if (fsm_py_runs(o) && !fsm_py_attempt(&job, fsm_py_do_dispatch))
+    }
+    if (fsm_py_runs(o) && !fsm_py_attempt(&job, fsm_py_do_dispatch)) {
         return NULL;
-    if (o->of->replies && reply != NULL && reply->kind == FSM_BOOL && o->reply != NULL)
+    }
+    if (o->of->replies && reply != NULL && reply->kind == FSM_BOOL && o->reply != NULL) {
         fsm_py_set(&o->reply, PyObject_IsTrue(o->reply) ? Py_True : Py_False);
+    }
     return fsm_py_bool_of(job.result == FSM_HANDLED);
 }
 
@@ -1316,8 +1402,9 @@ FSM_PY_MAYBE bool fsm_py_event_of(
     }
     const bool is_filled = fsm_py_arguments(method, names, fields, given, count, keywords, values)
         && fsm_py_all(method, names, fields, values) && fsm_py_fill(o, index, e, values);
-    if (values != few)
+    if (values != few) {
         PyMem_Free(values);
+    }
     return is_filled;
 }
 
@@ -1346,8 +1433,9 @@ FSM_PY_MAYBE PyObject *fsm_py_run(
         return NULL;
     if (fsm_py_runs(job.o)) {
         job.o->now = job.now;
-        if (!fsm_py_attempt(&job, fsm_py_do_run))
+        if (!fsm_py_attempt(&job, fsm_py_do_run)) {
             return NULL;
+        }
     }
     return fsm_py_bool_of(fsm_py_runs(job.o));
 }
@@ -1386,10 +1474,12 @@ FSM_PY_MAYBE PyObject *fsm_py_dispatch(
         || !fsm_py_read(o, given, count, e, "dispatch", &index))
         return NULL;
     bool is_given = values[0] != NULL && values[0] != Py_None;
-    if ((is_given && !fsm_py_time(values[0], &now)) || !fsm_py_is_free(o))
+    if ((is_given && !fsm_py_time(values[0], &now)) || !fsm_py_is_free(o)) {
         return NULL;
-    if (is_given && fsm_py_runs(o))
+    }
+    if (is_given && fsm_py_runs(o)) {
         o->now = now;
+    }
     return fsm_py_dispatched(o, e, index);
 }
 
@@ -1398,8 +1488,9 @@ FSM_PY_MAYBE PyObject *fsm_py_next_deadline(PyObject *object, PyObject *unused)
     const fsm_object *o = (fsm_object *)object;
     uint32_t due = 0u;
     (void)unused;
-    if (!o->driver->next_deadline(o->machine, &due))
+    if (!o->driver->next_deadline(o->machine, &due)) {
         return fsm_py_or_none(NULL);
+    }
     return PyLong_FromUnsignedLong(due);
 }
 
@@ -1413,8 +1504,9 @@ FSM_PY_MAYBE PyObject *fsm_py_is_in(PyObject *object, PyObject *state)
         return fsm_py_bool_of(info->states[number].kind != FSM_HISTORY
                               && fsm_is_active(info, o->machine, number));
     }
-    if (PyErr_Occurred() == NULL)
+    if (PyErr_Occurred() == NULL) {
         PyErr_Format(PyExc_ValueError, "%s has no state %R", o->info->name, state);
+    }
     return NULL;
 }
 
@@ -1424,8 +1516,9 @@ FSM_PY_MAYBE PyObject *fsm_py_active(PyObject *object, PyObject *unused)
     const fsm_machine_info *info = o->info;
     Py_ssize_t count = 0;
     (void)unused;
-    for (uint32_t region = 0u; region < info->region_count; region++)
+    for (uint32_t region = 0u; region < info->region_count; region++) {
         count += fsm_py_leaf(info, o->machine, region) != 0u;
+    }
     PyObject *names = PyTuple_New(count);
     count = 0;
     for (uint32_t region = 0u; region < info->region_count; region++) {
@@ -1449,8 +1542,9 @@ FSM_PY_MAYBE PyObject *fsm_py_dump_all(PyObject *object, PyObject *unused)
 {
     fsm_py_job job = {(fsm_object *)object, NULL, 0u, FSM_STOPPED};
     (void)unused;
-    if (!fsm_py_is_free(job.o) || !fsm_py_attempt(&job, fsm_py_do_dump))
+    if (!fsm_py_is_free(job.o) || !fsm_py_attempt(&job, fsm_py_do_dump)) {
         return NULL;
+    }
     return fsm_py_or_none(NULL);
 }
 
@@ -1527,8 +1621,9 @@ FSM_PY_MAYBE PyObject *fsm_py_get_fault(PyObject *object, void *unused)
 {
     const fsm_object *o = (fsm_object *)object;
     (void)unused;
-    if (fsm_py_fault_of(o->info, o->machine) == FSM_NO_FAULT || o->fault == NULL)
+    if (fsm_py_fault_of(o->info, o->machine) == FSM_NO_FAULT || o->fault == NULL) {
         return fsm_py_or_none(NULL);
+    }
     return PyUnicode_FromString(o->fault);
 }
 
@@ -1545,8 +1640,9 @@ FSM_PY_MAYBE int fsm_py_put_variable(PyObject *object, PyObject *value, void *nu
     fsm_object *o = (fsm_object *)object;
     const fsm_field *of = &o->info->variables[(uintptr_t)number];
     const char *what = o->of->attributes[(uintptr_t)number].name;
-    if (!fsm_py_given(value))
+    if (!fsm_py_given(value)) {
         return -1;
+    }
     return fsm_py_assign(o, of->type, value, what, fsm_place_at(o->machine, of->offset));
 }
 
@@ -1557,11 +1653,14 @@ FSM_PY_MAYBE int fsm_py_init(PyObject *object, PyObject *given, PyObject *keywor
     fsm_object *o = (fsm_object *)object;
     const fsm_py_machine *const *machines = o->of->machines;
     PyObject *host = Py_None;
-    if (!PyArg_ParseTupleAndKeywords(given, keywords, o->of->arguments, names, &host) || !fsm_py_is_free(o))
+    if (!PyArg_ParseTupleAndKeywords(given, keywords, o->of->arguments, names, &host) || !fsm_py_is_free(o)) {
         return -1;
-    for (; *machines != NULL; machines++)
-        if (!fsm_py_provides(o, host == Py_None ? object : host, *machines))
+    }
+    for (; *machines != NULL; machines++) {
+        if (!fsm_py_provides(o, host == Py_None ? object : host, *machines)) {
             return -1;
+        }
+    }
     fsm_py_set(&o->host, host == object ? Py_None : host);
     fsm_py_set(&o->log, Py_None);
     fsm_py_set(&o->reply, Py_None);
@@ -1610,8 +1709,9 @@ FSM_PY_MAYBE int fsm_py_execute(PyObject *module)
     fsm_py_module *known = (fsm_py_module *)PyModule_GetState(module);
     const Py_ssize_t calls = of->host_count;
     Py_ssize_t first = 0;
-    for (const fsm_py_machine *const *machine = of->machines; *machine != NULL; machine++)
+    for (const fsm_py_machine *const *machine = of->machines; *machine != NULL; machine++) {
         first = (*machine)->first;
+    }
     known->of = of;
     known->names = fsm_py_texts(&info->states[0].name, sizeof info->states[0], info->state_count);
     PyObject *events = fsm_py_texts(info->events == NULL ? NULL : &info->events[0].name,

@@ -166,8 +166,8 @@ class GluePrinter:
             out.turn(f"}} else if ({part.prefix}_post(&s->{member}, e)) {{")
             out.line("return;")
             out.close()
-            out.line("if (s->lost < 65535u)")
-            out.line("    s->lost++;")
+            with out.block("if (s->lost < 65535u) {"):
+                out.line("s->lost++;")
 
     def _ports(self, out: Emitter, part: Part) -> None:
         """Print what events and operations of a machine do that are connected."""
@@ -232,8 +232,8 @@ class GluePrinter:
                     read = f"s->{part.member}.{part.names.variables[output.name]}"
                     written = f"s->{target.member}.{target.names.variables[variable.name]}"
                     if target.samples:
-                        out.line(f"if ({written} != {read})")
-                        out.line(f"    s->changed_{target.member} = true;")
+                        with out.block(f"if ({written} != {read}) {{"):
+                            out.line(f"s->changed_{target.member} = true;")
                     out.line(f"{written} = {self._cast(output.type, variable.type)}{read};")
 
     def _cast(self, given: Type, wanted: Type) -> str:
@@ -264,8 +264,8 @@ class GluePrinter:
                 continue
             count = f"s->count_to_{part.member}"
             with out.function(f"static void {s}_deliver_to_{part.member}({s} *s)"):
-                out.line(f"for (uint8_t i = 0u; i < {count}; i++)")
-                out.line(f"    {s}_to_{part.member}(s, &s->to_{part.member}[i]);")
+                with out.block(f"for (uint8_t i = 0u; i < {count}; i++) {{"):
+                    out.line(f"{s}_to_{part.member}(s, &s->to_{part.member}[i]);")
                 out.line(f"{count} = 0u;")
 
     def _steps(self, out: Emitter) -> None:
@@ -279,10 +279,11 @@ class GluePrinter:
                 if part.samples:
                     tests.append(f"s->changed_{part.member}")
                 due = f"{p}_next_deadline(&{member}, &due) && fsm_reached(s->now, due)"
-                out.line(f"if (!{p}_in(&{member}, {part.names.states[0]}))")
-                out.line("    return false;")
-                for test in tests:
-                    out.lines([f"if ({test})", "    return true;"])
+                with out.block(f"if (!{p}_in(&{member}, {part.names.states[0]})) {{"):
+                    out.line("return false;")
+                if tests:
+                    with out.block(f"if ({' || '.join(tests)}) {{"):
+                        out.line("return true;")
                 out.line(f"return {due};")
         with out.function(f"static bool {s}_step({s} *s)"):
             for part in self.parts:
@@ -301,8 +302,9 @@ class GluePrinter:
         static bool {s}_settle({s} *s)
         {{
             while (s->steps > 0u) {{
-                if (!{s}_step(s))
+                if (!{s}_step(s)) {{
                     return true;
+                }}
                 s->steps--;
             }}
             return false;
@@ -315,8 +317,8 @@ class GluePrinter:
         s, upper = self.prefix, self.prefix.upper()
         with out.function(f"void {s}_init({s} *s)"):
             out.line("unsigned char *bytes = (unsigned char *)s;")
-            out.line("for (size_t i = 0u; i < sizeof *s; i++)")
-            out.line("    bytes[i] = 0u;")
+            with out.block("for (size_t i = 0u; i < sizeof *s; i++) {"):
+                out.line("bytes[i] = 0u;")
             out.lines(f"{part.prefix}_init(&s->{part.member});" for part in self.parts)
         with out.function(f"bool {s}_start({s} *s, uint32_t now)"):
             out.lines(["s->now = now;", f"s->steps = {upper}_STEPS;"])
@@ -334,10 +336,10 @@ class GluePrinter:
             out.line(f"s->steps = {upper}_STEPS;")
             out.lines(f"s->changed_{part.member} = true;" for part in self.parts if part.samples)
             with out.block(f"while ({s}_next_deadline(s, &due) && fsm_reached(now, due)) {{"):
-                out.line("if (fsm_reached(due, s->now)) /* the clock goes on only */")
-                out.line("    s->now = due;")
-                out.line(f"if (!{s}_settle(s))")
-                out.line("    return false;")
+                with out.block("if (fsm_reached(due, s->now)) { /* the clock goes on only */"):
+                    out.line("s->now = due;")
+                with out.block(f"if (!{s}_settle(s)) {{"):
+                    out.line("return false;")
             out.lines(["s->now = now;", f"return {s}_settle(s);"])
         self._next_deadline(out)
 

@@ -118,10 +118,12 @@ class NodePrinter(GluePrinter):
         out.text(f"""
         static uint8_t *{self.prefix}_claim({self.prefix} *s, uint16_t message)
         {{
-            if (s->link != NULL)
+            if (s->link != NULL) {{
                 return fsm_link_claim(s->link, message);
-            if (s->lost < 65535u)
+            }}
+            if (s->lost < 65535u) {{
                 s->lost++;
+            }}
             return NULL;
         }}
         """)
@@ -201,7 +203,7 @@ class NodePrinter(GluePrinter):
                 for message, link in received:
                     self._post(out, message, link)
                 out.lines(["default:", "    break;"])
-            out.lines(["if (s->lost < 65535u)", "    s->lost++;", "return true;"])
+            out.lines(["if (s->lost < 65535u) {", "    s->lost++;", "}", "return true;"])
 
     def _post(self, out: Emitter, message: MessageType, link: EventLink) -> None:
         part = self.by_index[self.node.here(link.target)]
@@ -214,8 +216,8 @@ class NodePrinter(GluePrinter):
             for at, field, sent in zip(places(types), wanted, types, strict=True):
                 into = f"e.of.{names.payloads[link.event]}.{names.field(field.name)}"
                 out.line(f"{into} = {getter(sent, field.type, at)};")
-            out.line(f"if ({part.prefix}_in(&{member}, {names.states[0]}))")
-            out.line(f"    return {part.prefix}_post(&{member}, &e);")
+            with out.block(f"if ({part.prefix}_in(&{member}, {names.states[0]})) {{"):
+                out.line(f"return {part.prefix}_post(&{member}, &e);")
             out.line("break;")
 
     def _sample(self, out: Emitter, sender: int) -> None:
@@ -252,18 +254,18 @@ class NodePrinter(GluePrinter):
             if senders:
                 out.line("const uint8_t *levels;")
             out.lines(["bool rests, goes_on, first = true;", "uint8_t *payload;"])
-            out.lines(["if (s->link == NULL)", f"    return {s}_run(s, now);"])
+            out.lines(["if (s->link == NULL) {", f"    return {s}_run(s, now);", "}"])
             out.line("fsm_link_begin(s->link);")
             for sender in senders:
                 out.line(f"levels = fsm_link_levels(s->link, {sender}u);")
-                out.line("if (levels != NULL)")
-                out.line(f"    {self._sample_name(sender)}(s, levels);")
+                with out.block("if (levels != NULL) {"):
+                    out.line(f"{self._sample_name(sender)}(s, levels);")
             with out.block("do {", "} while (frame != NULL && goes_on);"):
                 out.line("goes_on = first; /* what the host posted, the first run takes */")
                 out.line("first = false;")
                 out.open("while ((frame = fsm_link_front(s->link)) != NULL) {")
-                out.line(f"if (!{s}_take(s, frame))")
-                out.line("    break; /* no room: it stays until the machines have run */")
+                with out.block(f"if (!{s}_take(s, frame)) {{"):
+                    out.line("break; /* no room: it stays until the machines have run */")
                 out.line("fsm_link_release(s->link);")
                 out.line("goes_on = true;")
                 out.close()

@@ -17,8 +17,9 @@ void fsm_timers_remove(fsm_timer *timers, uint8_t *count, uint8_t place)
 {
     static const fsm_timer none = {0u, 0u, 0u};
     (*count)--;
-    for (; place < *count; place++)
+    for (; place < *count; place++) {
         timers[place] = timers[place + 1u];
+    }
     timers[place] = none;
 }
 
@@ -35,8 +36,9 @@ void fsm_timers_disarm(fsm_timer *timers, uint8_t *count, uint16_t what)
 int64_t fsm_truncate(double value, int64_t lo, int64_t hi, bool *outside)
 {
     *outside = false;
-    if (value != value)
+    if (value != value) {
         value = 0.0; /* not a number */
+    }
     if (value >= 9223372036854775808.0) {
         *outside = true;
         return hi;

@@ -137,16 +137,18 @@ static inline uint16_t fsm_event_number(uint64_t event)
 /* A counter that stands at its greatest value once it is there. */
 static inline void fsm_count(uint16_t *counter)
 {
-    if (*counter < 65535u)
+    if (*counter < 65535u) {
         (*counter)++;
+    }
 }
 
 /* Make bytes zero. Freestanding C has no memset. */
 static inline void fsm_clear(void *memory, size_t size)
 {
     unsigned char *bytes = (unsigned char *)memory;
-    for (size_t i = 0u; i < size; i++)
+    for (size_t i = 0u; i < size; i++) {
         bytes[i] = 0u;
+    }
 }
 
 /* ---- timers -----------------------------------------------------------------------------------
@@ -179,8 +181,9 @@ void fsm_timers_disarm(fsm_timer *timers, uint8_t *count, uint16_t what);
 /* The first deadline; false where nothing is armed. */
 static inline bool fsm_timers_first(const fsm_timer *timers, uint8_t count, uint32_t *deadline)
 {
-    if (count == 0u)
+    if (count == 0u) {
         return false;
+    }
     *deadline = timers[0].deadline;
     return true;
 }
@@ -251,8 +254,9 @@ static inline int64_t fsm_asr_i64(int64_t a, uint32_t n)
 static inline uint32_t fsm_place(uint8_t *failed, int64_t place, uint32_t length)
 {
     if (place < 0 || place >= (int64_t)length) {
-        if (*failed == FSM_FINE)
+        if (*failed == FSM_FINE) {
             *failed = FSM_CONTENT_ERROR;
+        }
         return 0u;
     }
     return (uint32_t)place;
@@ -260,8 +264,9 @@ static inline uint32_t fsm_place(uint8_t *failed, int64_t place, uint32_t length
 
 static inline bool fsm_fails(uint8_t *failed)
 {
-    if (*failed == FSM_FINE)
+    if (*failed == FSM_FINE) {
         *failed = FSM_CONTENT_ERROR;
+    }
     return false;
 }
 
@@ -269,10 +274,12 @@ static inline bool fsm_fails(uint8_t *failed)
 static inline int64_t fsm_wrap(int64_t value, int64_t lo, int64_t hi)
 {
     uint64_t size = (uint64_t)hi - (uint64_t)lo + 1u;
-    if (size == 0u)
+    if (size == 0u) {
         return value;
-    if (value >= lo)
+    }
+    if (value >= lo) {
         return (int64_t)((uint64_t)lo + ((uint64_t)value - (uint64_t)lo) % size);
+    }
     uint64_t below = ((uint64_t)lo - (uint64_t)value - 1u) % size;
     return (int64_t)((uint64_t)hi - below);
 }
@@ -290,10 +297,12 @@ static inline int64_t fsm_whole(double value, int64_t lo, int64_t hi)
 /* A value of a range of kind `fault`: one outside lo..hi leaves FSM_RANGE_FAULT in `*failed`. */
 static inline int64_t fsm_within(uint8_t *failed, int64_t value, int64_t lo, int64_t hi)
 {
-    if (value >= lo && value <= hi)
+    if (value >= lo && value <= hi) {
         return value;
-    if (*failed == FSM_FINE)
+    }
+    if (*failed == FSM_FINE) {
         *failed = FSM_RANGE_FAULT;
+    }
     return lo;
 }
 
@@ -301,10 +310,12 @@ static inline int64_t fsm_within(uint8_t *failed, int64_t value, int64_t lo, int
 static inline uint64_t fsm_within_u(uint8_t *failed, bool below, uint64_t value, uint64_t lo,
                                     uint64_t hi)
 {
-    if (!below && value >= lo && value <= hi)
+    if (!below && value >= lo && value <= hi) {
         return value;
-    if (*failed == FSM_FINE)
+    }
+    if (*failed == FSM_FINE) {
         *failed = FSM_RANGE_FAULT;
+    }
     return lo;
 }
 
@@ -313,8 +324,9 @@ static inline int64_t fsm_within_f(uint8_t *failed, double value, int64_t lo, in
 {
     bool outside = false;
     int64_t whole = fsm_truncate(value, lo, hi, &outside);
-    if (outside && *failed == FSM_FINE)
+    if (outside && *failed == FSM_FINE) {
         *failed = FSM_RANGE_FAULT;
+    }
     return whole;
 }
 

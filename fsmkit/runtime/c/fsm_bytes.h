@@ -38,16 +38,18 @@ static inline void fsm_put_wide(fsm_writer *w, uint64_t value)
 /* Zeros up to a place. */
 static inline void fsm_fill(fsm_writer *w, const uint8_t *end)
 {
-    while (w->at < end)
+    while (w->at < end) {
         *w->at++ = 0u;
+    }
 }
 
 /* The place of a number in a table; its length if it is not there. */
 static inline uint32_t fsm_find(const uint16_t *table, uint32_t length, uint32_t number)
 {
     uint32_t place = 0u;
-    while (place < length && table[place] != number)
+    while (place < length && table[place] != number) {
         place++;
+    }
     return place;
 }
 
@@ -63,8 +65,9 @@ static inline void fsm_put_value(fsm_writer *w, const fsm_machine_info *info, co
         if (scalar->kind == FSM_SYMBOL) {
             const uint32_t symbol = (uint32_t)(bits & 0xFFFFu);
             const uint32_t place = fsm_find(info->texts.numbers, info->texts.count, symbol);
-            if (place == info->texts.count)
+            if (place == info->texts.count) {
                 FSM_HOOK_FOREIGN(symbol);
+            }
             fsm_put(w, place < info->texts.count ? place : 0x10000u + symbol, 4u);
         } else if (scalar->size == 8u) {
             fsm_put_wide(w, bits);
@@ -79,11 +82,13 @@ static inline void fsm_put_event(fsm_writer *w, const fsm_machine_info *info, co
 {
     const uint32_t number = fsm_event_of(info, e);
     fsm_put(w, number, 2u);
-    if (number == 0u || number > info->event_count)
+    if (number == 0u || number > info->event_count) {
         return;
+    }
     const fsm_event_info *event = &info->events[number - 1u];
-    for (uint32_t i = 0u; i < event->field_count; i++)
+    for (uint32_t i = 0u; i < event->field_count; i++) {
         fsm_put_value(w, info, event->fields[i].type, fsm_at(e, event->fields[i].offset));
+    }
 }
 
 /* ---- reading -----------------------------------------------------------------------------------
@@ -97,16 +102,18 @@ typedef struct {
 static inline uint32_t fsm_get(fsm_reader *r, unsigned size)
 {
     uint32_t value = 0u;
-    for (unsigned i = 0u; i < size; i++)
+    for (unsigned i = 0u; i < size; i++) {
         value |= (uint32_t)*r->at++ << (8u * i);
+    }
     return value;
 }
 
 static inline uint32_t fsm_take(fsm_reader *r, unsigned size, uint32_t lo, uint32_t hi)
 {
     uint32_t value = fsm_get(r, size);
-    if (value >= lo && value <= hi)
+    if (value >= lo && value <= hi) {
         return value;
+    }
     r->sound = false;
     return lo;
 }
@@ -119,10 +126,12 @@ static inline uint16_t fsm_take_place(fsm_reader *r, const uint16_t *table, uint
 static inline uint16_t fsm_take_symbol(fsm_reader *r, const fsm_number_list *texts)
 {
     const uint32_t place = fsm_take(r, 4u, 0u, 0x1FFFFu);
-    if (place >= 0x10000u)
+    if (place >= 0x10000u) {
         return (uint16_t)(place - 0x10000u);
-    if (place < texts->count)
+    }
+    if (place < texts->count) {
         return texts->numbers[place];
+    }
     r->sound = false;
     return 0u;
 }
@@ -138,8 +147,9 @@ static inline void fsm_take_value(fsm_reader *r, const fsm_machine_info *info, c
             bits = fsm_take_symbol(r, &info->texts);
         } else {
             bits = fsm_get(r, scalar->size < 4u ? scalar->size : 4u);
-            if (scalar->size == 8u)
+            if (scalar->size == 8u) {
                 bits |= (uint64_t)fsm_get(r, 4u) << 32;
+            }
             bits = fsm_extended(scalar, bits);
             if (!fsm_is_of(scalar, bits)) {
                 r->sound = false;
@@ -158,8 +168,9 @@ static inline uint32_t fsm_crc(const uint8_t *bytes, size_t size)
     uint32_t crc = 0xFFFFFFFFu;
     for (size_t i = 0u; i < size; i++) {
         crc ^= bytes[i];
-        for (unsigned bit = 0u; bit < 8u; bit++)
+        for (unsigned bit = 0u; bit < 8u; bit++) {
             crc = (crc & 1u) != 0u ? crc >> 1 ^ 0xEDB88320u : crc >> 1;
+        }
     }
     return ~crc;
 }
@@ -169,14 +180,18 @@ static inline fsm_restored fsm_check(const uint8_t *bytes, size_t size, const ui
                                      size_t expected)
 {
     fsm_reader r = {bytes, true};
-    if (size < FSM_SAVED_HEAD + FSM_SAVED_CRC)
+    if (size < FSM_SAVED_HEAD + FSM_SAVED_CRC) {
         return FSM_DAMAGED;
+    }
     r.at = bytes + size - FSM_SAVED_CRC;
-    if (fsm_get(&r, 4u) != fsm_crc(bytes, size - FSM_SAVED_CRC))
+    if (fsm_get(&r, 4u) != fsm_crc(bytes, size - FSM_SAVED_CRC)) {
         return FSM_DAMAGED;
-    for (unsigned i = 0u; i < FSM_SAVED_HEAD; i++)
-        if (bytes[i] != head[i])
+    }
+    for (unsigned i = 0u; i < FSM_SAVED_HEAD; i++) {
+        if (bytes[i] != head[i]) {
             return i < 4u ? FSM_DAMAGED : FSM_FOREIGN;
+        }
+    }
     return size == expected ? FSM_RESTORED : FSM_DAMAGED;
 }
 

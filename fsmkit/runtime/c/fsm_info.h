@@ -227,8 +227,9 @@ typedef union {
 /* A number with a sign in fewer than 64 bits, as that in 64 bits. */
 static inline uint64_t fsm_extended(const fsm_type *type, uint64_t bits)
 {
-    if (type->kind == FSM_SIGNED && type->size < 8u && (bits >> (8u * type->size - 1u)) != 0u)
+    if (type->kind == FSM_SIGNED && type->size < 8u && (bits >> (8u * type->size - 1u)) != 0u) {
         bits |= UINT64_MAX << (8u * type->size);
+    }
     return bits;
 }
 
@@ -237,8 +238,9 @@ static inline uint64_t fsm_bits_at(const fsm_type *type, const void *place)
 {
     fsm_float_bits narrow;
     fsm_double_bits wide;
-    if (type->kind != FSM_FLOAT)
+    if (type->kind != FSM_FLOAT) {
         return fsm_extended(type, fsm_load_bits(place, type->size));
+    }
     if (type->size == 4u) {
         narrow.value = *(const float *)place;
         return narrow.bits;
@@ -271,10 +273,11 @@ static inline double fsm_float_at(const fsm_type *type, const void *place)
 
 static inline void fsm_set_float(const fsm_type *type, void *place, double value)
 {
-    if (type->size == 4u)
+    if (type->size == 4u) {
         *(float *)place = (float)value;
-    else
+    } else {
         *(double *)place = value;
+    }
 }
 
 /* Whether the bits of a scalar are those of a value of its type; those of a float always are. */
@@ -318,19 +321,23 @@ static inline uint32_t fsm_event_of(const fsm_machine_info *info, const void *e)
 static inline uint32_t fsm_number_at(const fsm_number *number, const void *m)
 {
     uint32_t value = 0u;
-    if (number->offset != FSM_ABSENT)
+    if (number->offset != FSM_ABSENT) {
         value = (uint32_t)fsm_load_bits(fsm_at(m, number->offset), number->size);
-    if (number->kind == FSM_ACTIVE_OF_BOTH)
+    }
+    if (number->kind == FSM_ACTIVE_OF_BOTH) {
         return value < FSM_RECORDED ? value : 0u;
-    if (number->kind == FSM_RECORDED_OF_BOTH)
+    }
+    if (number->kind == FSM_RECORDED_OF_BOTH) {
         return value > FSM_RECORDED ? value - FSM_RECORDED : 0u;
+    }
     return value;
 }
 
 static inline bool fsm_is_running(const fsm_machine_info *info, const void *m)
 {
-    if (info->running != FSM_ABSENT)
+    if (info->running != FSM_ABSENT) {
         return *(const bool *)fsm_at(m, info->running);
+    }
     return fsm_number_at(&info->numbers[0], m) != 0u;
 }
 
@@ -338,8 +345,9 @@ static inline bool fsm_is_running(const fsm_machine_info *info, const void *m)
 static inline bool fsm_is_active(const fsm_machine_info *info, const void *m, uint32_t state)
 {
     const fsm_state_info *of = &info->states[state];
-    if (state == 0u)
+    if (state == 0u) {
         return fsm_is_running(info, m);
+    }
     const uint32_t number = fsm_number_at(&info->numbers[of->region], m);
     return number >= state && number <= of->last;
 }

@@ -20,8 +20,9 @@ static uint8_t count_of(const fsm_list_info *list, const void *m)
 static void put_queue(fsm_writer *w, const fsm_machine_info *info, const void *m, const fsm_list_info *list)
 {
     const uint32_t each = 2u + info->payload;
-    if (list->room == 0u)
+    if (list->room == 0u) {
         return;
+    }
     if (list->offset == FSM_ABSENT) {
         fsm_fill(w, w->at + 1u + each * list->room);
         return;
@@ -42,8 +43,9 @@ static const fsm_timer *timers_of(const fsm_machine_info *info, const void *m)
 static void put_timers(fsm_writer *w, const fsm_machine_info *info, const void *m, uint32_t now)
 {
     const fsm_list_info *list = &info->timers;
-    if (list->room == 0u)
+    if (list->room == 0u) {
         return;
+    }
     const uint8_t *end = w->at + 1u + 6u * list->room;
     if (list->offset != FSM_ABSENT) {
         const fsm_timer *timers = timers_of(info, m);
@@ -72,8 +74,9 @@ static void put_delayed(fsm_writer *w, const fsm_machine_info *info, const void 
         const fsm_timer *timers = timers_of(info, m);
         const uint8_t count = count_of(&info->timers, m);
         for (uint8_t i = 0u; i < count; i++) {
-            if (timers[i].what != FSM_TIMER_SEND)
+            if (timers[i].what != FSM_TIMER_SEND) {
                 continue;
+            }
             const void *delayed = fsm_at(m, entry(list, info->delayed_size, rank));
             const uint8_t *next = w->at + each;
             put_place(w, &info->routes, *(const uint16_t *)fsm_at(delayed, info->delayed_route));
@@ -94,14 +97,17 @@ static void put_machine(fsm_writer *w, const fsm_machine_info *info, const void 
     const bool is_running = fsm_is_running(info, m);
     uint32_t status = is_running ? 1u : 0u;
     const uint32_t values = (uint32_t)info->data_count + info->output_count + info->input_count;
-    if (info->finished != FSM_ABSENT && *(const bool *)fsm_at(m, info->finished))
+    if (info->finished != FSM_ABSENT && *(const bool *)fsm_at(m, info->finished)) {
         status |= 2u;
+    }
     fsm_put(w, status, 1u);
     fsm_put(w, info->fault == FSM_ABSENT ? 0u : *(const uint8_t *)fsm_at(m, info->fault), 1u);
-    for (uint32_t i = 0u; i < info->number_count; i++)
+    for (uint32_t i = 0u; i < info->number_count; i++) {
         fsm_put(w, fsm_number_at(&info->numbers[i], m), 2u);
-    for (uint32_t i = 0u; i < values; i++)
+    }
+    for (uint32_t i = 0u; i < values; i++) {
         fsm_put_value(w, info, info->variables[i].type, fsm_at(m, info->variables[i].offset));
+    }
     if (is_running) {
         put_queue(w, info, m, &info->queue);
         put_queue(w, info, m, &info->deferred);
@@ -114,18 +120,21 @@ static void put_machine(fsm_writer *w, const fsm_machine_info *info, const void 
 bool fsm_save(const fsm_machine_info *info, const void *m, uint32_t now, uint8_t *bytes)
 {
     fsm_writer w = {bytes};
-    if (info->busy != FSM_ABSENT && *(const bool *)fsm_at(m, info->busy))
+    if (info->busy != FSM_ABSENT && *(const bool *)fsm_at(m, info->busy)) {
         return false;
-    for (unsigned k = 0u; k < FSM_SAVED_HEAD; k++)
+    }
+    for (unsigned k = 0u; k < FSM_SAVED_HEAD; k++) {
         *w.at++ = info->head[k];
+    }
     put_machine(&w, info, m, now);
     const bool is_running = fsm_is_running(info, m);
     uint32_t skipped = is_running ? 0u : info->slot_count;
     for (uint32_t i = 0u; i < info->slot_count; i++) {
         const fsm_slot *slot = &info->slots[i];
         const void *inner = fsm_at(m, slot->offset);
-        if (skipped == 0u && !fsm_is_running(slot->info, inner))
+        if (skipped == 0u && !fsm_is_running(slot->info, inner)) {
             skipped = 1u + slot->within;
+        }
         if (skipped == 0u) {
             put_machine(&w, slot->info, inner, now);
         } else {
@@ -149,8 +158,9 @@ static void get_event(fsm_reader *r, const fsm_machine_info *info, void *e, bool
     const uint8_t *end = r->at + 2u + info->payload;
     const uint32_t last = is_there ? info->event_count : 0u;
     const uint32_t number = fsm_take(r, 2u, is_there ? 1u : 0u, last);
-    for (uint32_t i = 0u; i < info->event_size; i++)
+    for (uint32_t i = 0u; i < info->event_size; i++) {
         *(uint8_t *)fsm_place_at(e, i) = 0u;
+    }
     fsm_store_bits(fsm_place_at(e, info->event_number), info->event_width, number);
     if (number > 0u) {
         const fsm_event_info *event = &info->events[number - 1u];
@@ -165,40 +175,47 @@ static void get_event(fsm_reader *r, const fsm_machine_info *info, void *e, bool
 /* What a machine does not have must not be there. */
 static void get_none(fsm_reader *r, uint32_t size)
 {
-    if (r->at[0] != 0u)
+    if (r->at[0] != 0u) {
         r->sound = false;
+    }
     r->at += size;
 }
 
 static void get_queue(fsm_reader *r, const fsm_machine_info *info, void *m, const fsm_list_info *list)
 {
-    if (list->room == 0u)
+    if (list->room == 0u) {
         return;
+    }
     if (list->offset == FSM_ABSENT) {
         get_none(r, 1u + list->room * (2u + info->payload));
         return;
     }
     const uint32_t count = fsm_take(r, 1u, 0u, list->room);
     set_count(m, list, count);
-    for (uint32_t i = 0u; i < list->room; i++)
+    for (uint32_t i = 0u; i < list->room; i++) {
         get_event(r, info, fsm_place_at(m, entry(list, info->event_size, i)), i < count);
+    }
 }
 
 static bool is_known(const fsm_machine_info *info, uint32_t what)
 {
-    if (what == FSM_TIMER_SEND)
+    if (what == FSM_TIMER_SEND) {
         return info->delayed.offset != FSM_ABSENT;
-    for (uint32_t i = 0u; i < info->timeout_count; i++)
-        if (info->timeouts[i].transition == what)
+    }
+    for (uint32_t i = 0u; i < info->timeout_count; i++) {
+        if (info->timeouts[i].transition == what) {
             return true;
+        }
+    }
     return false;
 }
 
 static void get_timers(fsm_reader *r, const fsm_machine_info *info, void *m, uint32_t now)
 {
     const fsm_list_info *list = &info->timers;
-    if (list->room == 0u)
+    if (list->room == 0u) {
         return;
+    }
     if (list->offset == FSM_ABSENT) {
         get_none(r, 1u + 6u * list->room);
         return;
@@ -209,12 +226,14 @@ static void get_timers(fsm_reader *r, const fsm_machine_info *info, void *m, uin
     for (uint32_t i = 0u; i < list->room; i++) {
         const uint32_t left = fsm_get(r, 4u);
         const uint16_t what = (uint16_t)fsm_get(r, 2u);
-        if (i >= count)
+        if (i >= count) {
             continue;
+        }
         timers[i].deadline = now + left;
         timers[i].what = what;
-        if (!is_known(info, what))
+        if (!is_known(info, what)) {
             r->sound = false;
+        }
     }
 }
 
@@ -223,8 +242,9 @@ static void get_delayed(fsm_reader *r, const fsm_machine_info *info, void *m)
     const fsm_list_info *list = &info->delayed;
     uint32_t rank = 0u;
     uint32_t found = 0u;
-    if (list->room == 0u)
+    if (list->room == 0u) {
         return;
+    }
     if (list->offset == FSM_ABSENT) {
         get_none(r, (8u + info->payload) * list->room);
         return;
@@ -233,8 +253,9 @@ static void get_delayed(fsm_reader *r, const fsm_machine_info *info, void *m)
     const uint32_t armed = count_of(&info->timers, m);
     for (uint32_t i = 0u; i < list->room; i++) {
         void *delayed = fsm_place_at(m, entry(list, info->delayed_size, i));
-        while (rank < armed && timers[rank].what != FSM_TIMER_SEND)
+        while (rank < armed && timers[rank].what != FSM_TIMER_SEND) {
             rank++;
+        }
         const uint16_t route = fsm_take_place(r, info->routes.numbers, info->routes.count);
         const uint16_t mark = fsm_take_place(r, info->marks.numbers, info->marks.count);
         const uint16_t peer = fsm_take_place(r, info->peers.numbers, info->peers.count);
@@ -248,9 +269,11 @@ static void get_delayed(fsm_reader *r, const fsm_machine_info *info, void *m)
         }
     }
     set_count(m, list, found);
-    for (; rank < armed; rank++)
-        if (timers[rank].what == FSM_TIMER_SEND)
+    for (; rank < armed; rank++) {
+        if (timers[rank].what == FSM_TIMER_SEND) {
             r->sound = false;
+        }
+    }
 }
 
 static void get_number(fsm_reader *r, const fsm_machine_info *info, const fsm_number *number,
@@ -262,13 +285,15 @@ static void get_number(fsm_reader *r, const fsm_machine_info *info, const fsm_nu
         r->sound = false;
         return;
     }
-    if (number->offset == FSM_ABSENT)
+    if (number->offset == FSM_ABSENT) {
         return;
+    }
     void *place = fsm_place_at(m, number->offset);
-    if (number->kind != FSM_RECORDED_OF_BOTH)
+    if (number->kind != FSM_RECORDED_OF_BOTH) {
         fsm_store_bits(place, number->size, value);
-    else if (value != 0u && fsm_load_bits(place, number->size) == 0u)
+    } else if (value != 0u && fsm_load_bits(place, number->size) == 0u) {
         fsm_store_bits(place, number->size, FSM_RECORDED + value);
+    }
 }
 
 /* All but the machines in its slots. */
@@ -277,18 +302,23 @@ static void get_machine(fsm_reader *r, const fsm_machine_info *info, void *m, ui
     const uint32_t status = fsm_take(r, 1u, 0u, 3u);
     const uint32_t fault = fsm_take(r, 1u, 0u, FSM_FAULT_INVOKED);
     const uint32_t values = (uint32_t)info->data_count + info->output_count + info->input_count;
-    if (info->running != FSM_ABSENT)
+    if (info->running != FSM_ABSENT) {
         *(bool *)fsm_place_at(m, info->running) = (status & 1u) != 0u;
-    if (info->finished != FSM_ABSENT)
+    }
+    if (info->finished != FSM_ABSENT) {
         *(bool *)fsm_place_at(m, info->finished) = (status & 2u) != 0u;
-    if (info->fault != FSM_ABSENT)
+    }
+    if (info->fault != FSM_ABSENT) {
         *(uint8_t *)fsm_place_at(m, info->fault) = (uint8_t)fault;
-    for (uint32_t i = 0u; i < info->number_count; i++)
+    }
+    for (uint32_t i = 0u; i < info->number_count; i++) {
         get_number(r, info, &info->numbers[i], m);
+    }
     for (uint32_t i = info->region_count; i < info->number_count; i++) {
         const fsm_number *number = &info->numbers[i];
-        if (number->state != FSM_NO_NUMBER && fsm_is_active(info, m, number->state))
+        if (number->state != FSM_NO_NUMBER && fsm_is_active(info, m, number->state)) {
             fsm_store_bits(fsm_place_at(m, number->offset), number->size, 0u);
+        }
     }
     for (uint32_t i = 0u; i < values; i++) {
         void *value = fsm_place_at(m, info->variables[i].offset);
@@ -298,8 +328,9 @@ static void get_machine(fsm_reader *r, const fsm_machine_info *info, void *m, ui
     get_queue(r, info, m, &info->deferred);
     get_timers(r, info, m, now);
     get_delayed(r, info, m);
-    if (info->now != FSM_ABSENT)
+    if (info->now != FSM_ABSENT) {
         *(uint32_t *)fsm_place_at(m, info->now) = now;
+    }
 }
 
 fsm_restored fsm_restore(const fsm_machine_info *info, void *m, uint32_t now, const uint8_t *bytes,
@@ -309,19 +340,23 @@ fsm_restored fsm_restore(const fsm_machine_info *info, void *m, uint32_t now, co
     uint32_t skipped = 0u;
     size_t expected = FSM_SAVED_HEAD + (size_t)info->saved_size + FSM_SAVED_CRC;
     fsm_restored found;
-    if (info->busy != FSM_ABSENT && *(const bool *)fsm_at(m, info->busy))
+    if (info->busy != FSM_ABSENT && *(const bool *)fsm_at(m, info->busy)) {
         return FSM_IN_STEP;
-    for (uint32_t i = 0u; i < info->slot_count; i++)
+    }
+    for (uint32_t i = 0u; i < info->slot_count; i++) {
         expected += info->slots[i].info->saved_size;
+    }
     found = fsm_check(bytes, size, info->head, expected);
-    if (found != FSM_RESTORED)
+    if (found != FSM_RESTORED) {
         return found;
+    }
     info->init(m);
     get_machine(&r, info, m, now);
     for (uint32_t i = 0u; i < info->slot_count; i++) {
         const fsm_slot *slot = &info->slots[i];
-        if (skipped == 0u && r.at[0] == 0u && r.at[1] == 0u)
+        if (skipped == 0u && r.at[0] == 0u && r.at[1] == 0u) {
             skipped = 1u + slot->within;
+        }
         if (skipped == 0u) {
             get_machine(&r, slot->info, fsm_place_at(m, slot->offset), now);
         } else {

@@ -38,8 +38,9 @@ size_t fsm_trace_dump(uint8_t *bytes)
     static const uint8_t magic[4] = {0x46u, 0x53u, 0x54u, 0x01u};
     const uint32_t held = ring_.count < FSM_TRACE_RECORDS ? ring_.count : FSM_TRACE_RECORDS;
     fsm_writer w = {bytes};
-    for (unsigned i = 0u; i < 4u; i++)
+    for (unsigned i = 0u; i < 4u; i++) {
         *w.at++ = magic[i];
+    }
     fsm_put(&w, ring_.count, 4u);
     for (uint32_t i = 0u; i < held; i++) {
         const fsm_trace_record *r = &ring_.records[(ring_.count - held + i) % FSM_TRACE_RECORDS];
@@ -79,8 +80,9 @@ void fsm_log_record(fsm_log_kind kind, const uint8_t *bytes, size_t size)
     fsm_put(&w, (uint32_t)kind, 1u);
     fsm_put(&w, (uint32_t)size, 2u);
     fsm_log_write(head, sizeof head);
-    if (size > 0u)
+    if (size > 0u) {
         fsm_log_write(bytes, size);
+    }
 #else
     (void)kind;
     (void)bytes;
@@ -119,13 +121,17 @@ void fsm_log_call(fsm_log_kind kind, const fsm_machine_info *info, uint16_t inst
     const fsm_field *inputs = &info->variables[info->data_count + info->output_count];
     fsm_put(&w, instance, 2u);
     fsm_put(&w, now, 4u);
-    for (uint16_t i = 0u; i < info->input_count; i++)
+    for (uint16_t i = 0u; i < info->input_count; i++) {
         fsm_put_value(&w, info, inputs[i].type, fsm_at(m, inputs[i].offset));
-    if (kind == FSM_LOG_START)
-        for (unsigned i = 4u; i < FSM_SAVED_HEAD; i++)
+    }
+    if (kind == FSM_LOG_START) {
+        for (unsigned i = 4u; i < FSM_SAVED_HEAD; i++) {
             *w.at++ = info->head[i];
-    if (e != NULL)
+        }
+    }
+    if (e != NULL) {
         fsm_put_event(&w, info, e);
+    }
     log_from(kind, bytes, &w);
 }
 
@@ -145,8 +151,9 @@ void fsm_log_called(const fsm_machine_info *info, uint16_t machine, uint16_t ope
     fsm_writer w = {bytes};
     fsm_put(&w, machine, 2u);
     fsm_put(&w, operation, 2u);
-    if (result != NULL)
+    if (result != NULL) {
         fsm_put_value(&w, info, info->operations[operation].result, result);
+    }
     log_from(FSM_LOG_CALLED, bytes, &w);
 }
 
@@ -157,11 +164,14 @@ static bool is_empty(const fsm_list_info *list, const void *m)
 
 bool fsm_is_idle(const fsm_machine_info *info, const void *m, uint32_t now)
 {
-    if (info->slot_count > 0u || info->input_count > 0u)
+    if (info->slot_count > 0u || info->input_count > 0u) {
         return false;
-    if (!is_empty(&info->queue, m) || !is_empty(&info->deferred, m))
+    }
+    if (!is_empty(&info->queue, m) || !is_empty(&info->deferred, m)) {
         return false;
-    if (is_empty(&info->timers, m))
+    }
+    if (is_empty(&info->timers, m)) {
         return true;
+    }
     return !fsm_reached(now, ((const fsm_timer *)fsm_at(m, info->timers.offset))->deadline);
 }

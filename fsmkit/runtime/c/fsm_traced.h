@@ -66,8 +66,9 @@ static void FSM_TRACED_OWN(_log_call)(fsm_log_kind kind, const FSM_TRACED *m,
 /* Within a step they do nothing, and nothing is to be done again. */
 void FSM_TRACED_NAME(_start)(FSM_TRACED *m, uint32_t now)
 {
-    if (FSM_TRACED_BUSY(m))
+    if (FSM_TRACED_BUSY(m)) {
         return;
+    }
     FSM_TRACED_OWN(_log_call)(FSM_LOG_START, m, NULL, now);
     FSM_TRACED_OWN(_plain_start)(m, now);
     fsm_log_record(FSM_LOG_END, NULL, 0u);
@@ -76,26 +77,30 @@ void FSM_TRACED_NAME(_start)(FSM_TRACED *m, uint32_t now)
 #ifdef FSM_TRACED_RUNS
 void FSM_TRACED_NAME(_run)(FSM_TRACED *m, uint32_t now)
 {
-    if (FSM_TRACED_BUSY(m))
+    if (FSM_TRACED_BUSY(m)) {
         return;
+    }
 #ifdef FSM_LOGGED
     const bool is_idle = fsm_is_idle(&FSM_TRACED_NAME(_info), m, now);
 #else
     const bool is_idle = false;
 #endif
-    if (!is_idle)
+    if (!is_idle) {
         FSM_TRACED_OWN(_log_call)(FSM_LOG_RUN, m, NULL, now);
+    }
     FSM_TRACED_OWN(_plain_run)(m, now);
-    if (!is_idle)
+    if (!is_idle) {
         fsm_log_record(FSM_LOG_END, NULL, 0u);
+    }
 }
 #endif
 
 fsm_result FSM_TRACED_NAME(_dispatch)(FSM_TRACED *m, const FSM_TRACED_NAME(_event) *e, uint32_t now)
 {
     fsm_result result;
-    if (FSM_TRACED_BUSY(m))
+    if (FSM_TRACED_BUSY(m)) {
         return FSM_BUSY;
+    }
     FSM_TRACED_OWN(_log_call)(FSM_LOG_DISPATCH, m, e, now);
     result = FSM_TRACED_OWN(_plain_dispatch)(m, e, now);
     fsm_log_record(FSM_LOG_END, NULL, 0u);

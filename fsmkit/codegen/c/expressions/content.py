@@ -93,8 +93,7 @@ class ContentPrinter:
 
     def _check(self, out: Emitter, *expressions: Expr) -> None:
         if any(map(can_fail, expressions)):
-            out.line("if (m->fsm.failed != FSM_FINE)")
-            with out.indented():
+            with out.block("if (m->fsm.failed != FSM_FINE) {"):
                 out.line("return;")
 
     def _statement(
@@ -172,8 +171,7 @@ class ContentPrinter:
         target = location.type
         if isinstance(target, ArrayType):
             place, text = printer.place(location), printer.value(value)
-            out.line(f"for (uint32_t i = 0u; i < {target.length}u; i++)")
-            with out.indented():
+            with out.block(f"for (uint32_t i = 0u; i < {target.length}u; i++) {{"):
                 out.line(f"{place}[i] = {text}[i];")
             return
         place = printer.place(location)
@@ -205,8 +203,7 @@ class ContentPrinter:
             place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
             if isinstance(part.type, ArrayType):
                 text = printer.value(argument, part.type)
-                out.line(f"for (uint32_t i = 0u; i < {part.type.length}u; i++)")
-                with out.indented():
+                with out.block(f"for (uint32_t i = 0u; i < {part.type.length}u; i++) {{"):
                     out.line(f"{place}[i] = {text}[i];")
             else:
                 out.line(f"{place} = {printer.value(argument, part.type)};")
@@ -350,8 +347,7 @@ class ContentPrinter:
         source = printer.place(statement.array)
         out.open("{")
         out.line(f"{stored} copy_{number}[{array.length}];")
-        out.line(f"for (uint32_t i = 0u; i < {array.length}u; i++)")
-        with out.indented():
+        with out.block(f"for (uint32_t i = 0u; i < {array.length}u; i++) {{"):
             out.line(f"copy_{number}[i] = {source}[i];")
         with out.block(
             f"for (uint32_t i_{number} = 0u; i_{number} < {array.length}u; i_{number}++) {{"

@@ -33,7 +33,7 @@ def print_answers(
     out.line()
     out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
     with out.block("{"):
-        out.line(f"if ({index} >= {len(rows)}u)")
-        out.line(f"    return {p}_{otherwise}(m, cause);")
-        out.line(f"return {p}_answer_table[{index}](m, cause);")
+        out.line(f"return {index} < {len(rows)}u")
+        out.line(f"    ? {p}_answer_table[{index}](m, cause)")
+        out.line(f"    : {p}_{otherwise}(m, cause);")
     out.line()

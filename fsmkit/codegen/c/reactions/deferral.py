@@ -13,8 +13,9 @@ static bool @_is_answered(const @_selection *found, uint16_t state)
 {
     for (uint16_t i = 0u; i < found->count; i++) {
         const uint16_t source = @_source_of[found->at[i]];
-        if (source >= state && source < @_last_below[state])
+        if (source >= state && source < @_last_below[state]) {
             return true;
+        }
     }
     return false;
 }
@@ -31,8 +32,7 @@ def print_is_deferred(out: Emitter, names: Names) -> None:
         for state in names.chart.states:
             for event in state.defer:
                 test = _group(names.in_state("m", state.index))
-                out.line(f"if ({test} && event == {names.events[event]})")
-                with out.indented():
+                with out.block(f"if ({test} && event == {names.events[event]}) {{"):
                     out.line("return true;")
         out.line("return false;")
     out.line()
@@ -53,8 +53,7 @@ def print_is_kept(out: Emitter, names: Names) -> None:
             for event in sorted(events):
                 test = _group(names.in_state("m", state))
                 answered = f"!{p}_is_answered(found, {state}u)"
-                out.line(f"if ({test} && event == {names.events[event]} && {answered})")
-                with out.indented():
+                with out.block(f"if ({test} && event == {names.events[event]} && {answered}) {{"):
                     out.line("return true;")
         out.line("return false;")
     out.line()

@@ -138,8 +138,7 @@ class MovePrinter(LeavePrinter):
                     out.line(f"{ctype} {name};")
                 if can_fail(data[number]):
                     out.line(f"{_stored(names, part)} value = {text};")
-                    out.line("if (m->fsm.failed == FSM_FINE)")
-                    with out.indented():
+                    with out.block("if (m->fsm.failed == FSM_FINE) {"):
                         out.line(f"{place} = value;")
                     out.line(f"{self.prefix}_end_block(m);")
                     names.used.add("end_block")

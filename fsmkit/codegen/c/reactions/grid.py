@@ -63,7 +63,8 @@ class GridPrinter:
 
     def _respond(self, out: Emitter, answers: dict[_Answer, int], width: int, ctype: str) -> None:
         p, active = self._names.prefix, f"m->{self._names.regions[0]}"
-        out.lines([f"if (cause->event == 0u || cause->event > {width}u)", f"    {self._ignored}"])
+        with out.block(f"if (cause->event == 0u || cause->event > {width}u) {{"):
+            out.line(self._ignored)
         place = f"{active} * {width}u + cause->event - {width + 1}u"
         out.line(f"const uint32_t answer = {p}_grid[{place}];")
         out.line(f"{ctype} to = {p}_enters[answer];")
@@ -73,7 +74,7 @@ class GridPrinter:
                 with out.indented():
                     out.lines(answer.lines)
             out.lines(["default:", f"    {self._ignored}"])
-        out.lines(["if (to != 0u)", f"    {p}_enter_place(m, to);", "return FSM_HANDLED;"])
+        out.lines(["if (to != 0u) {", f"    {p}_enter_place(m, to);", "}", "return FSM_HANDLED;"])
 
     def _answer(self, state: int, event: int) -> _Answer | None:
         found = self._reactions.candidates(state, lambda t: event in t.events)
@@ -87,7 +88,7 @@ class GridPrinter:
             if transition.guard is not None:
                 condition = self._reactions.guard(transition)
                 if is_last:
-                    out.lines([f"if (!({condition}))", f"    {self._ignored}"])
+                    out.lines([f"if (!({condition})) {{", f"    {self._ignored}", "}"])
                 else:
                     out.open(f"if ({condition}) {{")
             step = self._reactions.step(transition, state)

@@ -27,32 +27,36 @@ static void @_to_invoker(@ *m, const @_event *e)
 {
     FSM_HOOK_EVENT(m, FSM_LEFT, e);
     FSM_HOOK_TEXT(m, FSM_LEFT, "", $INVOKERu);
-    if (!m->fsm.running && !m->fsm.finished)
+    if (!m->fsm.running && !m->fsm.finished) {
         return;
+    }
 $RETURN
     FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
 }
 """
 
-RETURN = "    if (@_return(m, e))\n        return;"
+RETURN = "    if (@_return(m, e)) {\n        return;\n    }"
 
 SLOT = """
 /* What the machine `$ID` has come to: a slot is empty when its machine has ended. */
 static void @_absorb_$N(@ *m)
 {
-    if (m->$SLOT.fsm.running)
+    if (m->$SLOT.fsm.running) {
         return;
-    if (m->$SLOT.fsm.fault != FSM_NO_FAULT)
+    }
+    if (m->$SLOT.fsm.fault != FSM_NO_FAULT) {
         @_stop(m, FSM_FAULT_INVOKED, "invoked");
-    else
+    } else {
         $INSIDE_init(&m->$SLOT);
+    }
 }
 
 /* Its state is left: it ends, too (SCXML 6.4.3). */
 static void @_end_$N(@ *m)
 {
-    if (!m->$SLOT.fsm.running)
+    if (!m->$SLOT.fsm.running) {
         return;
+    }
     $INSIDE_abandon(&m->$SLOT, m->fsm.now);
     @_absorb_$N(m);
 }
@@ -84,11 +88,13 @@ static bool @_run_invoked(@ *m)
     for (uint32_t round = 0u; round < %_MICROSTEPS; round++) {
         bool is_quiet = true;
 $STEPS
-        if (is_quiet)
+        if (is_quiet) {
             break;
+        }
         acted = true;
-        if (m->fsm.fault != FSM_NO_FAULT)
+        if (m->fsm.fault != FSM_NO_FAULT) {
             break;
+        }
     }
     return acted;
 }
@@ -227,8 +233,8 @@ class InvocationPrinter:
                             out.line("break;")
                 out.line("default:")
                 out.line("    return;")
-            out.line(f"if (!{inside.prefix}_post(&{member}, &given))")
-            out.line('    FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);')
+            with out.block(f"if (!{inside.prefix}_post(&{member}, &given)) {{"):
+                out.line('FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);')
         out.line()
 
     def _fill(self, out: Emitter, slot: int, event: int, passage: Passage) -> None:
@@ -255,17 +261,16 @@ class InvocationPrinter:
             out.line("(void)peer;")
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, e);")
             out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
-            word = ""
-            for slot in slots:
-                out.line(f"{word}if (m->{names.slots[slot]}.fsm.running)")
-                out.line(f"    {p}_give_{slot}(m, e);")
-                word = "else "
-            if not slots:
-                out.line("(void)e;")
             event = names.events[self.chart.event_index[COMMUNICATION]]
+            error = f'{p}_error(m, {event}, "{COMMUNICATION}");'
+            for place, slot in enumerate(slots):
+                otherwise = "} else " if place else ""
+                out.line(f"{otherwise}if (m->{names.slots[slot]}.fsm.running) {{")
+                out.line(f"    {p}_give_{slot}(m, e);")
             if slots:
-                out.line("else")
-            out.line(f'    {p}_error(m, {event}, "{COMMUNICATION}");')
+                out.lines(["} else {", f"    {error}", "}"])
+            else:
+                out.lines(["(void)e;", error])
         out.line()
 
     # --- steps ----------------------------------------------------------------------------
@@ -333,8 +338,8 @@ class InvocationPrinter:
                 self._finalize(out)
             for invocation in self.chart.invocations:
                 if invocation.autoforward:
-                    out.line(f"if (m->{names.slots[invocation.index]}.fsm.running)")
-                    out.line(f"    {p}_give_{invocation.index}(m, e);")
+                    with out.block(f"if (m->{names.slots[invocation.index]}.fsm.running) {{"):
+                        out.line(f"{p}_give_{invocation.index}(m, e);")
         out.line()
 
     def _finalize(self, out: Emitter) -> None:

@@ -32,14 +32,10 @@ LOOP_END = """
 [eventless]            acted = true;
 [eventless]            continue;
 [eventless]        }
-[raises]        if (m->fsm.internal_count == 0u || m->fsm.fault != FSM_NO_FAULT)
-[raises]            break;
-[raises]        acted = true;
-[raises]        if (m->fsm.budget == 0u) {
-[raises]            @_stop(m, FSM_FAULT_MICROSTEPS, "microsteps");
+[raises]        if (m->fsm.internal_count == 0u || !@_may_go_on(m)) {
 [raises]            break;
 [raises]        }
-[raises]        m->fsm.budget--;
+[raises]        acted = true;
 [raises]        @_event e = @_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);
 [raises]        (void)@_react(m, &e$NEVER);
 [!raises][loops]        break;
@@ -48,17 +44,20 @@ $INVOKE
 [stops]    if (m->fsm.fault != FSM_NO_FAULT) {
 [stops]        m->fsm.running = false;
 [stops][ends]        m->fsm.finished = false;
-[raises]        while (m->fsm.internal_count > 0u)
+[raises]        while (m->fsm.internal_count > 0u) {
 [raises]            (void)@_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);
+[raises]        }
 $FORGET
 [stops][ends]        return $ACTED;
 [stops]    }
 [ends]    if (!m->fsm.running) {
 [ends]        $LEAVE
-[ends][raises]        while (m->fsm.internal_count > 0u)
+[ends][raises]        while (m->fsm.internal_count > 0u) {
 [ends][raises]            (void)@_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);
-[ends][queued]        while (m->fsm.queue_count > 0u)
+[ends][raises]        }
+[ends][queued]        while (m->fsm.queue_count > 0u) {
 [ends][queued]            (void)@_take_out(m->fsm.queue, &m->fsm.queue_count, %_QUEUE, 0u);
+[ends][queued]        }
 $CLEAR
 [ends]    }
 [settles]    return $ACTED;
@@ -96,13 +95,10 @@ $BEFORE
 
 [queued]bool @_step_event(@ *m)
 [queued]{
-[queued][guarded]    if (m->fsm.busy)
-[queued][guarded]        return false;
-[queued]    if ($STOPPED)
+[queued]    if ($HAS_NOTHING) {
 [queued]        return false;
+[queued]    }
 $RECALL
-[queued]    if (m->fsm.queue_count == 0u)
-[queued]        return $IDLE;
 [queued]    @_event e = @_take_out(m->fsm.queue, &m->fsm.queue_count, %_QUEUE, 0u);
 [queued]    (void)@_macrostep(m, &e$ALWAYS$EXTERNAL);
 [queued]    return true;
@@ -114,10 +110,9 @@ HOST = """
 [polls]{
 [polls][!loops]    (void)m;
 [polls][!loops]    return false;
-[polls][loops][guarded]    if (m->fsm.busy)
-[polls][loops][guarded]        return false;
-[polls][loops]    if ($STOPPED)
+[polls][loops]    if ($REFUSES) {
 [polls][loops]        return false;
+[polls][loops]    }
 [polls][loops]    @_begin(m);
 [polls][loops]    FSM_HOOK_BEGIN(m, FSM_EVENTLESS, 0);
 [polls][loops]    bool acted = @_settle(m);
@@ -128,8 +123,9 @@ HOST = """
 
 [runs]void @_run(@ *m, uint32_t now)
 [runs]{
-[runs][guarded]    if (m->fsm.busy)
+[runs][guarded]    if (m->fsm.busy) {
 [runs][guarded]        return;
+[runs][guarded]    }
 [runs][queued]    uint32_t allowance = (uint32_t)m->fsm.queue_count + %_MICROSTEPS$DEFERRED_PLUS;
 [runs][now]    m->fsm.now = now;
 [runs][!now]    (void)now;
@@ -147,15 +143,18 @@ $TIMER_DUE
 
 fsm_result @_dispatch(@ *m, const @_event *e, uint32_t now)
 {
-[guarded]    if (m->fsm.busy)
+[guarded]    if (m->fsm.busy) {
 [guarded]        return FSM_BUSY;
+[guarded]    }
 #ifdef FSM_CHECKED
-    if (!@_is_allowed(e))
+    if (!@_is_allowed(e)) {
         return FSM_REFUSED;
+    }
 #endif
 [!checked]#ifdef FSM_HOOKS /* which must not be told of it; otherwise it is found out below */
-    if ($STOPPED)
+    if ($STOPPED) {
         return FSM_STOPPED;
+    }
 [!checked]#endif
 [now]    m->fsm.now = now;
 [!now]    (void)now;
@@ -193,13 +192,15 @@ static bool @_settle(@ *m)
     bool acted = @_complete(m);
     while ($WAITING && m->fsm.running && m->fsm.fault == FSM_NO_FAULT) {
         @_invoke(m);
-        if (m->fsm.internal_count > 0u)
+        if (m->fsm.internal_count > 0u) {
             (void)@_complete(m);
+        }
     }"""
 
 RUN_INVOKED = """
-    if (m->fsm.running && m->fsm.fault == FSM_NO_FAULT && @_run_invoked(m))
-        acted = true;"""
+    if (m->fsm.running && m->fsm.fault == FSM_NO_FAULT && @_run_invoked(m)) {
+        acted = true;
+    }"""
 
 FORGET = "        fsm_clear(m->fsm.to_invoke_, sizeof m->fsm.to_invoke_);"
 
@@ -212,8 +213,9 @@ DUE_WITHIN = """
         }"""
 
 TELL_END = """        @_tell_end(m);
-        while (m->fsm.internal_count > 0u)
-            (void)@_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);"""
+        while (m->fsm.internal_count > 0u) {
+            (void)@_take_out(m->fsm.internal, &m->fsm.internal_count, %_INTERNAL, 0u);
+        }"""
 
 ABANDON = """
 void @_abandon(@ *m, uint32_t now)

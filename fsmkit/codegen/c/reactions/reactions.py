@@ -235,7 +235,7 @@ class ReactionPrinter:
                 out.open(f"if ({self.guard(transition)}) {{")
             out.lines(before)
             if may_stop and not before:
-                out.lines(["if (m->fsm.fault != FSM_NO_FAULT)", f"    {done}"])
+                out.lines(["if (m->fsm.fault != FSM_NO_FAULT) {", f"    {done}", "}"])
             out.lines(self.step(transition, leaf).lines)
             out.line(done)
             if guard is not None:
@@ -248,7 +248,7 @@ class ReactionPrinter:
         if self.shapes.eventless is not Shape.ONE:
             return
         (region,) = self.shapes.regions(transitions)
-        before = (f"if (!{self.prefix}_may_go_on(m))", "    return true;")
+        before = (f"if (!{self.prefix}_may_go_on(m)) {{", "    return true;", "}")
         out.line(f"static bool {self.prefix}_take_eventless({self.prefix} *m)")
         self._over_leaves(
             out,
@@ -428,7 +428,7 @@ class ReactionPrinter:
                 out.line(f"{'uint8_t' if len(steps) <= NARROW else 'uint16_t'} {way} = 0u;")
                 out.lines(_lines(choice))
                 chosen.append(steps)
-            out.lines([f"if (({' | '.join(ways)}) == 0u)", f"    {self._ignored}"])
+            out.lines([f"if (({' | '.join(ways)}) == 0u) {{", f"    {self._ignored}", "}"])
             for _, phase, is_reversed in PHASES:
                 order = range(len(regions))
                 for place in reversed(order) if is_reversed else order:
@@ -473,9 +473,9 @@ class ReactionPrinter:
         out.line(head)
         with out.block("{"):
             out.lines([f"{ctype} way[{count}] = {{0u}};", f"{ctype} any = 0u;", *asked])
-            out.line(f"for (uint32_t i = 0u; i < {count}u; i++)")
-            out.line(f"    any = ({ctype})(any | way[i]);")
-            out.lines(["if (any == 0u)", f"    {self._ignored}", *calls, HANDLED])
+            with out.block(f"for (uint32_t i = 0u; i < {count}u; i++) {{"):
+                out.line(f"any = ({ctype})(any | way[i]);")
+            out.lines(["if (any == 0u) {", f"    {self._ignored}", "}", *calls, HANDLED])
         out.line()
 
     def _choose(self, out: Emitter, region: Region, way: str, event: int) -> list[Step]:
@@ -488,16 +488,17 @@ class ReactionPrinter:
                     continue
                 out.line(f"case {self.names.number(leaf)}:")
                 with out.indented():
-                    word = "if"
-                    for transition in found:
+                    for place, transition in enumerate(found):
                         steps.append(self.step(transition, leaf, is_alone=False))
+                        otherwise = "} else " if place else ""
                         if transition.guard is not None:
-                            out.line(f"{word} ({self.guard(transition)})")
-                        elif word != "if":
-                            out.line("else")
-                        inset = "    " if word != "if" or transition.guard is not None else ""
+                            out.line(f"{otherwise}if ({self.guard(transition)}) {{")
+                        elif place:
+                            out.line("} else {")
+                        inset = "    " if place or transition.guard is not None else ""
                         out.line(f"{inset}{way} = {len(steps)}u; {self.comment(transition)}")
-                        word = "else if"
+                    if len(found) > 1 or found[0].guard is not None:
+                        out.line("}")
                     out.line("break;")
             out.lines(["default:", "    break;"])
         return steps

@@ -75,8 +75,8 @@ class SelectionPrinter:
             out = self.functions
             out.line(f"static bool {name}({self.prefix} *m)")
             with out.block("{"):
-                out.line(f"if (m->fsm.asked[{place}] == 0u)")
-                out.line(f"    m->fsm.asked[{place}] = {text} ? 2u : 1u;")
+                with out.block(f"if (m->fsm.asked[{place}] == 0u) {{"):
+                    out.line(f"m->fsm.asked[{place}] = {text} ? 2u : 1u;")
                 out.line(f"return m->fsm.asked[{place}] == 2u;")
             out.line()
         return f"{name}(m)"
@@ -192,8 +192,8 @@ class SelectionPrinter:
         """Print a list of candidates, of which the last alone may have no guard."""
         for transition in own:
             if transition.guard is not None:
-                out.line(f"if ({guards[transition.index]})")
-                out.line(f"    return {transition.index + 1}u; /* {self.comment(transition)} */")
+                with out.block(f"if ({guards[transition.index]}) {{"):
+                    out.line(f"return {transition.index + 1}u; /* {self.comment(transition)} */")
             else:
                 out.line(f"return {transition.index + 1}u; /* {self.comment(transition)} */")
 
@@ -226,8 +226,7 @@ class SelectionPrinter:
                             out.line(f"return {transition.index + 1}u; /* {comment} */")
                             is_closed = True
                             break
-                        out.line(f"if ({guards[transition.index]})")
-                        with out.indented():
+                        with out.block(f"if ({guards[transition.index]}) {{"):
                             out.line(f"return {transition.index + 1}u; /* {comment} */")
                     if is_deferred and not is_closed:
                         out.line(f"return {self.names.upper}_DEFER;")

@@ -101,8 +101,8 @@ class StepPrinter:
             errors = [e for e in chart.events if e.name.startswith("error.") and not e.directions]
             if names.does["raises"]:
                 strict = "\n".join(
-                    f"    if (e->event == {names.events[e.index]})\n"
-                    f"        @_stop(m, FSM_FAULT_UNHANDLED_ERROR, {quoted(e.name)});"
+                    f"    if (e->event == {names.events[e.index]}) {{\n"
+                    f"        @_stop(m, FSM_FAULT_UNHANDLED_ERROR, {quoted(e.name)});\n    }}"
                     for e in errors
                 )
         out.lines(fill(names, UNHANDLED, STRICT=strict))
@@ -111,22 +111,28 @@ class StepPrinter:
         clear = []
         if self.names.defers:
             clear.append(
-                "        while (m->fsm.deferred_count > 0u)\n"
+                "        while (m->fsm.deferred_count > 0u) {\n"
                 "            (void)@_take_out(m->fsm.deferred, &m->fsm.deferred_count, "
-                "%_QUEUE, 0u);"
+                "%_QUEUE, 0u);\n        }"
             )
         if self.names.delays:
             clear.append(
-                "        while (m->fsm.delayed_count > 0u)\n            (void)@_undelay(m, 0u);"
+                "        while (m->fsm.delayed_count > 0u) {\n"
+                "            (void)@_undelay(m, 0u);\n        }"
             )
         if self.names.has_timers or self.names.delays:
             clear.append(
-                "        while (m->fsm.timer_count > 0u)\n"
-                "            fsm_timers_remove(m->fsm.timers, &m->fsm.timer_count, 0u);"
+                "        while (m->fsm.timer_count > 0u) {\n"
+                "            fsm_timers_remove(m->fsm.timers, &m->fsm.timer_count, 0u);\n        }"
             )
         if names.is_invoked and chart.done is not None:
             clear.append(TELL_END)
-        recall = "~"
+        empty = "m->fsm.queue_count == 0u"
+        recall, has_nothing = "~", f"{empty} || {names.refuses}"
+        if names.slots or names.defers:
+            has_nothing = names.refuses
+            idle = "@_go_on(m)" if names.slots else "false"
+            recall = f"[queued]    if ({empty}) {{\n[queued]        return {idle};\n[queued]    }}"
         if self.names.defers:
             recall = (
                 "    for (uint8_t i = 0u; i < m->fsm.deferred_count; i++) {\n"
@@ -136,7 +142,7 @@ class StepPrinter:
                 f"            (void)@_macrostep(m, &recalled, true{within});\n"
                 "            return true;\n"
                 "        }\n"
-                "    }"
+                f"    }}\n{recall}"
             )
         due = "~"
         if names.slots:
@@ -159,9 +165,10 @@ class StepPrinter:
                 INVOKE=invoke,
                 FORGET=FORGET if names.invoking else "~",
                 IS_EXTERNAL=", bool is_external" if has_external else "",
-                BEFORE="    if (is_external)\n        @_external(m, e);" if has_external else "~",
+                BEFORE="    if (is_external) {\n        @_external(m, e);\n    }"
+                if has_external
+                else "~",
                 EXTERNAL=", true" if has_external else "",
-                IDLE="@_go_on(m)" if names.slots else "false",
                 CLEAR="\n".join(clear if names.does["ends"] else ()) or "~",
                 RECALL=recall,
                 DEFERRED_PLUS=" + m->fsm.deferred_count" if self.names.defers else "",
@@ -169,6 +176,8 @@ class StepPrinter:
                 TIMER_DUE=due,
                 RUNNING=names.running,
                 STOPPED=names.stopped,
+                REFUSES=names.refuses,
+                HAS_NOTHING=has_nothing,
                 LEAVE=self.moves.leave_machine(),
                 ACTED="acted" if names.does["loops"] else "false",
                 MAY_DEFER=", bool may_defer" if names.defers else "",
@@ -185,7 +194,8 @@ class StepPrinter:
         single = names.plan.is_single
         remembered = len(self.selection.remembered)
         forget = (
-            f"for (uint32_t i = 0u; i < {remembered}u; i++)\n        m->fsm.asked[i] = 0u;"
+            f"for (uint32_t i = 0u; i < {remembered}u; i++) {{\n"
+            "        m->fsm.asked[i] = 0u;\n    }"
             if remembered
             else "~"
         )
@@ -194,7 +204,7 @@ class StepPrinter:
             for t in self.chart.transitions
         )
         preempts = Shapes(names.plan).is_general
-        texts = [MAY_GO_ON] if names.does["eventless"] else []
+        texts = [MAY_GO_ON] if names.does["eventless"] or names.does["raises"] else []
         if reactions.shapes.is_general:
             texts.append(self.moves.take_text if single else TAKE_MANY)
             if not single:
@@ -309,8 +319,7 @@ class StepPrinter:
         with out.block("{"):
             if not names.is_invoked:
                 if names.does["guarded"]:
-                    out.line("if (m->fsm.busy)")
-                    with out.indented():
+                    with out.block("if (m->fsm.busy) {"):
                         out.line("return;")
                 self._begin_anew(out)
             out.line("m->fsm.now = now;" if names.does["now"] else "(void)now;")

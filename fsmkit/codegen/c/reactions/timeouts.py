@@ -67,10 +67,6 @@ class TimeoutPrinter:
                 out.line("(void)m;")
                 out.line("return false;")
             else:
-                if names.does["guarded"]:
-                    out.line("if (m->fsm.busy)")
-                    with out.indented():
-                        out.line("return false;")
                 self._first_deadline(out)
             if names.has_timers or names.delays:
                 out.line("fsm_timer timer = m->fsm.timers[0];")
@@ -87,13 +83,11 @@ class TimeoutPrinter:
         """Print that nothing is due, or not here but in a machine in a slot."""
         names = self.names
         if not names.slots:
-            out.line(f"if ({names.stopped} || m->fsm.timer_count == 0u)")
-            with out.indented():
+            with out.block(f"if (m->fsm.timer_count == 0u || {names.refuses}) {{"):
                 out.line("return false;")
             return
         out.line("uint32_t deadline = 0u;")
-        out.line(f"if (!m->fsm.running || !{names.prefix}_next_deadline(m, &deadline))")
-        with out.indented():
+        with out.block(f"if ({names.refuses} || !{names.prefix}_next_deadline(m, &deadline)) {{"):
             out.line("return false;")
         within = [f"{names.prefix}_step_timer_within(m, deadline);", "return true;"]
         if names.has_timers or names.delays:

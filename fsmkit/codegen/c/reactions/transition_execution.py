@@ -15,13 +15,17 @@ typedef struct {
 ADD = """
 static void @_add(@_selection *found, $TAKEN taken)
 {
-    if (taken == %_DEFER)
+    if (taken == %_DEFER) {
         found->defers = true;
-    if (taken == 0u || taken == %_DEFER)
+    }
+    if (taken == 0u || taken == %_DEFER) {
         return;
-    for ($REGION i = 0u; i < found->count; i++)
-        if (found->at[i] == taken)
+    }
+    for ($REGION i = 0u; i < found->count; i++) {
+        if (found->at[i] == taken) {
             return;
+        }
+    }
     if (found->count < %_REGIONS) { /* always: at most one for each region */
         found->at[found->count] = taken;
         found->count++;
@@ -33,8 +37,9 @@ CONFLICTS = """
 /* Whether what one transition leaves and what the other leaves have states in common. */
 static bool @_conflict(uint16_t d1, uint16_t d2)
 {
-    if (d1 == 0u || d2 == 0u)
+    if (d1 == 0u || d2 == 0u) {
         return false;
+    }
     return (d1 <= d2 && d2 <= @_last_below[d1 - 1u]) || (d2 <= d1 && d1 <= @_last_below[d2 - 1u]);
 }
 
@@ -76,23 +81,28 @@ static void @_remove_conflicts(const @ *m, @_selection *found)
 static void @_microstep(@ *m, const @_selection *found)
 {
     uint16_t domains[%_REGIONS] = {0u};
-    for ($REGION i = 0u; i < found->count; i++)
+    for ($REGION i = 0u; i < found->count; i++) {
         domains[i] = @_domain(m, found->at[i]);
+    }
 $RECORD_ALL
-    for ($REGION i = found->count; i > 0u; i--)
+    for ($REGION i = found->count; i > 0u; i--) {
         @_leave(m, domains[i - 1u]);
-    for ($REGION i = 0u; i < found->count; i++)
+    }
+    for ($REGION i = 0u; i < found->count; i++) {
         @_act(m, found->at[i]);
-    for ($REGION i = 0u; i < found->count; i++)
+    }
+    for ($REGION i = 0u; i < found->count; i++) {
         @_enter(m, found->at[i]);
+    }
 }
 """
 
 TAKE_SINGLE = """
 static void @_take(@ *m, $TAKEN taken)
 {
-    if (taken == 0u$FAULTY)
+    if (taken == 0u$FAULTY) {
         return;
+    }
     uint16_t domain = @_domain(m, taken);
     $RECORD
     @_leave(m, domain);
@@ -104,8 +114,9 @@ static void @_take(@ *m, $TAKEN taken)
 TAKE_MANY = """
 static void @_take(@ *m, const @_selection *found)
 {
-    if (found->count != 0u$SOUND)
+    if (found->count != 0u$SOUND) {
         @_microstep(m, found);
+    }
 }
 """
 
@@ -121,8 +132,9 @@ RESPOND_SINGLE = """
 static fsm_result @_respond_any(@ *m, const @_event *e)
 {
     $TAKEN taken = @_select_event(m, fsm_event_number(e->event));
-    if (taken == 0u)
+    if (taken == 0u) {
         return @_unhandled(m, e);
+    }
     @_take(m, taken);
     return FSM_HANDLED;
 }
@@ -136,8 +148,9 @@ static fsm_result @_respond_any(@ *m, const @_event *e)
     @_select_event_0(m, fsm_event_number(e->event), &found);
     $FORGET
     $PREEMPT
-    if (found.count == 0u)
+    if (found.count == 0u) {
         return @_unhandled(m, e);
+    }
     @_take(m, &found);
     return FSM_HANDLED;
 }
@@ -157,15 +170,17 @@ static fsm_result @_react(@ *m, const @_event *e, bool may_defer)
 $STRAIGHT
     $TAKEN taken = @_select_event(m, fsm_event_number(e->event));
     bool is_deferred = taken == %_DEFER;
-    if (is_deferred)
+    if (is_deferred) {
         taken = 0u;
+    }
     if (is_deferred && may_defer && m->fsm.deferred_count < %_QUEUE) {
         m->fsm.deferred[m->fsm.deferred_count] = *e;
         m->fsm.deferred_count++;
         return FSM_IGNORED;
     }
-    if (taken == 0u)
+    if (taken == 0u) {
         return @_unhandled(m, e);
+    }
     @_take(m, taken);
     return FSM_HANDLED;
 }
@@ -186,8 +201,9 @@ $STRAIGHT
         return FSM_IGNORED;
     }
     $PREEMPT
-    if (is_deferred || found.count == 0u)
+    if (is_deferred || found.count == 0u) {
         return @_unhandled(m, e);
+    }
     @_take(m, &found);
     return FSM_HANDLED;
 }
@@ -210,10 +226,12 @@ EVENTLESS_SINGLE = """
 static bool @_take_eventless(@ *m)
 {
     $TAKEN taken = @_select_eventless(m);
-    if (taken == 0u)
+    if (taken == 0u) {
         return false;
-    if (@_may_go_on(m))
+    }
+    if (@_may_go_on(m)) {
         @_take(m, taken);
+    }
     return true;
 }
 """
@@ -225,10 +243,12 @@ static bool @_take_eventless(@ *m)
     @_select_eventless_0(m, &found);
     $FORGET
     $PREEMPT
-    if (found.count == 0u)
+    if (found.count == 0u) {
         return false;
-    if (@_may_go_on(m))
+    }
+    if (@_may_go_on(m)) {
         @_take(m, &found);
+    }
     return true;
 }
 """

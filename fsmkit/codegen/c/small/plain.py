@@ -119,7 +119,7 @@ class PlainPrinter(SmallPrinter):
         return self.paths.at(ops, 0)
 
     def _walk_from(self) -> str:
-        return "while (@_path_places[++at] != 0u)"
+        return "while (@_path_places[++at] != 0u) {"
 
 
 def small_printer(

@@ -177,7 +177,7 @@ class SmallPrinter(MovePrinter):
 
     def _walk_from(self) -> str:
         """Return the loop over what is on a path."""
-        return "for (; @_path_places[at] != 0u; at++)"
+        return "for (; @_path_places[at] != 0u; at++) {"
 
     def _walk(self, out: Emitter) -> None:
         p, specials = self.prefix, self.paths.specials
@@ -234,9 +234,8 @@ class SmallPrinter(MovePrinter):
         out.line()
         out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
         if self.plan.is_single:
-            with out.block("{"):
-                out.line("if (domain != 0u)")
-                out.line(f"    {p}_leave_until(m, ({self._width})(domain - 1u), false);")
+            with out.block("{"), out.block("if (domain != 0u) {"):
+                out.line(f"{p}_leave_until(m, ({self._width})(domain - 1u), false);")
             out.line()
             return
         with out.block("{"), out.block("switch (domain) {"):
@@ -330,11 +329,8 @@ class SmallPrinter(MovePrinter):
                 for text, members in texts.items():
                     for t in members:
                         out.line(f"case {t.index + 1}u: /* {self.selection.comment(t)} */")
-                    out.lines(
-                        [f"    if (!({ungrouped(text)}))", "        return false;", "    break;"]
-                    )
-                out.lines(["default:", "    break;"])
-            out.line("return true;")
+                    out.line(f"    return {ungrouped(text)};")
+                out.lines(["default:", "    return true;"])
         out.line()
 
     def _rows(self, state: int) -> list[tuple[int, int, str]]:

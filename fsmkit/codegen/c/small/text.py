@@ -24,8 +24,9 @@ static void @_leave_until(@ *m, $NUMBER until, bool keep)
     while (place > until) {
         @_exit_of(m, place);
         place = @_place_above[place];
-        if (!keep)
+        if (!keep) {
             $ACTIVE = place;
+        }
     }
 }
 """
@@ -41,13 +42,16 @@ static void @_leave_until(@ *m, $NUMBER until, $REGION last, bool keep)
         while (place > (is_own ? until : 0u)) {
             @_exit_of(m, place);
             place = @_place_above[place];
-            if (@_region_of[place] != region)
+            if (@_region_of[place] != region) {
                 place = 0u;
-            if (!keep)
+            }
+            if (!keep) {
                 *active = ($WITHIN)place;
+            }
         }
-        if (is_own)
+        if (is_own) {
             return;
+        }
     }
 }
 """
@@ -56,9 +60,11 @@ RESTORE = """
 /* Enter the states around a place and that itself, after those that are active. */
 static void @_enter_recorded(@ *m, uint16_t after, uint16_t last)
 {
-    for (uint16_t place = after; place < last; place++)
-        if (@_place_last[place + 1u] >= last)
+    for (uint16_t place = after; place < last; place++) {
+        if (@_place_last[place + 1u] >= last) {
             @_enter_place(m, ($NUMBER)(place + 1u));
+        }
+    }
 }
 """
 
@@ -67,6 +73,7 @@ static void @_enter_path(@ *m, uint32_t at)
 {
     $WALK
         @_enter_place(m, @_path_places[at]);
+    }
 $FORGET}
 """
 
@@ -74,10 +81,12 @@ WALK = """
 static void @_enter_path(@ *m, uint32_t at)
 {
     $WALK
-        if (@_path_places[at] <= $PLACESu)
+        if (@_path_places[at] <= $PLACESu) {
             @_enter_place(m, ($NUMBER)@_path_places[at]);
-        else
+        } else {
             at += @_path_step(m, @_path_places[at]);
+        }
+    }
 $FORGET}
 """
 
@@ -85,10 +94,13 @@ FIND = """
 /* Appendix D, selectTransitions, for one atomic state. */
 static $TAKEN @_select_at(@ *m, $NUMBER place, uint16_t event)
 {
-    for (; place != 0u; place = @_place_above[place])
-        for (uint32_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++)
-            if (@_row_table[row][0] == event && @_guard_of(m, @_row_table[row][1]))
+    for (; place != 0u; place = @_place_above[place]) {
+        for (uint32_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++) {
+            if (@_row_table[row][0] == event && @_guard_of(m, @_row_table[row][1])) {
                 return @_row_table[row][1];
+            }
+        }
+    }
     return 0u;
 }
 """
@@ -97,10 +109,13 @@ FIND_PLAIN = """
 /* Appendix D, selectTransitions, for one atomic state: the row plus one. */
 static $TAKEN @_select_at(@ *m, $NUMBER place, uint16_t event)
 {
-    for (; place != 0u; place = @_place_above[place])
-        for (uint32_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++)
-            if (@_row_event[row] == event && @_guard_of(m, @_row_guard[row]))
+    for (; place != 0u; place = @_place_above[place]) {
+        for (uint32_t row = @_row_first[place]; row < @_row_first[place + 1u]; row++) {
+            if (@_row_event[row] == event && @_guard_of(m, @_row_guard[row])) {
                 return ($TAKEN)(row + 1u);
+            }
+        }
+    }
     return 0u;
 }
 """
@@ -108,11 +123,13 @@ static $TAKEN @_select_at(@ *m, $NUMBER place, uint16_t event)
 TAKE_PLAIN = """
 static void @_take(@ *m, $TAKEN taken)
 {
-    if (taken == 0u$FAULTY)
+    if (taken == 0u$FAULTY) {
         return;
+    }
     const uint32_t at = @_path_of[taken - 1u];
-    if (at != 0u)
+    if (at != 0u) {
         @_leave_until(m, @_path_places[at], false);
+    }
     @_act(m, taken);
     @_enter_path(m, at);
 }
@@ -130,8 +147,9 @@ static void @_$NAME_0(@ *m$PARAMETER, @_selection *found)
 {
     for ($REGION region = 0u; region < $REGIONSu; region++) {
         const $NUMBER place = *@_region_at(m, region);
-        if (place != 0u$ATOMIC)
+        if (place != 0u$ATOMIC) {
             @_add(found, @_select_at(m, place, $EVENT));
+        }
     }
 }
 """

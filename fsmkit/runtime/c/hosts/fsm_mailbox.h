@@ -70,8 +70,9 @@ static inline bool fsm_ring_claim(fsm_ring *ring, FSM_INDEX slots, FSM_INDEX *pl
         return true;
     }
     lost = fsm_shared_own(&ring->lost);
-    if (lost != (FSM_INDEX)-1)
+    if (lost != (FSM_INDEX)-1) {
         fsm_shared_write(&ring->lost, (FSM_INDEX)(lost + 1u));
+    }
     return false;
 }
 
@@ -83,8 +84,9 @@ static inline void fsm_ring_publish(fsm_ring *ring)
 /* Consumer: find the oldest filled slot; read it, then release it. */
 static inline bool fsm_ring_front(const fsm_ring *ring, FSM_INDEX slots, FSM_INDEX *place)
 {
-    if (fsm_ring_count(ring) == 0u)
+    if (fsm_ring_count(ring) == 0u) {
         return false;
+    }
     *place = (FSM_INDEX)(fsm_shared_own(&ring->got) % slots);
     return true;
 }

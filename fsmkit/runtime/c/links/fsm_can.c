@@ -25,8 +25,9 @@ static uint64_t get_raw(const fsm_can_signal *signal, const uint8_t *data)
         byte = next_byte(signal, byte);
         offset = 0u;
     }
-    if ((signal->flags & FSM_CAN_SIGNED) != 0u && (raw >> (signal->bits - 1u)) != 0u)
+    if ((signal->flags & FSM_CAN_SIGNED) != 0u && (raw >> (signal->bits - 1u)) != 0u) {
         raw |= ~(uint64_t)0u << (signal->bits - 1u);
+    }
     return raw;
 }
 
@@ -47,8 +48,9 @@ static void put_raw(const fsm_can_signal *signal, uint64_t raw, uint8_t *data)
 static int member_of(const fsm_can_signal *signal, uint64_t raw)
 {
     for (unsigned place = 0u; place < signal->members; place++) {
-        if ((uint64_t)signal->raw[place] == raw)
+        if ((uint64_t)signal->raw[place] == raw) {
             return (int)place;
+        }
     }
     return -1;
 }
@@ -63,8 +65,9 @@ static bool is_within(const fsm_can_signal *signal, uint64_t raw)
 
 static uint64_t value_of(const fsm_can_signal *signal, uint64_t raw)
 {
-    if (signal->members != 0u)
+    if (signal->members != 0u) {
         return (uint64_t)member_of(signal, raw);
+    }
     return ((signal->flags & FSM_CAN_NEGATED) != 0u ? 0u - raw : raw) + signal->shift;
 }
 
@@ -73,17 +76,21 @@ fsm_can_result fsm_can_decode(const fsm_can_message *message, const uint8_t *dat
 {
     const fsm_can_signal *end = message->signal + message->signals;
     fsm_can_result result = FSM_CAN_TAKEN;
-    if (length < message->length)
+    if (length < message->length) {
         return FSM_CAN_REFUSED;
+    }
     for (const fsm_can_signal *signal = message->signal; signal < end; signal++) {
-        if (is_within(signal, get_raw(signal, data)))
+        if (is_within(signal, get_raw(signal, data))) {
             continue;
-        if ((signal->flags & FSM_CAN_SELECTS) != 0u)
+        }
+        if ((signal->flags & FSM_CAN_SELECTS) != 0u) {
             return FSM_CAN_OTHER;
+        }
         result = FSM_CAN_REFUSED;
     }
-    if (result != FSM_CAN_TAKEN)
+    if (result != FSM_CAN_TAKEN) {
         return result;
+    }
     for (const fsm_can_signal *signal = message->signal; signal < end; signal++) {
         if (signal->size != 0u) {
             uint64_t value = value_of(signal, get_raw(signal, data));
@@ -99,15 +106,18 @@ static bool find_raw(const fsm_can_signal *signal, const uint8_t *payload, uint6
     const uint8_t *from = payload + signal->at;
     uint64_t value;
     *raw = signal->shift;
-    if (signal->size == 0u)
+    if (signal->size == 0u) {
         return true;
-    if ((signal->flags & FSM_CAN_SIGNED_VALUE) != 0u)
+    }
+    if ((signal->flags & FSM_CAN_SIGNED_VALUE) != 0u) {
         value = (uint64_t)fsm_link_get_signed(from, signal->size);
-    else
+    } else {
         value = fsm_link_get_bytes(from, signal->size);
+    }
     if (signal->members != 0u) {
-        if (value >= signal->members)
+        if (value >= signal->members) {
             return false;
+        }
         *raw = (uint64_t)signal->raw[value];
         return true;
     }
@@ -117,8 +127,9 @@ static bool find_raw(const fsm_can_signal *signal, const uint8_t *payload, uint6
         value = fsm_link_get_bytes(wide, 8u);
     }
     *raw = value - signal->shift;
-    if ((signal->flags & FSM_CAN_NEGATED) != 0u)
+    if ((signal->flags & FSM_CAN_NEGATED) != 0u) {
         *raw = 0u - *raw;
+    }
     return is_within(signal, *raw);
 }
 
@@ -127,8 +138,9 @@ bool fsm_can_encode(const fsm_can_message *message, const uint8_t *payload, uint
     memset(data, 0, message->length);
     for (unsigned place = 0u; place < message->signals; place++) {
         uint64_t raw;
-        if (!find_raw(&message->signal[place], payload, &raw))
+        if (!find_raw(&message->signal[place], payload, &raw)) {
             return false;
+        }
         put_raw(&message->signal[place], raw, data);
     }
     return true;

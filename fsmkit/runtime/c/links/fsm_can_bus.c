@@ -45,8 +45,9 @@ static bool find_address(const char *text, struct sockaddr_in *address)
     char group[INET_ADDRSTRLEN];
     size_t length = colon != NULL ? (size_t)(colon - text) : 0u;
     long port = colon != NULL ? strtol(colon + 1, NULL, 10) : 0;
-    if (length == 0u || length >= sizeof group || port < 1 || port > 65535)
+    if (length == 0u || length >= sizeof group || port < 1 || port > 65535) {
         return false;
+    }
     memcpy(group, text, length);
     group[length] = '\0';
     memset(address, 0, sizeof *address);
@@ -94,8 +95,9 @@ static bool is_can_opened(fsm_can_bus *bus, const char *name, const fsm_can_mess
     }
     address.can_family = AF_CAN;
     address.can_ifindex = (int)if_nametoindex(name);
-    if (address.can_ifindex == 0)
+    if (address.can_ifindex == 0) {
         return false;
+    }
     bus->in = bus->out = socket(PF_CAN, SOCK_RAW, CAN_RAW);
     return bus->in >= 0 &&
            is_set(bus->in, SOL_CAN_RAW, CAN_RAW_FILTER, filters,
@@ -123,15 +125,17 @@ int fsm_can_bus_open(fsm_can_bus *bus, const char *name, const fsm_can_message *
     int error;
     bus->in = bus->out = -1;
     if (strncmp(name, "udp:", 4u) == 0) {
-        if (!find_address(name + 4, &address))
+        if (!find_address(name + 4, &address)) {
             return EINVAL;
+        }
         is_opened = is_udp_opened(bus, &address);
     } else {
         is_opened = is_can_opened(bus, name, wanted, count);
     }
     error = errno;
-    if (is_opened)
+    if (is_opened) {
         return 0;
+    }
     fsm_can_bus_close(bus);
     return error;
 }
@@ -146,20 +150,25 @@ bool fsm_can_bus_receive(const fsm_can_bus *bus, fsm_can_frame *frame)
 {
     for (;;) {
         ssize_t size = recv(bus->in, frame, sizeof *frame, 0);
-        if (size < 0 && errno == EINTR)
+        if (size < 0 && errno == EINTR) {
             continue;
-        if (size < 0)
+        }
+        if (size < 0) {
             return false;
-        if ((size == CLASSICAL || size == FD) && frame->length <= size - HEAD)
+        }
+        if ((size == CLASSICAL || size == FD) && frame->length <= size - HEAD) {
             return true;
+        }
     }
 }
 
 void fsm_can_bus_close(fsm_can_bus *bus)
 {
-    if (bus->in >= 0)
+    if (bus->in >= 0) {
         (void)close(bus->in);
-    if (bus->out >= 0 && bus->out != bus->in)
+    }
+    if (bus->out >= 0 && bus->out != bus->in) {
         (void)close(bus->out);
+    }
     bus->in = bus->out = -1;
 }

@@ -62,8 +62,9 @@ static void latest_publish(fsm_link_latest *latest)
 /* What was published last; NULL if that was seen before. */
 static const fsm_link_frame *latest_read(fsm_link_latest *latest)
 {
-    if ((fsm_shared_read(&latest->middle) & IS_NEW) == 0u)
+    if ((fsm_shared_read(&latest->middle) & IS_NEW) == 0u) {
         return NULL;
+    }
     latest->reads = (uint8_t)(EXCHANGE(&latest->middle, (FSM_INDEX)latest->reads) & 3u);
     return &latest->places[latest->reads];
 }
@@ -77,8 +78,9 @@ void fsm_link_init(fsm_link *link, const fsm_link_map *map, uint32_t session)
     link->session = session;
     link->every = map->every > 0u ? map->every : 1u;
     latest_init(&link->levels);
-    for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++)
+    for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++) {
         latest_init(&link->peers[peer].levels);
+    }
 }
 
 void fsm_link_publish_every(fsm_link *link, uint32_t cycles)
@@ -134,8 +136,9 @@ void fsm_link_begin(fsm_link *link)
 {
     uint32_t cycle = (uint32_t)fsm_shared_own(&link->cycle) + 1u;
     fsm_shared_write(&link->cycle, (FSM_INDEX)cycle);
-    if (link->transport == NULL || link->transport->receive != NULL)
+    if (link->transport == NULL || link->transport->receive != NULL) {
         fsm_link_pass_time(link); /* no other thread does */
+    }
     for (unsigned peer = 0u; peer < link->map->nodes && peer < FSM_LINK_NODES; peer++) {
         fsm_link_peer *p = &link->peers[peer];
         uint32_t heard = (uint32_t)fsm_shared_read(&p->heard);
@@ -151,8 +154,9 @@ void fsm_link_begin(fsm_link *link)
 const fsm_link_frame *fsm_link_front(fsm_link *link)
 {
     FSM_INDEX place;
-    if (link->arrived == 0u || !fsm_ring_front(&link->in.ring, FSM_LINK_SLOTS, &place))
+    if (link->arrived == 0u || !fsm_ring_front(&link->in.ring, FSM_LINK_SLOTS, &place)) {
         return NULL;
+    }
     return &link->in.slots[place];
 }
 
@@ -170,8 +174,9 @@ void fsm_link_release(fsm_link *link)
 const uint8_t *fsm_link_levels(fsm_link *link, uint8_t peer)
 {
     const fsm_link_frame *frame;
-    if (peer >= FSM_LINK_NODES)
+    if (peer >= FSM_LINK_NODES) {
         return NULL;
+    }
     frame = latest_read(&link->peers[peer].levels);
     return frame == NULL ? NULL : frame->bytes + FSM_LINK_HEADER;
 }
@@ -205,8 +210,9 @@ uint8_t *fsm_link_levels_out(fsm_link *link)
     fsm_link_frame *frame = &link->levels.places[link->levels.writes];
     uint32_t length = FSM_LINK_HEADER + (uint32_t)link->map->levels[link->map->node];
     uint32_t cycle = (uint32_t)fsm_shared_own(&link->cycle);
-    if ((cycle - 1u) % link->every != 0u || length > FSM_LINK_BYTES)
+    if ((cycle - 1u) % link->every != 0u || length > FSM_LINK_BYTES) {
         return NULL;
+    }
     frame->length = (uint16_t)length;
     frame->number = link->put_before;
     fsm_link_put_bytes(frame->bytes + MESSAGE, FSM_LINK_LEVELS, 2u);
@@ -218,15 +224,17 @@ uint8_t *fsm_link_levels_out(fsm_link *link)
 void fsm_link_end(fsm_link *link)
 {
     bool has_work = link->has_levels || link->pending > 0u;
-    if (link->has_levels)
+    if (link->has_levels) {
         latest_publish(&link->levels);
+    }
     fsm_shared_write(&link->out.ring.put,
                      (FSM_INDEX)(fsm_shared_own(&link->out.ring.put) + link->pending));
     link->pending = 0u;
     link->has_levels = false;
     link->put_before = link->put;
-    if (has_work && link->transport != NULL)
+    if (has_work && link->transport != NULL) {
         link->transport->wake(link->carrier, link);
+    }
 }
 
 /* ---- the sender's end ------------------------------------------------------------------------- */
@@ -239,8 +247,9 @@ bool fsm_link_next(fsm_link *link, fsm_link_frame *frame)
     found = latest_read(&link->levels);
     if (found != NULL) {
         /* With an empty ring, all events of former cycles were sent or refused. */
-        if (fsm_ring_count(&link->out.ring) == 0u && reached(found->number, link->events))
+        if (fsm_ring_count(&link->out.ring) == 0u && reached(found->number, link->events)) {
             link->events = found->number;
+        }
     } else if (has_event) {
         found = &link->out.slots[place];
         link->events = found->number;
@@ -264,8 +273,9 @@ bool fsm_link_next(fsm_link *link, fsm_link_frame *frame)
         fsm_ring_release(&link->out.ring);
     }
     add(&link->totals[FSM_LINK_SENT], 1u);
-    if (link->beside != NULL)
+    if (link->beside != NULL) {
         link->beside->take(link->fan, frame);
+    }
     return true;
 }
 
@@ -301,12 +311,14 @@ static bool in_order(fsm_link_peer *peer, const uint8_t *bytes)
         return false;
     }
     newer = sequence - peer->sequence;
-    if (newer > 0u)
+    if (newer > 0u) {
         add(&peer->counts[FSM_LINK_LOST_FRAMES], newer);
+    }
     peer->window = newer < 63u ? (peer->window << (newer + 1u)) | 1u : 1u;
     peer->sequence = sequence + 1u;
-    if (events != peer->events && reached(events, peer->events))
+    if (events != peer->events && reached(events, peer->events)) {
         add(&peer->counts[FSM_LINK_LOST_EVENTS], events - peer->events);
+    }
     peer->events = events;
     return true;
 }
@@ -324,8 +336,9 @@ static void take_in(fsm_link *link, const uint8_t *bytes, size_t length)
     fsm_link_peer *peer = &link->peers[bytes[SENDER]];
     uint32_t message = (uint32_t)fsm_link_get_bytes(bytes + MESSAGE, 2u);
     FSM_INDEX place;
-    if (!in_order(peer, bytes))
+    if (!in_order(peer, bytes)) {
         return;
+    }
     add(&peer->heard, 1u);
     if (message == FSM_LINK_LEVELS) {
         copy_frame(&peer->levels.places[peer->levels.writes], bytes, length);
@@ -333,8 +346,9 @@ static void take_in(fsm_link *link, const uint8_t *bytes, size_t length)
         return;
     }
     peer->events++;
-    if (link->map->message[message - 1u].receiver != link->map->node)
+    if (link->map->message[message - 1u].receiver != link->map->node) {
         return;
+    }
     if (!fsm_ring_claim(&link->in.ring, FSM_LINK_SLOTS, &place)) {
         add(&peer->counts[FSM_LINK_OVERFLOW], 1u);
         return;
@@ -436,8 +450,9 @@ static void let_go(fsm_link *link, fsm_link_faults *faults, uint32_t place)
 static bool waits(const fsm_link_faults *faults, uint8_t sender)
 {
     for (uint32_t i = 0u; i < faults->count; i++) {
-        if (faults->held[i].bytes[SENDER] == sender)
+        if (faults->held[i].bytes[SENDER] == sender) {
             return true;
+        }
     }
     return false;
 }
@@ -462,18 +477,21 @@ static void through(fsm_link *link, fsm_link_faults *faults, const uint8_t *byte
         return;
     }
     is_late = ((chance >> 32) & 0xFFFFu) < faults->delay && faults->delay_cycles > 0u;
-    if (is_late)
+    if (is_late) {
         faults->delayed++;
+    }
     for (unsigned copies = ((chance >> 16) & 0xFFFFu) < faults->duplication ? 2u : 1u; copies > 0u;
          copies--) {
-        if (copies == 2u)
+        if (copies == 2u) {
             faults->duplicated++;
+        }
         if (!is_late && !waits(faults, sender)) {
             take_in(link, bytes, length);
             continue;
         }
-        if (faults->count == FSM_LINK_HELD)
+        if (faults->count == FSM_LINK_HELD) {
             let_go(link, faults, 0u);
+        }
         copy_frame(&faults->held[faults->count], bytes, length);
         faults->due[faults->count] = is_late ? now + faults->delay_cycles : now;
         faults->count++;
@@ -486,10 +504,12 @@ void fsm_link_pass_time(fsm_link *link)
     uint32_t now = (uint32_t)fsm_shared_read(&link->cycle);
     bool waiting[FSM_LINK_NODES] = {false};
     uint32_t place = 0u;
-    if (faults == NULL)
+    if (faults == NULL) {
         return;
-    if (link->beside != NULL)
+    }
+    if (link->beside != NULL) {
         link->beside->enter(link->fan);
+    }
     while (place < faults->count) {
         uint8_t sender = faults->held[place].bytes[SENDER];
         if (!waiting[sender] && reached(now, faults->due[place])) {
@@ -499,8 +519,9 @@ void fsm_link_pass_time(fsm_link *link)
             place++;
         }
     }
-    if (link->beside != NULL)
+    if (link->beside != NULL) {
         link->beside->leave(link->fan);
+    }
 }
 
 static bool arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
@@ -508,18 +529,20 @@ static bool arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t le
     if (!is_frame(link, peer, bytes, length) ||
         !is_present(link, &link->peers[peer], get32(bytes + SESSION)))
         return false;
-    if (link->faults != NULL)
+    if (link->faults != NULL) {
         through(link, link->faults, bytes, length);
-    else
+    } else {
         take_in(link, bytes, length);
+    }
     return true;
 }
 
 bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
 {
     bool is_present;
-    if (link->beside == NULL)
+    if (link->beside == NULL) {
         return arrive(link, peer, bytes, length);
+    }
     link->beside->enter(link->fan);
     is_present = arrive(link, peer, bytes, length);
     link->beside->leave(link->fan);
@@ -535,23 +558,27 @@ fsm_link_waited fsm_link_await(fsm_link *link, uint8_t peer, uint32_t session, u
     link->waited_session = session;
     link->waited_frames = frames;
     link->waited_for_listener = false;
-    if (link->transport == NULL || link->transport->receive == NULL || peer >= FSM_LINK_NODES)
+    if (link->transport == NULL || link->transport->receive == NULL || peer >= FSM_LINK_NODES) {
         return FSM_LINK_DEAF;
+    }
     for (;;) {
         uint32_t present = fsm_link_session(link, peer);
         uint32_t come = fsm_link_count(link, peer, FSM_LINK_FRAMES);
         if (session == 0u || present == session) {
-            if (come == frames)
+            if (come == frames) {
                 return FSM_LINK_READY;
-            if (come > frames && session != 0u)
+            }
+            if (come > frames && session != 0u) {
                 return FSM_LINK_BEYOND;
+            }
         } else if (present == 0u ? frames == 0u : reached(session, present) && frames == 0u) {
             return FSM_LINK_READY; /* nothing of that session is to come yet */
         } else if (present != 0u && !reached(session, present)) {
             return FSM_LINK_BEYOND;
         }
-        if (!link->transport->receive(link->carrier, link, peer, timeout_ms))
+        if (!link->transport->receive(link->carrier, link, peer, timeout_ms)) {
             return session == 0u && come > frames ? FSM_LINK_BEYOND : FSM_LINK_TIMEOUT;
+        }
     }
 }
 
@@ -561,8 +588,9 @@ fsm_link_waited fsm_link_connect_to(fsm_link *link, uint8_t peer, uint32_t sessi
     link->waited_peer = peer;
     link->waited_session = session;
     link->waited_for_listener = true;
-    if (link->transport == NULL || link->transport->heard_by == NULL || peer >= FSM_LINK_NODES)
+    if (link->transport == NULL || link->transport->heard_by == NULL || peer >= FSM_LINK_NODES) {
         return FSM_LINK_DEAF;
+    }
     return link->transport->heard_by(link->carrier, link, peer, session, timeout_ms)
                ? FSM_LINK_READY
                : FSM_LINK_TIMEOUT;
@@ -572,10 +600,12 @@ fsm_link_waited fsm_link_connect(fsm_link *link, uint32_t timeout_ms)
 {
     for (uint8_t peer = 0u; peer < link->map->nodes; peer++) {
         fsm_link_waited found = FSM_LINK_READY;
-        if (peer != link->map->node)
+        if (peer != link->map->node) {
             found = fsm_link_connect_to(link, peer, 0u, timeout_ms);
-        if (found != FSM_LINK_READY)
+        }
+        if (found != FSM_LINK_READY) {
             return found;
+        }
     }
     return FSM_LINK_READY;
 }
@@ -589,8 +619,9 @@ typedef struct {
 
 static void write_text(writer *out, const char *text)
 {
-    for (; *text != '\0' && out->used + 1u < out->room; text++)
+    for (; *text != '\0' && out->used + 1u < out->room; text++) {
         out->text[out->used++] = *text;
+    }
 }
 
 static void write_number(writer *out, uint32_t number)
@@ -609,8 +640,9 @@ void fsm_link_explain(const fsm_link *link, char *text, size_t room)
 {
     writer out = {text, room, 0u};
     const fsm_link_map *map = link->map;
-    if (room == 0u)
+    if (room == 0u) {
         return;
+    }
     write_text(&out, "node `");
     write_text(&out, map->names[map->node]);
     write_text(&out, "` waited for `");

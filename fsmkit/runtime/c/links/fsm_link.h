@@ -270,15 +270,17 @@ void fsm_link_pass_time(fsm_link *link);
 
 static inline void fsm_link_put_bytes(uint8_t *to, uint64_t value, unsigned size)
 {
-    for (unsigned i = 0u; i < size; i++)
+    for (unsigned i = 0u; i < size; i++) {
         to[i] = (uint8_t)(value >> (8u * i));
+    }
 }
 
 static inline uint64_t fsm_link_get_bytes(const uint8_t *from, unsigned size)
 {
     uint64_t value = 0u;
-    for (unsigned i = 0u; i < size; i++)
+    for (unsigned i = 0u; i < size; i++) {
         value |= (uint64_t)from[i] << (8u * i);
+    }
     return value;
 }
 
@@ -287,8 +289,9 @@ static inline int64_t fsm_link_get_signed(const uint8_t *from, unsigned size)
 {
     uint64_t value = fsm_link_get_bytes(from, size);
     uint64_t sign = (uint64_t)1 << (8u * size - 1u);
-    if ((value & sign) == 0u)
+    if ((value & sign) == 0u) {
         return (int64_t)value;
+    }
     return -(int64_t)(~value & (sign - 1u)) - 1;
 }
 

@@ -35,12 +35,13 @@ static void send_message(fsm_link_can *can, const fsm_can_message *message, cons
     memset(&frame, 0, sizeof frame);
     frame.id = message->id;
     frame.length = message->length;
-    if (!fsm_can_encode(message, payload, frame.data))
+    if (!fsm_can_encode(message, payload, frame.data)) {
         count(can, FSM_LINK_CAN_REFUSED);
-    else if (fsm_can_bus_send(&can->bus, &frame, message->is_fd))
+    } else if (fsm_can_bus_send(&can->bus, &frame, message->is_fd)) {
         count(can, FSM_LINK_CAN_SENT);
-    else
+    } else {
         count(can, FSM_LINK_CAN_UNSENT);
+    }
 }
 
 /* In the thread that takes frames out of the link. */
@@ -58,8 +59,9 @@ static void take(void *translator, const fsm_link_frame *frame)
         return;
     }
     for (unsigned place = 0u; place < node->sent_count; place++) {
-        if (node->sent[place].message == message)
+        if (node->sent[place].message == message) {
             send_message(can, &node->sent[place], payload);
+        }
     }
 }
 
@@ -74,12 +76,14 @@ static void send_levels(fsm_link_can *can, uint64_t now)
     (void)pthread_mutex_unlock(&can->turn);
     for (unsigned place = 0u; place < node->sent_count && has_levels; place++) {
         uint64_t *due = &can->due_ms[place];
-        if (node->sent[place].message != FSM_LINK_LEVELS || *due > now)
+        if (node->sent[place].message != FSM_LINK_LEVELS || *due > now) {
             continue;
+        }
         send_message(can, &node->sent[place], own);
         *due += node->sent[place].cycle_ms;
-        if (*due <= now) /* the thread was late: there is no burst */
+        if (*due <= now) { /* the thread was late: there is no burst */
             *due = now + node->sent[place].cycle_ms;
+        }
     }
 }
 
@@ -93,10 +97,12 @@ static bool is_cyclic(const fsm_link_can *can, unsigned place)
 static void hear(fsm_link_can *can, unsigned place, uint64_t now)
 {
     bool is_back = is_cyclic(can, place);
-    for (unsigned other = 0u; other < can->node->received_count; other++)
+    for (unsigned other = 0u; other < can->node->received_count; other++) {
         is_back = is_back && (!is_cyclic(can, other) || can->is_silent[other]);
-    if (is_back)
+    }
+    if (is_back) {
         fsm_link_fan_restarted(can->fan, can->node->peer);
+    }
     can->heard_ms[place] = now;
     can->is_silent[place] = false;
 }
@@ -122,28 +128,34 @@ static void arrive(fsm_link_can *can, const fsm_can_frame *frame, uint64_t now)
         bool is_levels = message->message == FSM_LINK_LEVELS;
         uint8_t payload[FSM_LINK_BYTES];
         fsm_can_result result;
-        if (message->id != frame->id)
+        if (message->id != frame->id) {
             continue;
+        }
         is_known = true;
         result = fsm_can_decode(message, frame->data, frame->length,
                                 is_levels ? can->levels : payload);
-        if (result == FSM_CAN_OTHER)
+        if (result == FSM_CAN_OTHER) {
             continue;
-        if (result == FSM_CAN_REFUSED)
+        }
+        if (result == FSM_CAN_REFUSED) {
             break;
+        }
         is_taken = true;
         hear(can, place, now);
-        if (is_levels)
+        if (is_levels) {
             (void)fsm_link_fan_arrive(can->fan, node->peer, FSM_LINK_LEVELS, can->levels,
                                       node->levels);
-        else if (message->message != FSM_CAN_NOWHERE)
+        } else if (message->message != FSM_CAN_NOWHERE) {
             (void)fsm_link_fan_arrive(can->fan, node->peer, message->message, payload,
                                       size_of(can, message->message));
+        }
     }
-    if (is_known)
+    if (is_known) {
         count(can, FSM_LINK_CAN_RECEIVED);
-    if (is_known && !is_taken)
+    }
+    if (is_known && !is_taken) {
         refuse(can);
+    }
 }
 
 static void receive(fsm_link_can *can, uint64_t now)
@@ -152,8 +164,9 @@ static void receive(fsm_link_can *can, uint64_t now)
     for (unsigned some = 0u; some < BURST && fsm_can_bus_receive(&can->bus, &frame); some++) {
         if ((frame.id & FSM_CAN_ERROR) != 0u) {
             count(can, FSM_LINK_CAN_BUS_ERRORS);
-            if ((frame.id & BUS_OFF) != 0u)
+            if ((frame.id & BUS_OFF) != 0u) {
                 count(can, FSM_LINK_CAN_BUS_OFF);
+            }
         } else if ((frame.id & FSM_CAN_REMOTE) == 0u) {
             arrive(can, &frame, now);
         }
@@ -166,13 +179,15 @@ static void post_silences(fsm_link_can *can, uint64_t now)
     const fsm_can_node *node = can->node;
     for (unsigned place = 0u; place < node->received_count; place++) {
         uint64_t limit = 5u * (uint64_t)node->received[place].cycle_ms;
-        if (limit == 0u || can->is_silent[place] || 2u * (now - can->heard_ms[place]) < limit)
+        if (limit == 0u || can->is_silent[place] || 2u * (now - can->heard_ms[place]) < limit) {
             continue;
+        }
         can->is_silent[place] = true;
         for (unsigned other = 0u; other < node->silence_count; other++) {
             const fsm_can_silence *silence = &node->silence[other];
-            if (silence->received == place)
+            if (silence->received == place) {
                 (void)fsm_link_fan_arrive(can->fan, node->peer, silence->message, can->levels, 0u);
+            }
         }
     }
 }
@@ -183,14 +198,16 @@ static int until_due(const fsm_link_can *can, uint64_t now)
     uint64_t next = now + LONGEST_MS;
     for (unsigned place = 0u; place < node->received_count; place++) {
         uint64_t limit = (5u * (uint64_t)node->received[place].cycle_ms + 1u) / 2u;
-        if (limit != 0u && !can->is_silent[place] && can->heard_ms[place] + limit < next)
+        if (limit != 0u && !can->is_silent[place] && can->heard_ms[place] + limit < next) {
             next = can->heard_ms[place] + limit;
+        }
     }
     for (unsigned place = 0u; place < node->sent_count; place++) {
         /* before the loop has begun there are no levels */
         uint64_t due = can->due_ms[place] > now ? can->due_ms[place] : now + 1u;
-        if (node->sent[place].message == FSM_LINK_LEVELS && due < next)
+        if (node->sent[place].message == FSM_LINK_LEVELS && due < next) {
             next = due;
+        }
     }
     return next > now ? (int)(next - now) : 0;
 }
@@ -206,12 +223,15 @@ static void *run(void *argument)
     for (;;) {
         int found = poll(ready, 2u, until_due(can, now_ms()));
         uint64_t now = now_ms();
-        if (found < 0 && errno != EINTR)
+        if (found < 0 && errno != EINTR) {
             return NULL;
-        if (found > 0 && ready[0].revents != 0)
+        }
+        if (found > 0 && ready[0].revents != 0) {
             return NULL;
-        if (found > 0 && ready[1].revents != 0)
+        }
+        if (found > 0 && ready[1].revents != 0) {
             receive(can, now);
+        }
         post_silences(can, now);
         send_levels(can, now);
     }
@@ -230,23 +250,28 @@ int fsm_link_can_open(fsm_link_can *can, fsm_link_fan *fan, const fsm_can_node *
     if (node->received_count > FSM_LINK_CAN_MESSAGES || node->sent_count > FSM_LINK_CAN_MESSAGES ||
         node->levels > FSM_LINK_BYTES - FSM_LINK_HEADER)
         return E2BIG;
-    if (node->levels != 0u)
+    if (node->levels != 0u) {
         memcpy(can->levels, node->start, node->levels);
-    for (unsigned place = 0u; place < FSM_LINK_CAN_MESSAGES; place++)
+    }
+    for (unsigned place = 0u; place < FSM_LINK_CAN_MESSAGES; place++) {
         can->heard_ms[place] = can->due_ms[place] = now_ms();
+    }
     error = fsm_can_bus_open(&can->bus, bus, node->received, node->received_count);
-    if (error != 0)
+    if (error != 0) {
         return error;
+    }
     error = pthread_mutex_init(&can->turn, NULL);
-    if (error == 0 && pipe(can->stop) != 0)
+    if (error == 0 && pipe(can->stop) != 0) {
         error = errno;
+    }
     if (error == 0) {
         fsm_link_fan_add(fan, node->peer, take, can);
         error = pthread_create(&can->thread, NULL, run, can);
         can->has_thread = error == 0;
     }
-    if (error != 0)
+    if (error != 0) {
         fsm_link_can_close(can);
+    }
     return error;
 }
 
@@ -267,8 +292,9 @@ void fsm_link_can_close(fsm_link_can *can)
         can->has_thread = false;
     }
     for (unsigned end = 0u; end < 2u; end++) {
-        if (can->stop[end] >= 0)
+        if (can->stop[end] >= 0) {
             (void)close(can->stop[end]);
+        }
         can->stop[end] = -1;
     }
     fsm_can_bus_close(&can->bus);

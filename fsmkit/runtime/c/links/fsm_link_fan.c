@@ -14,8 +14,9 @@ static void take(void *carrier, const fsm_link_frame *frame)
 {
     fsm_link_fan *fan = carrier;
     for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++) {
-        if (fan->peers[peer].send != NULL)
+        if (fan->peers[peer].send != NULL) {
             fan->peers[peer].send(fan->peers[peer].translator, frame);
+        }
     }
 }
 
@@ -34,10 +35,11 @@ static void leave(void *carrier)
 static void wake(void *carrier, fsm_link *link)
 {
     fsm_link_fan *fan = carrier;
-    if (fan->inner != NULL)
+    if (fan->inner != NULL) {
         fan->inner->wake(fan->inner_carrier, link);
-    else
+    } else {
         (void)sem_post(&fan->work);
+    }
 }
 
 static bool is_foreign(const fsm_link_fan *fan, uint8_t peer)
@@ -57,8 +59,9 @@ static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t sessi
                      uint32_t timeout_ms)
 {
     const fsm_link_fan *fan = carrier;
-    if (is_foreign(fan, peer))
+    if (is_foreign(fan, peer)) {
         return true;
+    }
     return fan->inner != NULL && fan->inner->heard_by != NULL &&
            fan->inner->heard_by(fan->inner_carrier, link, peer, session, timeout_ms);
 }
@@ -68,12 +71,15 @@ static void *run_sender(void *carrier)
     fsm_link_fan *fan = carrier;
     while (fsm_shared_read(&fan->stop) == 0u) {
         fsm_link_frame frame;
-        while (sem_wait(&fan->work) != 0)
+        while (sem_wait(&fan->work) != 0) {
             ;
-        while (fsm_link_next(fan->link, &frame)) /* which hands it to `take` */
+        }
+        while (fsm_link_next(fan->link, &frame)) { /* which hands it to `take` */
             ;
-        if (fan->link->faults != NULL)
+        }
+        if (fan->link->faults != NULL) {
             fsm_link_pass_time(fan->link);
+        }
     }
     return NULL;
 }
@@ -85,8 +91,9 @@ int fsm_link_fan_open(fsm_link_fan *fan, fsm_link *link)
     memset(fan, 0, sizeof *fan);
     fan->link = link;
     error = pthread_mutex_init(&fan->turn, NULL);
-    if (error == 0)
+    if (error == 0) {
         fsm_link_set_beside(link, &beside, fan);
+    }
     return error;
 }
 
@@ -107,10 +114,12 @@ int fsm_link_fan_start(fsm_link_fan *fan, int priority)
     fan->transport.heard_by = heard_by;
     fan->transport.is_proven = fan->inner != NULL && fan->inner->is_proven;
     fsm_link_attach(fan->link, &fan->transport, fan);
-    if (fan->inner != NULL)
+    if (fan->inner != NULL) {
         return 0;
-    if (sem_init(&fan->work, 0, 0u) != 0)
+    }
+    if (sem_init(&fan->work, 0, 0u) != 0) {
         return errno;
+    }
     fan->has_work = true;
     error = pthread_create(&fan->sender, NULL, run_sender, fan);
     fan->has_sender = error == 0;
@@ -127,8 +136,9 @@ bool fsm_link_fan_arrive(fsm_link_fan *fan, uint8_t peer, uint16_t message, cons
                          uint16_t size)
 {
     uint8_t bytes[FSM_LINK_BYTES];
-    if (size > FSM_LINK_BYTES - FSM_LINK_HEADER)
+    if (size > FSM_LINK_BYTES - FSM_LINK_HEADER) {
         return false;
+    }
     bytes[0] = 0x46u; /* FK */
     bytes[1] = 0x4bu;
     bytes[VERSION] = FSM_LINK_VERSION;
@@ -138,10 +148,12 @@ bool fsm_link_fan_arrive(fsm_link_fan *fan, uint8_t peer, uint16_t message, cons
     fsm_link_put_bytes(bytes + SEQUENCE, fan->peers[peer].sequence, 4u);
     fsm_link_put_bytes(bytes + EVENTS, fan->peers[peer].events, 4u);
     fsm_link_put_bytes(bytes + MESSAGE, message, 2u);
-    if (size > 0u)
+    if (size > 0u) {
         memcpy(bytes + FSM_LINK_HEADER, payload, size);
-    if (!fsm_link_arrive(fan->link, peer, bytes, (size_t)FSM_LINK_HEADER + size))
+    }
+    if (!fsm_link_arrive(fan->link, peer, bytes, (size_t)FSM_LINK_HEADER + size)) {
         return false;
+    }
     fan->peers[peer].sequence++;
     fan->peers[peer].events += message != FSM_LINK_LEVELS ? 1u : 0u;
     return true;
@@ -161,8 +173,9 @@ void fsm_link_fan_close(fsm_link_fan *fan)
         (void)sem_post(&fan->work);
         (void)pthread_join(fan->sender, NULL);
     }
-    if (fan->has_work)
+    if (fan->has_work) {
         (void)sem_destroy(&fan->work);
+    }
     fsm_link_set_beside(fan->link, NULL, NULL);
     (void)pthread_mutex_destroy(&fan->turn);
     fan->has_sender = fan->has_work = false;

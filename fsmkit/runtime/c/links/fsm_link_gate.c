@@ -31,10 +31,12 @@ static bool is_same(const fsm_link_place *one, const fsm_link_place *other)
     struct sockaddr_in6 a, b; /* family and port are in the same place as in sockaddr_in */
     memcpy(&a, one->bytes, sizeof a);
     memcpy(&b, other->bytes, sizeof b);
-    if (a.sin6_family != b.sin6_family)
+    if (a.sin6_family != b.sin6_family) {
         return false;
-    if (a.sin6_family == AF_INET || a.sin6_family == AF_INET6)
+    }
+    if (a.sin6_family == AF_INET || a.sin6_family == AF_INET6) {
         return a.sin6_port == b.sin6_port;
+    }
     return one->length == other->length && memcmp(one->bytes, other->bytes, one->length) == 0;
 }
 
@@ -90,8 +92,9 @@ static void put_out(fsm_link_gate *gate, int place)
 static void leave(fsm_link_gate *gate, int number)
 {
     for (int i = gate->taken - 1; i >= 0; i--) {
-        if (gate->seats[i].number == number)
+        if (gate->seats[i].number == number) {
             vacate(gate, i);
+        }
     }
 }
 
@@ -100,8 +103,9 @@ static void enter(fsm_link_gate *gate, int number, uint64_t now_ms)
     fsm_link_place place;
     fsm_link_seat *seat = &gate->seats[gate->taken];
     int handle = handle_of(number, &place);
-    if (handle < 0)
+    if (handle < 0) {
         return;
+    }
     if (!is_same(&place, &gate->place)) {
         (void)close(handle); /* it has gone, and its number is another's */
         return;
@@ -112,25 +116,28 @@ static void enter(fsm_link_gate *gate, int number, uint64_t now_ms)
     seat->since_ms = now_ms;
     gate->taken++;
     for (int i = 0; gate->taken > FSM_LINK_SEATS && i < gate->taken; i++) {
-        if (gate->seats[i].node < 0)
+        if (gate->seats[i].node < 0) {
             put_out(gate, i);
+        }
     }
 }
 
 static void listen_at(fsm_link_gate *gate, int number)
 {
     int handle = handle_of(number, &gate->place);
-    if (handle >= 0)
+    if (handle >= 0) {
         (void)close(handle);
+    }
 }
 
 void fsm_link_gate_know(fsm_link_gate *gate, int number, int node)
 {
     for (int i = 0; i < gate->taken; i++) {
-        if (gate->seats[i].number == number)
+        if (gate->seats[i].number == number) {
             gate->seats[i].node = node;
-        else if (gate->seats[i].node == node)
+        } else if (gate->seats[i].node == node) {
             gate->seats[i].node = -1;
+        }
     }
 }
 
@@ -142,8 +149,9 @@ static void skip_rest(void *socket)
     int more = 0;
     size_t size = sizeof more;
     while (zmq_getsockopt(socket, ZMQ_RCVMORE, &more, &size) == 0 && more != 0) {
-        if (zmq_recv(socket, NULL, 0, ZMQ_DONTWAIT) < 0)
+        if (zmq_recv(socket, NULL, 0, ZMQ_DONTWAIT) < 0) {
             return;
+        }
     }
 }
 
@@ -153,34 +161,40 @@ static bool look_once(fsm_link_gate *gate, uint64_t now_ms)
     uint16_t what;
     int32_t number;
     int length = zmq_recv(gate->monitor, event, sizeof event, ZMQ_DONTWAIT);
-    if (length < 0)
+    if (length < 0) {
         return false;
+    }
     skip_rest(gate->monitor);
-    if (length != EVENT)
+    if (length != EVENT) {
         return true;
+    }
     memcpy(&what, event, sizeof what);
     memcpy(&number, event + sizeof what, sizeof number);
     leave(gate, number);
-    if (what == ZMQ_EVENT_ACCEPTED)
+    if (what == ZMQ_EVENT_ACCEPTED) {
         enter(gate, number, now_ms);
-    else if (what == ZMQ_EVENT_LISTENING)
+    } else if (what == ZMQ_EVENT_LISTENING) {
         listen_at(gate, number);
+    }
     return true;
 }
 
 void fsm_link_gate_look(fsm_link_gate *gate, uint64_t now_ms)
 {
-    if (gate->door == NULL || now_ms - gate->looked_ms < APART_MS)
+    if (gate->door == NULL || now_ms - gate->looked_ms < APART_MS) {
         return;
+    }
     gate->looked_ms = now_ms;
-    for (int i = 0; i < LOOKS && look_once(gate, now_ms); i++)
+    for (int i = 0; i < LOOKS && look_once(gate, now_ms); i++) {
         ;
+    }
     for (int i = gate->taken - 1; i >= 0; i--) {
         const fsm_link_seat *seat = &gate->seats[i];
         uint64_t age = now_ms - seat->since_ms;
         uint64_t most = FSM_LINK_SAID_BYTES + FSM_LINK_SAID_BYTES * age / 1000u;
-        if ((seat->node < 0 && age > FSM_LINK_STRANGER_MS) || received(seat->handle) > most)
+        if ((seat->node < 0 && age > FSM_LINK_STRANGER_MS) || received(seat->handle) > most) {
             put_out(gate, i);
+        }
     }
 }
 
@@ -193,8 +207,9 @@ bool fsm_link_gate_open(fsm_link_gate *gate, void *context, void *door)
     memset(gate, 0, sizeof *gate);
     (void)snprintf(where, sizeof where, "inproc://fsm-link-gate-%p", (void *)gate);
     gate->monitor = zmq_socket(context, ZMQ_PAIR);
-    if (gate->monitor == NULL)
+    if (gate->monitor == NULL) {
         return false;
+    }
     gate->door = door;
     return zmq_setsockopt(gate->monitor, ZMQ_LINGER, &none, sizeof none) == 0 &&
            /* without bound: whoever reports, a thread of ZeroMQ, must never wait for us */
@@ -206,11 +221,14 @@ bool fsm_link_gate_open(fsm_link_gate *gate, void *context, void *door)
 
 void fsm_link_gate_close(fsm_link_gate *gate)
 {
-    if (gate->door != NULL)
+    if (gate->door != NULL) {
         (void)zmq_socket_monitor(gate->door, NULL, 0);
-    if (gate->monitor != NULL)
+    }
+    if (gate->monitor != NULL) {
         (void)zmq_close(gate->monitor);
+    }
     gate->door = gate->monitor = NULL;
-    while (gate->taken > 0)
+    while (gate->taken > 0) {
         vacate(gate, gate->taken - 1);
+    }
 }

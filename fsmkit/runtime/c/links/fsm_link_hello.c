@@ -28,8 +28,9 @@ bool fsm_link_hello_init(fsm_link_hellos *all, uint8_t node, uint8_t nodes, uint
             is_made = fread(token, 1u, FSM_LINK_TOKEN, random) == FSM_LINK_TOKEN;
         } while (is_made && is_nothing(token));
     }
-    if (random != NULL)
+    if (random != NULL) {
         (void)fclose(random);
+    }
     return is_made;
 }
 
@@ -56,16 +57,19 @@ int fsm_link_hello_hear(fsm_link_hellos *all, const uint8_t *bytes, size_t lengt
         is_nothing(bytes + TOKEN_AT))
         return -1;
     session = (uint32_t)fsm_link_get_bytes(bytes + SESSION_AT, 4u);
-    if (session == 0u || (key_of != FSM_LINK_NO_KEYS && key_of != (int)bytes[SENDER_AT]))
+    if (session == 0u || (key_of != FSM_LINK_NO_KEYS && key_of != (int)bytes[SENDER_AT])) {
         return -1;
+    }
     of = &all->of[bytes[SENDER_AT]];
     is_shown = memcmp(bytes + ECHO_AT, of->token, FSM_LINK_TOKEN) == 0;
-    if (!is_shown && fsm_shared_own(&of->session) != 0u)
+    if (!is_shown && fsm_shared_own(&of->session) != 0u) {
         return -1; /* an impostor does not disturb a peer that is known */
+    }
     fsm_shared_write(&of->heard[0], (FSM_INDEX)fsm_link_get_bytes(bytes + TOKEN_AT, 4u));
     fsm_shared_write(&of->heard[1], (FSM_INDEX)fsm_link_get_bytes(bytes + TOKEN_AT + 4, 4u));
-    if (!is_shown)
+    if (!is_shown) {
         return -1;
+    }
     memcpy(of->route, route, FSM_LINK_ROUTE);
     of->at_ms = now_ms;
     fsm_shared_write(&of->session, (FSM_INDEX)session);
@@ -81,7 +85,8 @@ void fsm_link_hello_pass_time(fsm_link_hellos *all, uint64_t now_ms)
 {
     for (uint8_t peer = 0u; peer < all->nodes; peer++) {
         const fsm_link_acquaintance *of = &all->of[peer];
-        if (fsm_shared_own(&of->session) != 0u && now_ms - of->at_ms > FSM_LINK_GONE_MS)
+        if (fsm_shared_own(&of->session) != 0u && now_ms - of->at_ms > FSM_LINK_GONE_MS) {
             fsm_link_hello_forget(all, peer);
+        }
     }
 }

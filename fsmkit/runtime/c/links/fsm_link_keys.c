@@ -24,19 +24,23 @@ static void answer(const fsm_link_keys *keys)
         size_t size = sizeof more;
         uint8_t *into = count < ZAP_FRAMES ? parts[count] : rest;
         int length = zmq_recv(keys->door, into, ZAP_BYTES, 0);
-        if (length < 0)
+        if (length < 0) {
             return;
-        if (count < ZAP_FRAMES)
+        }
+        if (count < ZAP_FRAMES) {
             lengths[count] = length;
+        }
         count++;
-        if (zmq_getsockopt(keys->door, ZMQ_RCVMORE, &more, &size) != 0)
+        if (zmq_getsockopt(keys->door, ZMQ_RCVMORE, &more, &size) != 0) {
             return;
+        }
     }
     if (count == ZAP_FRAMES && lengths[6] == 32 && lengths[5] == 5 &&
         memcmp(parts[5], "CURVE", 5) == 0) {
         for (unsigned node = 0u; node < keys->nodes; node++) {
-            if (memcmp(keys->keys[node], parts[6], 32) == 0)
+            if (memcmp(keys->keys[node], parts[6], 32) == 0) {
                 known = (char)('0' + node);
+            }
         }
     }
     (void)zmq_send(keys->door, "1.0", 3, ZMQ_SNDMORE);
@@ -53,8 +57,9 @@ static void *doorman(void *carrier)
     const fsm_link_keys *keys = carrier;
     while (fsm_shared_read(&keys->stop) == 0u) {
         zmq_pollitem_t item = {keys->door, 0, ZMQ_POLLIN, 0};
-        if (zmq_poll(&item, 1, PATROL_MS) > 0)
+        if (zmq_poll(&item, 1, PATROL_MS) > 0) {
             answer(keys);
+        }
     }
     return NULL;
 }
@@ -65,8 +70,9 @@ bool fsm_link_keys_open(fsm_link_keys *keys, void *context, uint8_t nodes,
     int none = 0;
     keys->nodes = nodes;
     for (unsigned node = 0u; node < nodes; node++) {
-        if (zmq_z85_decode(keys->keys[node], public_keys[node]) == NULL)
+        if (zmq_z85_decode(keys->keys[node], public_keys[node]) == NULL) {
             return false;
+        }
     }
     keys->door = zmq_socket(context, ZMQ_REP);
     if (keys->door == NULL ||
@@ -87,10 +93,12 @@ int fsm_link_keys_of(void *message)
 void fsm_link_keys_close(fsm_link_keys *keys)
 {
     fsm_shared_write(&keys->stop, 1u);
-    if (keys->has_doorman)
+    if (keys->has_doorman) {
         (void)pthread_join(keys->doorman, NULL);
-    if (keys->door != NULL)
+    }
+    if (keys->door != NULL) {
         (void)zmq_close(keys->door);
+    }
     keys->door = NULL;
     keys->has_doorman = false;
 }
@@ -100,12 +108,14 @@ bool fsm_link_zmq_key(const char *path, const char *kind, char key[FSM_LINK_KEY]
     char line[256];
     bool is_found = false;
     FILE *file = fopen(path, "r");
-    if (file == NULL)
+    if (file == NULL) {
         return false;
+    }
     while (!is_found && fgets(line, sizeof line, file) != NULL) {
         const char *at = line + strspn(line, " \t");
-        if (strncmp(at, kind, strlen(kind)) != 0)
+        if (strncmp(at, kind, strlen(kind)) != 0) {
             continue;
+        }
         at = strchr(at, '"');
         if (at != NULL && strcspn(at + 1, "\"") == FSM_LINK_KEY - 1) {
             memcpy(key, at + 1, FSM_LINK_KEY - 1);

@@ -7,8 +7,9 @@ static void wake(void *carrier, fsm_link *link)
     fsm_link_frame frame;
     while (fsm_link_next(link, &frame)) {
         for (unsigned node = 0u; node < FSM_LINK_NODES; node++) {
-            if (wire->links[node] != NULL && wire->links[node] != link)
+            if (wire->links[node] != NULL && wire->links[node] != link) {
                 (void)fsm_link_arrive(wire->links[node], link->map->node, frame.bytes, frame.length);
+            }
         }
     }
 }

@@ -61,8 +61,9 @@ static bool hear_part(fsm_link_zmq *zmq, uint64_t now)
         int key_of = zmq->has_keys ? fsm_link_keys_of(&part) : FSM_LINK_NO_KEYS;
         int peer = fsm_link_hello_hear(&zmq->hellos, bytes, length, zmq->heard.route,
                                        zmq->heard.length, key_of, now);
-        if (peer >= 0)
+        if (peer >= 0) {
             fsm_link_gate_know(&zmq->gate, zmq_msg_get(&part, ZMQ_SRCFD), peer);
+        }
     }
     zmq->heard.parts = has_more ? (zmq->heard.parts < 2u ? zmq->heard.parts + 1u : 2u) : 0u;
     (void)zmq_msg_close(&part);
@@ -75,8 +76,9 @@ static void see_listeners(fsm_link_zmq *zmq)
 {
     uint64_t now = milliseconds();
     int parts = 0;
-    while (parts < PARTS && hear_part(zmq, now))
+    while (parts < PARTS && hear_part(zmq, now)) {
         parts++;
+    }
     zmq->is_flooded = parts == PARTS;
     fsm_link_hello_pass_time(&zmq->hellos, now);
     fsm_link_gate_look(&zmq->gate, now);
@@ -87,14 +89,16 @@ static void say_hello(fsm_link_zmq *zmq)
     uint64_t now = milliseconds();
     for (uint8_t peer = 0u; peer < zmq->link->map->nodes; peer++) {
         uint8_t hello[FSM_LINK_HELLO];
-        if (zmq->subscribers[peer] == NULL)
+        if (zmq->subscribers[peer] == NULL) {
             continue;
+        }
         fsm_link_hello_write(&zmq->hellos, peer, hello);
         if (now - zmq->said[peer].at_ms < HELLO_MS &&
             memcmp(hello, zmq->said[peer].bytes, sizeof hello) == 0)
             continue;
-        if (zmq_send(zmq->subscribers[peer], hello, sizeof hello, ZMQ_DONTWAIT) < 0)
+        if (zmq_send(zmq->subscribers[peer], hello, sizeof hello, ZMQ_DONTWAIT) < 0) {
             continue;
+        }
         zmq->said[peer].at_ms = now;
         memcpy(zmq->said[peer].bytes, hello, sizeof hello);
     }
@@ -107,10 +111,11 @@ static void send_to(fsm_link_zmq *zmq, uint8_t peer, const fsm_link_frame *frame
 {
     const uint8_t *route = zmq->hellos.of[peer].route;
     int flags = ZMQ_DONTWAIT | ZMQ_SNDMORE;
-    if (zmq_send(zmq->publisher, route, FSM_LINK_ROUTE, flags) >= 0)
+    if (zmq_send(zmq->publisher, route, FSM_LINK_ROUTE, flags) >= 0) {
         (void)zmq_send(zmq->publisher, frame->bytes, frame->length, ZMQ_DONTWAIT);
-    else if (errno == EHOSTUNREACH)
+    } else if (errno == EHOSTUNREACH) {
         fsm_link_hello_forget(&zmq->hellos, peer);
+    }
 }
 
 static void send_all(fsm_link_zmq *zmq)
@@ -119,8 +124,9 @@ static void send_all(fsm_link_zmq *zmq)
     see_listeners(zmq);
     while (fsm_link_next(zmq->link, &frame)) {
         for (uint8_t peer = 0u; peer < zmq->link->map->nodes; peer++) {
-            if (fsm_link_zmq_listener(zmq, peer) != 0u)
+            if (fsm_link_zmq_listener(zmq, peer) != 0u) {
                 send_to(zmq, peer, &frame);
+            }
         }
     }
 }
@@ -136,8 +142,9 @@ static taken take_one(fsm_link_zmq *zmq, uint8_t peer)
     size_t size = sizeof more;
     bool is_whole = !zmq->within[peer];
     int length = zmq_recv(zmq->subscribers[peer], bytes, sizeof bytes, ZMQ_DONTWAIT);
-    if (length < 0)
+    if (length < 0) {
         return NOTHING;
+    }
     (void)zmq_getsockopt(zmq->subscribers[peer], ZMQ_RCVMORE, &more, &size);
     zmq->within[peer] = more != 0;
     is_whole = is_whole && more == 0;
@@ -159,10 +166,11 @@ static void *keeper(void *carrier)
     fsm_link_zmq *zmq = carrier;
     bool is_flooded = false;
     while (fsm_shared_read(&zmq->stop) == 0u) {
-        if (is_flooded)
+        if (is_flooded) {
             (void)sched_yield();
-        else
+        } else {
             (void)nanosleep(&while_idle, NULL);
+        }
         (void)pthread_mutex_lock(&zmq->turn);
         use_sockets(zmq);
         is_flooded = zmq->is_flooded;
@@ -186,13 +194,16 @@ static bool receive_until(fsm_link_zmq *zmq, uint8_t peer, uint64_t until)
         zmq_pollitem_t item = {zmq->subscribers[peer], 0, ZMQ_POLLIN, 0};
         taken found = take_one(zmq, peer);
         uint64_t now;
-        if (found == A_FRAME)
+        if (found == A_FRAME) {
             return true;
+        }
         now = milliseconds();
-        if (now >= until)
+        if (now >= until) {
             return false;
-        if (found == NOTHING)
+        }
+        if (found == NOTHING) {
             (void)zmq_poll(&item, 1, until - now < PATROL_MS ? (long)(until - now) : PATROL_MS);
+        }
         use_sockets(zmq);
     }
 }
@@ -201,8 +212,9 @@ static bool receive_here(void *carrier, fsm_link *link, uint8_t peer, uint32_t t
 {
     fsm_link_zmq *zmq = carrier;
     bool is_come;
-    if (peer >= link->map->nodes || zmq->subscribers[peer] == NULL)
+    if (peer >= link->map->nodes || zmq->subscribers[peer] == NULL) {
         return false;
+    }
     (void)pthread_mutex_lock(&zmq->turn);
     is_come = receive_until(zmq, peer, milliseconds() + timeout_ms);
     (void)pthread_mutex_unlock(&zmq->turn);
@@ -219,10 +231,12 @@ static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t sessi
         static const struct timespec soon = {0, 1000000};
         uint32_t listener;
         listener = fsm_link_zmq_listener(zmq, peer);
-        if (listener != 0u && (session == 0u || listener == session))
+        if (listener != 0u && (session == 0u || listener == session)) {
             return true;
-        if (milliseconds() >= until)
+        }
+        if (milliseconds() >= until) {
             return false;
+        }
         (void)nanosleep(&soon, NULL);
     }
 }
@@ -247,8 +261,9 @@ static void *sender(void *carrier)
             until.tv_nsec -= 1000000000L;
             until.tv_sec++;
         }
-        if (!zmq->is_flooded)
+        if (!zmq->is_flooded) {
             (void)sem_timedwait(&zmq->work, &until);
+        }
         send_all(zmq);
     }
     send_all(zmq);
@@ -275,8 +290,9 @@ static void *receiver(void *carrier)
         (void)zmq_poll(items, count, zmq->link->faults != NULL ? 1 : PATROL_MS);
         for (int i = 0; i < count; i++) {
             for (int burst = 0; burst < FSM_LINK_SLOTS; burst++) {
-                if (take_one(zmq, peers[i]) == NOTHING)
+                if (take_one(zmq, peers[i]) == NOTHING) {
                     break;
+                }
             }
         }
         fsm_link_pass_time(zmq->link);
@@ -308,8 +324,9 @@ static void schedule(pthread_t thread, scheduling *wish)
         cpu_set_t set;
         CPU_ZERO(&set);
         for (size_t cpu = 0; cpu < CPUS; cpu++) {
-            if ((wish->cpus >> cpu & 1u) != 0u)
+            if ((wish->cpus >> cpu & 1u) != 0u) {
                 CPU_SET(cpu, &set);
+            }
         }
         wish->cpus_error = pthread_setaffinity_np(thread, sizeof set, &set);
 #else
@@ -326,10 +343,12 @@ static void *try_scheduling(void *wish)
 
 static void keep_errors(fsm_link_zmq *zmq, const scheduling *wish)
 {
-    if (wish->priority_error != 0)
+    if (wish->priority_error != 0) {
         zmq->priority_error = wish->priority_error;
-    if (wish->cpus_error != 0)
+    }
+    if (wish->cpus_error != 0) {
         zmq->cpus_error = wish->cpus_error;
+    }
 }
 
 /* Have ZeroMQ's threads scheduled. It ends the process if the system refuses ("posix_assert"), so a
@@ -339,19 +358,23 @@ static bool schedule_context(fsm_link_zmq *zmq, const fsm_link_zmq_options *opti
     scheduling wish = {options->io_priority, options->cpus, 0, 0};
     pthread_t trial;
     bool is_set = true;
-    if (wish.priority <= 0 && wish.cpus == 0u)
+    if (wish.priority <= 0 && wish.cpus == 0u) {
         return true;
+    }
     errno = pthread_create(&trial, NULL, try_scheduling, &wish);
-    if (errno != 0)
+    if (errno != 0) {
         return false;
+    }
     (void)pthread_join(trial, NULL);
     keep_errors(zmq, &wish);
-    if (wish.priority > 0 && wish.priority_error == 0)
+    if (wish.priority > 0 && wish.priority_error == 0) {
         is_set = zmq_ctx_set(zmq->context, ZMQ_THREAD_SCHED_POLICY, SCHED_FIFO) == 0 &&
                  zmq_ctx_set(zmq->context, ZMQ_THREAD_PRIORITY, wish.priority) == 0;
+    }
     for (int cpu = 0; cpu < CPUS && is_set && wish.cpus_error == 0; cpu++) {
-        if ((wish.cpus >> cpu & 1u) != 0u)
+        if ((wish.cpus >> cpu & 1u) != 0u) {
             is_set = zmq_ctx_set(zmq->context, ZMQ_THREAD_AFFINITY_CPU_ADD, cpu) == 0;
+        }
     }
     return is_set;
 }
@@ -421,8 +444,9 @@ static bool open_subscriber(fsm_link_zmq *zmq, const fsm_link_zmq_options *optio
     void *subscriber = zmq_socket(zmq->context, ZMQ_DEALER);
     zmq->subscribers[peer] = subscriber;
     zmq->failed = "the connection to a peer";
-    if (subscriber == NULL || !set_common(subscriber, 0, 1, TOGETHER, FSM_LINK_BYTES))
+    if (subscriber == NULL || !set_common(subscriber, 0, 1, TOGETHER, FSM_LINK_BYTES)) {
         return false;
+    }
     if (options->public_keys != NULL &&
         (!set_key(subscriber, ZMQ_CURVE_SERVERKEY, options->public_keys[peer]) ||
          !set_key(subscriber, ZMQ_CURVE_PUBLICKEY, options->public_keys[zmq->link->map->node]) ||
@@ -446,14 +470,16 @@ static bool start_threads(fsm_link_zmq *zmq, const fsm_link_zmq_options *options
         zmq->has_keeper = zmq->has_turn && errno == 0;
         return zmq->has_keeper;
     }
-    if (sem_init(&zmq->work, 0, 0) != 0)
+    if (sem_init(&zmq->work, 0, 0) != 0) {
         return false;
+    }
     zmq->has_work = true;
     errno = start_thread(zmq, &zmq->sender, sender, options->send_priority,
                          options->cpus);
     zmq->has_sender = errno == 0;
-    if (!zmq->has_sender)
+    if (!zmq->has_sender) {
         return false;
+    }
     errno = start_thread(zmq, &zmq->receiver, receiver, options->receive_priority,
                          options->cpus);
     zmq->has_receiver = errno == 0;
@@ -464,8 +490,9 @@ static bool start_threads(fsm_link_zmq *zmq, const fsm_link_zmq_options *options
 static bool is_guarded(const fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
 {
     const fsm_link_map *map = zmq->link->map;
-    if (options->public_keys != NULL || map->is_insecure)
+    if (options->public_keys != NULL || map->is_insecure) {
         return true;
+    }
     for (unsigned node = 0u; node < map->nodes; node++) {
         if (options->endpoints[node] != NULL &&
             !fsm_link_zmq_is_loopback(options->endpoints[node]))
@@ -487,14 +514,16 @@ static bool open_all(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
         return false;
     zmq->failed = "the context of ZeroMQ";
     zmq->context = zmq_ctx_new();
-    if (zmq->context == NULL || !schedule_context(zmq, options))
+    if (zmq->context == NULL || !schedule_context(zmq, options)) {
         return false;
+    }
     zmq->failed = "the keys for CURVE";
     if (zmq->has_keys && !fsm_link_keys_open(&zmq->keys, zmq->context, zmq->link->map->nodes,
                                              options->public_keys))
         return false;
-    if (!open_publisher(zmq, options))
+    if (!open_publisher(zmq, options)) {
         return false;
+    }
     for (unsigned peer = 0u; peer < zmq->link->map->nodes; peer++) {
         if (peer != zmq->link->map->node && options->endpoints[peer] != NULL &&
             !open_subscriber(zmq, options, peer))
@@ -535,8 +564,9 @@ uint32_t fsm_link_zmq_dropped(const fsm_link_zmq *zmq)
 
 static void close_socket(void **socket)
 {
-    if (*socket != NULL)
+    if (*socket != NULL) {
         (void)zmq_close(*socket);
+    }
     *socket = NULL;
 }
 
@@ -548,22 +578,28 @@ void fsm_link_zmq_close(fsm_link_zmq *zmq)
         (void)sem_post(&zmq->work);
         (void)pthread_join(zmq->sender, NULL);
     }
-    if (zmq->has_receiver)
+    if (zmq->has_receiver) {
         (void)pthread_join(zmq->receiver, NULL);
-    if (zmq->has_keeper)
+    }
+    if (zmq->has_keeper) {
         (void)pthread_join(zmq->keeper, NULL);
-    if (zmq->has_turn)
+    }
+    if (zmq->has_turn) {
         (void)pthread_mutex_destroy(&zmq->turn);
+    }
     fsm_link_gate_close(&zmq->gate);
     close_socket(&zmq->publisher);
-    for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++)
+    for (unsigned peer = 0u; peer < FSM_LINK_NODES; peer++) {
         close_socket(&zmq->subscribers[peer]);
+    }
     fsm_link_keys_close(&zmq->keys);
-    if (zmq->context != NULL)
+    if (zmq->context != NULL) {
         (void)zmq_ctx_term(zmq->context);
+    }
     zmq->context = NULL;
-    if (zmq->has_work)
+    if (zmq->has_work) {
         (void)sem_destroy(&zmq->work);
+    }
     zmq->has_sender = zmq->has_receiver = false;
     zmq->has_work = zmq->has_keeper = zmq->has_turn = false;
 }

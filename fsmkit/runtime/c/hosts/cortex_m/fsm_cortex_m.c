@@ -50,8 +50,9 @@ void fsm_cortex_m_wake(void)
  * sleep where an interrupt was served between the test and it. */
 void fsm_cortex_m_sleep(void)
 {
-    while (!woken)
+    while (!woken) {
         __asm__ volatile("wfe" ::: "memory");
+    }
     woken = false;
 }
 
@@ -62,8 +63,9 @@ void fsm_cortex_m_loop(fsm_cortex_m_step step, void *context)
         uint32_t now;
         fsm_cortex_m_sleep();
         now = fsm_cortex_m_now();
-        if (now - last > 1u)
+        if (now - last > 1u) {
             missed += now - last - 1u;
+        }
         last = now;
         step(context, now);
     }

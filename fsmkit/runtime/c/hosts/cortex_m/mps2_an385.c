@@ -30,10 +30,12 @@ void Default_Handler(void);
 void Reset_Handler(void)
 {
     const volatile uint32_t *from = mps2_data_image;
-    for (volatile uint32_t *to = mps2_data; to < mps2_data_end; to++)
+    for (volatile uint32_t *to = mps2_data; to < mps2_data_end; to++) {
         *to = *from++;
-    for (volatile uint32_t *to = mps2_bss; to < mps2_bss_end; to++)
+    }
+    for (volatile uint32_t *to = mps2_bss; to < mps2_bss_end; to++) {
         *to = 0u;
+    }
     UART0_DIVIDER = 16u;
     UART0_CONTROL = UART_SENDS;
     mps2_exit(main());
@@ -88,14 +90,16 @@ void mps2_put(char byte)
 
 void mps2_print(const char *text)
 {
-    while (*text != '\0')
+    while (*text != '\0') {
         mps2_put(*text++);
+    }
 }
 
 void mps2_print_number(uint32_t number)
 {
-    if (number >= 10u)
+    if (number >= 10u) {
         mps2_print_number(number / 10u);
+    }
     mps2_put((char)('0' + number % 10u));
 }
 

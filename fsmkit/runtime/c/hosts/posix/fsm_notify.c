@@ -29,8 +29,9 @@ static void tell_status(fsm_notify *notify)
 {
     static const char key[] = "STATUS=";
     char message[sizeof key + FSM_NOTIFY_STATUS];
-    if (fsm_shared_read(&notify->status) == 0u)
+    if (fsm_shared_read(&notify->status) == 0u) {
         return;
+    }
     memcpy(message, key, sizeof key - 1u);
     memcpy(message + sizeof key - 1u, notify->text, FSM_NOTIFY_STATUS);
     fsm_shared_write(&notify->status, 0u);
@@ -84,8 +85,9 @@ static bool read_address(fsm_notify *notify, const char *name)
         return false;
     notify->address.sun_family = AF_UNIX;
     memcpy(notify->address.sun_path, name, length + 1u);
-    if (name[0] == '@')
+    if (name[0] == '@') {
         notify->address.sun_path[0] = '\0';
+    }
     notify->address_length = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length);
     return true;
 }
@@ -95,8 +97,9 @@ static uint64_t read_watchdog(void)
 {
     const char *const period = getenv("WATCHDOG_USEC");
     const char *const process = getenv("WATCHDOG_PID");
-    if (period == NULL || (process != NULL && strtoll(process, NULL, 10) != (long long)getpid()))
+    if (period == NULL || (process != NULL && strtoll(process, NULL, 10) != (long long)getpid())) {
         return 0u;
+    }
     return (uint64_t)strtoull(period, NULL, 10);
 }
 
@@ -106,17 +109,22 @@ static int start_thread(fsm_notify *notify)
     const struct sched_param none = {0};
     pthread_attr_t attributes;
     int error = pthread_attr_init(&attributes);
-    if (error != 0)
+    if (error != 0) {
         return error;
+    }
     error = pthread_attr_setstacksize(&attributes, STACK_BYTES);
-    if (error == 0)
+    if (error == 0) {
         error = pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
-    if (error == 0)
+    }
+    if (error == 0) {
         error = pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
-    if (error == 0)
+    }
+    if (error == 0) {
         error = pthread_attr_setschedparam(&attributes, &none);
-    if (error == 0)
+    }
+    if (error == 0) {
         error = pthread_create(&notify->thread, &attributes, send_all, notify);
+    }
     (void)pthread_attr_destroy(&attributes);
     return error;
 }
@@ -127,14 +135,17 @@ int fsm_notify_open(fsm_notify *notify)
     int error;
     memset(notify, 0, sizeof *notify);
     notify->socket = -1;
-    if (name == NULL || name[0] == '\0')
+    if (name == NULL || name[0] == '\0') {
         return 0;
-    if (!read_address(notify, name))
+    }
+    if (!read_address(notify, name)) {
         return EINVAL;
+    }
     notify->watchdog_us = read_watchdog();
     notify->socket = socket(AF_UNIX, SOCK_DGRAM, 0);
-    if (notify->socket < 0)
+    if (notify->socket < 0) {
         return errno;
+    }
     error = start_thread(notify);
     if (error != 0) {
         (void)close(notify->socket);
@@ -145,8 +156,9 @@ int fsm_notify_open(fsm_notify *notify)
 
 void fsm_notify_close(fsm_notify *notify)
 {
-    if (notify->socket < 0)
+    if (notify->socket < 0) {
         return;
+    }
     fsm_shared_write(&notify->over, 1u);
     (void)pthread_join(notify->thread, NULL);
     (void)close(notify->socket);
@@ -168,10 +180,12 @@ void fsm_notify_ready(fsm_notify *notify)
 void fsm_notify_status(fsm_notify *notify, const char *status)
 {
     size_t length = 0;
-    if (notify->socket < 0 || fsm_shared_read(&notify->status) != 0u)
+    if (notify->socket < 0 || fsm_shared_read(&notify->status) != 0u) {
         return;
-    for (; status[length] != '\0' && length < FSM_NOTIFY_STATUS - 1u; length++)
+    }
+    for (; status[length] != '\0' && length < FSM_NOTIFY_STATUS - 1u; length++) {
         notify->text[length] = status[length] != '\n' ? status[length] : ' ';
+    }
     notify->text[length] = '\0';
     fsm_shared_write(&notify->status, 1u);
 }

@@ -66,10 +66,12 @@ static unsigned bucket_of(uint64_t ns)
 {
     unsigned octave = 0;
     unsigned bucket;
-    if (ns < PER_OCTAVE)
+    if (ns < PER_OCTAVE) {
         return (unsigned)ns;
-    while (ns >> octave >= 2 * PER_OCTAVE)
+    }
+    while (ns >> octave >= 2 * PER_OCTAVE) {
         octave++;
+    }
     bucket = PER_OCTAVE * octave + (unsigned)(ns >> octave);
     return bucket < FSM_POSIX_BUCKETS ? bucket : FSM_POSIX_BUCKETS - 1;
 }
@@ -84,8 +86,9 @@ uint64_t fsm_posix_jitter_ns(const fsm_posix *host, unsigned permyriad)
 {
     uint64_t all = 0;
     uint64_t so_far = 0;
-    for (unsigned k = 0; k < FSM_POSIX_BUCKETS; k++)
+    for (unsigned k = 0; k < FSM_POSIX_BUCKETS; k++) {
         all += host->jitter[k];
+    }
     for (unsigned k = 0; k < FSM_POSIX_BUCKETS; k++) {
         so_far += host->jitter[k];
         if (so_far != 0 && so_far * 10000u >= all * permyriad) {
@@ -99,8 +102,9 @@ uint64_t fsm_posix_jitter_ns(const fsm_posix *host, unsigned permyriad)
 static void note_jitter(fsm_posix *host, uint64_t late_ns)
 {
     host->jitter[bucket_of(late_ns)]++;
-    if (late_ns > host->worst_jitter_ns)
+    if (late_ns > host->worst_jitter_ns) {
         host->worst_jitter_ns = late_ns;
+    }
 }
 
 /* ---- a step, and why it took too long ------------------------------------------------------------- */
@@ -139,8 +143,9 @@ static timed timed_step(fsm_posix *host, fsm_posix_step step, void *context, uin
     step(context, (uint32_t)ticks);
     it.ended = clock_ns();
     host->cycles++;
-    if (it.ended - it.began > host->longest_step_ns)
+    if (it.ended - it.began > host->longest_step_ns) {
         host->longest_step_ns = it.ended - it.began;
+    }
     return it;
 }
 
@@ -148,12 +153,15 @@ static timed timed_step(fsm_posix *host, fsm_posix_step step, void *context, uin
  * if nothing else does. */
 static fsm_posix_reason reason_of(const fsm_posix *host, uint64_t step_ns, const usage *within)
 {
-    if (step_ns <= host->period_ns)
+    if (step_ns <= host->period_ns) {
         return FSM_POSIX_WOKEN_LATE;
-    if (within->fetches != 0u || within->faults * FAULT_NS >= step_ns / 2)
+    }
+    if (within->fetches != 0u || within->faults * FAULT_NS >= step_ns / 2) {
         return FSM_POSIX_PAGE_FAULT;
-    if (within->preemptions != 0u)
+    }
+    if (within->preemptions != 0u) {
         return FSM_POSIX_PREEMPTED;
+    }
     return within->faults != 0u ? FSM_POSIX_PAGE_FAULT : FSM_POSIX_STEP_LONG;
 }
 
@@ -182,17 +190,20 @@ static unsigned touch_stack(size_t bytes)
 {
     volatile unsigned char page[FRAME_BYTES];
     unsigned sum = 0;
-    for (size_t i = 0; i < sizeof page; i += 1024u)
+    for (size_t i = 0; i < sizeof page; i += 1024u) {
         page[i] = 1;
-    if (bytes > sizeof page)
+    }
+    if (bytes > sizeof page) {
         sum = touch_stack(bytes - sizeof page);
+    }
     return sum + page[0];
 }
 
 void fsm_posix_lock(fsm_posix *host)
 {
-    if (!host->lock_memory || host->is_locked)
+    if (!host->lock_memory || host->is_locked) {
         return;
+    }
     host->is_locked = true;
     host->memory_error = mlockall(MCL_CURRENT | MCL_FUTURE) == 0 ? 0 : errno;
     (void)touch_stack(host->stack_bytes);
@@ -203,8 +214,9 @@ static int run_on(int cpu)
 #ifdef __linux__
     cpu_set_t only;
     CPU_ZERO(&only);
-    if (cpu >= CPU_SETSIZE)
+    if (cpu >= CPU_SETSIZE) {
         return EINVAL;
+    }
     CPU_SET((size_t)cpu, &only);
     return pthread_setaffinity_np(pthread_self(), sizeof only, &only);
 #else
@@ -236,8 +248,9 @@ int fsm_posix_init(fsm_posix *host, uint32_t tick_us)
     host->stack_bytes = STACK_BYTES;
     host->is_explained = true;
     host->wake[0] = host->wake[1] = -1;
-    if (pipe(host->wake) != 0)
+    if (pipe(host->wake) != 0) {
         return errno;
+    }
     for (int i = 0; i < 2; i++) {
         int flags = fcntl(host->wake[i], F_GETFL);
         if (host->wake[i] >= FD_SETSIZE || flags == -1 ||
@@ -254,8 +267,9 @@ int fsm_posix_init(fsm_posix *host, uint32_t tick_us)
 void fsm_posix_close(fsm_posix *host)
 {
     for (int i = 0; i < 2; i++) {
-        if (host->wake[i] != -1)
+        if (host->wake[i] != -1) {
             (void)close(host->wake[i]);
+        }
         host->wake[i] = -1;
     }
 }
@@ -269,10 +283,12 @@ int fsm_posix_periodic(fsm_posix *host, fsm_posix_step step, void *context)
         struct timespec at = timespec_of(deadline);
         timed it;
         int error = clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, NULL);
-        if (error == EINTR)
+        if (error == EINTR) {
             continue; /* a signal: perhaps the one to stop */
-        if (error != 0)
+        }
+        if (error != 0) {
             return error;
+        }
         note_jitter(host, clock_ns() - deadline);
         it = timed_step(host, step, context, ticks_at(host, deadline));
         if (it.ended > deadline + host->period_ns) {
@@ -296,8 +312,9 @@ static int await(fsm_posix *host, uint64_t until_ns)
     struct timespec wait = timespec_of(left < LONGEST_WAIT_NS ? left : LONGEST_WAIT_NS);
     FD_ZERO(&readable);
     FD_SET(host->wake[0], &readable);
-    if (pselect(host->wake[0] + 1, &readable, NULL, NULL, &wait, NULL) < 0)
+    if (pselect(host->wake[0] + 1, &readable, NULL, NULL, &wait, NULL) < 0) {
         return errno == EINTR ? 0 : errno;
+    }
     while (read(host->wake[0], woken, sizeof woken) > 0) {
     }
     return 0;
@@ -312,19 +329,22 @@ int fsm_posix_tickless(fsm_posix *host, fsm_posix_step step, fsm_posix_next next
         uint64_t ticks = ticks_at(host, now_ns);
         uint32_t deadline;
         int error;
-        if (now_ns >= due_ns)
+        if (now_ns >= due_ns) {
             note_jitter(host, now_ns - due_ns);
+        }
         (void)timed_step(host, step, context, ticks);
         due_ns = UINT64_MAX;
         if (next(context, &deadline)) {
             uint32_t ahead = deadline - (uint32_t)ticks;
-            if (ahead >= UINT32_C(0x80000000))
+            if (ahead >= UINT32_C(0x80000000)) {
                 ahead = 0; /* already past */
+            }
             due_ns = host->origin_ns + (ticks + ahead) * host->tick_us * UINT64_C(1000);
         }
         error = await(host, due_ns);
-        if (error != 0)
+        if (error != 0) {
             return error;
+        }
     }
     return 0;
 }
@@ -384,8 +404,9 @@ static uint64_t oldest(const fsm_posix *host)
 static void print_overruns(const fsm_posix *host, FILE *to)
 {
     const char *before = "overruns by reason: ";
-    if (host->overruns == 0u)
+    if (host->overruns == 0u) {
         return;
+    }
     for (int k = 0; k < FSM_POSIX_REASONS; k++) {
         if (host->reasons[k] != 0u) {
             fprintf(to, "%s%s %" PRIu64, before, reason_names[k], host->reasons[k]);
@@ -397,8 +418,9 @@ static void print_overruns(const fsm_posix *host, FILE *to)
         const fsm_posix_overrun *it = &host->last[n % FSM_POSIX_LAST];
         fprintf(to, "cycle %" PRIu64 ": woken %" PRIu64 " ns late, step %" PRIu64 " ns: %s", it->cycle,
                 it->late_ns, it->step_ns, reason_names[it->reason]);
-        if (it->times != 0u)
+        if (it->times != 0u) {
             fprintf(to, ", %" PRIu64 " times", it->times);
+        }
         fprintf(to, "\n");
     }
 }
@@ -407,8 +429,9 @@ void fsm_posix_print(const fsm_posix *host, FILE *to)
 {
     print_wish(to, "real-time priority", host->priority > 0, host->priority_error);
     print_wish(to, "locked memory", host->lock_memory, host->memory_error);
-    if (host->cpu >= 0)
+    if (host->cpu >= 0) {
         print_wish(to, "processor", true, host->cpu_error);
+    }
     fprintf(to, "cycles %" PRIu64 ", overruns %" PRIu64 ", missed deadlines %" PRIu64 "\n",
             host->cycles, host->overruns, host->missed);
     print_overruns(host, to);
@@ -419,11 +442,13 @@ void fsm_posix_print(const fsm_posix *host, FILE *to)
             fsm_posix_jitter_ns(host, 9990));
     for (unsigned k = 0; k < FSM_POSIX_BUCKETS; k += PER_OCTAVE) {
         uint64_t count = 0;
-        for (unsigned i = k; i < k + PER_OCTAVE; i++)
+        for (unsigned i = k; i < k + PER_OCTAVE; i++) {
             count += host->jitter[i];
-        if (count != 0u)
+        }
+        if (count != 0u) {
             fprintf(to, "late by %10" PRIu64 " ns or more: %" PRIu64 "\n", fsm_posix_bucket_ns(k),
                     count);
+        }
     }
 }
 
@@ -444,8 +469,9 @@ void fsm_posix_print_json(const fsm_posix *host, FILE *to)
             ", \"longest_step_ns\": %" PRIu64 ", \"worst_jitter_ns\": %" PRIu64 ", \"reasons\": {",
             host->cycles, host->overruns, host->missed, host->longest_step_ns,
             host->worst_jitter_ns);
-    for (int k = 0; k < FSM_POSIX_REASONS; k++)
+    for (int k = 0; k < FSM_POSIX_REASONS; k++) {
         fprintf(to, "%s\"%s\": %" PRIu64, k == 0 ? "" : ", ", reason_names[k], host->reasons[k]);
+    }
     fprintf(to, "}, \"last_overruns\": [");
     for (uint64_t n = oldest(host); n < host->overruns; n++) {
         const fsm_posix_overrun *it = &host->last[n % FSM_POSIX_LAST];
