@@ -27,7 +27,7 @@ from fsmkit.codegen.c.reserved import (
     unreserved,
 )
 from fsmkit.diagnostics import fail
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Trigger
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import DurationType, EnumType, IntType, RecordType
 from fsmkit.plan import Plan
@@ -113,19 +113,17 @@ class Names:
     def ends(self) -> bool:
         """Whether the machine can come to its end, or be ended by what invoked it."""
         is_family = bool(self.slots or self.invoking or self.is_invoked)
-        states = self.chart.states
-        return is_family or any(s.parent == 0 and s.kind is Kind.FINAL for s in states)
+        return is_family or self.plan.features.ends
 
     @property
     def has_timers(self) -> bool:
         """Whether there are timeouts."""
-        timed = (Trigger.AFTER, Trigger.EVERY)
-        return any(t.trigger in timed for t in self.chart.transitions)
+        return self.plan.features.timeouts
 
     @property
     def defers(self) -> bool:
         """Whether some state keeps events for later."""
-        return any(state.defer for state in self.chart.states)
+        return self.plan.features.deferral
 
     @property
     def running(self) -> str:
@@ -147,7 +145,7 @@ class Names:
         """Whether the machine lives in a slot of another."""
         return bool(self.path)
 
-    @property
+    @cached_property
     def invoking(self) -> tuple[int, ...]:
         """The states that invoke something."""
         return tuple(state.index for state in self.chart.states if state.invokes)
