@@ -24,6 +24,7 @@ from fsmkit.cli._options import (
 from fsmkit.cli._refines import compare
 from fsmkit.cli._several import check_several
 from fsmkit.cli._spin import show_trail
+from fsmkit.cli._wires import WIRES, check_wires
 from fsmkit.cli.console import out, print_json, progress, report, result
 from fsmkit.cli.writing import write_files
 from fsmkit.export.exporter import ExportOptions, given_up_at
@@ -48,6 +49,7 @@ Examples:
   fsmkit check cell.yaml --time untimed --assume-watchdogs-silent
   fsmkit check cell.yaml --replace feeder=defects/m5_feeder.yaml
   fsmkit check feeder.yaml --refines module.scxml
+  fsmkit check board_a.io.yaml
 """
 
 
@@ -161,9 +163,14 @@ def command(
     properties hold. Exit code 0: all of them hold; 1: one is violated or undecided, or something
     is wrong; 2: usage.
 
+    Of the wires of boards (`.io.yaml`): whether they fit the machines of their nodes. Nothing is
+    explored.
+
     Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
     abstract charts are skipped. The exit code is the worst of all.
     """
+    if all(file.name.endswith(WIRES) for file in files):
+        return check_wires(files, reading, as_json=as_json_document)
     deadline = Deadline(timeout, began())
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")

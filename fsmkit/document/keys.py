@@ -322,6 +322,86 @@ FOREIGN = {
 }
 """The options of a foreign node, by the kind of it."""
 
+BOARD = _named(
+    board="the node of the deployment that runs on it",
+    doc="what it is for",
+    deployment="the file of the deployment",
+    period="the time from one cycle to the next",
+    signals="its wires, and flags",
+    use="what moves axes and the like, written in C",
+    bind="what signals are to the machines of the node",
+    set="flags and outputs that follow from others",
+    off="when outputs are at what is safe",
+)
+WIRES = {
+    "digital_in": _named(
+        digital_in="its number",
+        active="high or low; high unless it says so",
+        debounce="how long a level stays before it counts",
+        host="true: the program of the board reads it, too",
+    ),
+    "counter": _named(
+        counter="its number",
+        bits="1 to 32, after which it is 0 again; 32 unless it says so",
+        host="true: the program of the board reads it, too",
+    ),
+    "analog_in": _named(
+        analog_in="its number",
+        bits="1 to 24 of the converter; 12 unless it says so",
+        signed="true: in two's complement",
+        scale="raw values and what they mean; straight lines between them",
+        lowpass="the time constant of a filter of first order",
+        valid="the raw values `least..greatest` that a sound sensor gives",
+        host="true: the program of the board reads it, too",
+    ),
+    "number_in": _named(
+        number_in="its number",
+        range="`least..greatest`",
+        host="true: the program of the board reads it, too",
+    ),
+    "digital_out": _named(
+        digital_out="its number", active="high or low", safe="on or off; off unless it says so"
+    ),
+    "pwm": _named(
+        pwm="its number",
+        full="its greatest value",
+        signed="true: from minus the greatest value on",
+        safe="the value that is safe; 0 unless it says so",
+    ),
+    "number_out": _named(
+        number_out="its number",
+        range="`least..greatest`",
+        safe="the value that is safe; the one next to 0 unless it says so",
+    ),
+    "flag": _named(flag="on or off at the start", host="true: the program of the board sets it"),
+}
+"""The options of a signal, by the kind of it."""
+DEVICE = _named(
+    header="what the generated C includes",
+    type="its type there; the functions have its name before theirs",
+    reads="the signals that `type_sense` is given",
+    writes="the signals that `type_act` writes",
+    notices="what `type_sense` returns, as bits `TYPE_NAME`",
+)
+OFF = _named(when="the condition", keep="outputs that keep what they have then")
+SOURCES = {
+    "of": _named(of="the signal", above="true beyond it", below="false under it"),
+    "invalid": _named(invalid="the signal", for_="for so long"),
+    "call": _named(call="`device.function`", with_="its arguments"),
+    "when": _named(when="a condition for each value", else_="the value otherwise"),
+    "is": _named(is_="the value", of="the signal"),
+}
+"""Where the value of an input comes from, where it is no expression; by its first key."""
+TRIGGERS = _named(
+    rising="a condition that begins to hold",
+    falling="a condition that ends",
+    changed="a signal that becomes another",
+    while_="a condition under which it is posted; alone: in each cycle",
+)
+ACTIONS = _named(
+    call="`device.function`", with_="its arguments", set="signals and what they become"
+)
+
 _PLACES = (
     (CHART, "a chart (at the left margin)"),
     (STATE, "a state"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TypeVar
 
 from fsmkit.chart.chart import Chart
@@ -35,6 +36,7 @@ NAMES = re.compile(
 class _Reader:
     machines: tuple[Machine, ...]
     findings: Findings
+    others: Mapping[str, tuple[str, Type]] = field(default_factory=dict)
     atoms: dict[str, Atom] = field(default_factory=dict)
     types: dict[str, tuple[Type, Storage]] = field(default_factory=dict)
     failed: bool = False
@@ -43,6 +45,10 @@ class _Reader:
         """Return the variable for a dotted name; None to leave the text as it is."""
         if match["quoted"] is not None:
             return None
+        other = self.others.get(re.sub(r"\s", "", match[0]))
+        if other is not None:
+            self.types[other[0]] = (other[1], Storage.DATA)
+            return other[0]
         if match["shared"] is not None:
             return self._shared(match, text)
         group = next(g for g in ("taking", "tested", "machine") if match[g] is not None)
@@ -138,17 +144,35 @@ def read_condition(
     text: Text, machines: tuple[Machine, ...], findings: Findings
 ) -> Condition | None:
     """Read a condition; None after telling what is wrong with it."""
-    reader = _Reader(machines, findings)
+    return read_expression(text, machines, findings, BOOL)
+
+
+def read_expression(
+    text: Text,
+    machines: tuple[Machine, ...],
+    findings: Findings,
+    expected: Type | None = None,
+    *,
+    others: Mapping[str, tuple[str, Type]] = MappingProxyType({}),
+    chart: Chart | None = None,
+) -> Condition | None:
+    """Read an expression over machines; None after telling what is wrong with it.
+
+    ``others``: names that are no machine's, such as ``feeder.encoder``, with the variable and the
+    type that each has; they come first. ``chart``: whose constants and types are meant, unless
+    those of all machines are.
+    """
+    reader = _Reader(machines, findings, others)
     rewritten = _rewrite(text, reader)
     if reader.failed:
         return None
     scope = Scope(
         variables=reader.types,
-        constants=constants_of(machines),
-        types=types_of(machines),
+        constants=constants_of(machines) if chart is None else dict(chart.constants),
+        types=types_of(machines) if chart is None else {str(t): t for t in chart.types},
         tick=machines[0].chart.capacities.tick if machines else 1000,
     )
-    expression = type_expression(rewritten, scope, findings, BOOL)
+    expression = type_expression(rewritten, scope, findings, expected)
     if expression is None:
         return None
     return Condition(expression, tuple(reader.atoms.items()))

@@ -14,6 +14,8 @@ from fsmkit.plugins import Reader, plugin_for
 from fsmkit.system.deployment import Deployment, deployment_of
 from fsmkit.system.reader import system_of_root
 from fsmkit.system.system import System, system_of
+from fsmkit.system.wires.board import Board
+from fsmkit.system.wires.reader import board_of
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import read_nodes
 from fsmkit.yaml.reader import document_of
@@ -41,10 +43,22 @@ def read(
 
     Raises:
         FsmkitError: With every finding, where the file cannot be read; ``not-a-system`` where
-            machines of a chart are to be replaced.
+            machines of a chart are to be replaced, and where the file is of a board's wires.
 
     """
     found = read_written(Path(path), findings, replacing or {}, strict=strict)
+    return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
+
+
+def read_with_boards(
+    path: str | Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+) -> Model | Board:
+    """Return what `read` does; of a YAML file with an outermost key ``board`` the wires."""
+    found = _content(Path(path), findings, replacing or {}, strict=strict)
     return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
 
 
@@ -52,6 +66,19 @@ def read_written(
     path: Path, findings: Findings, replacing: Mapping[str, Path], *, strict: bool = False
 ) -> tuple[Document, ...] | System | Deployment:
     """Return what `read` does, but of a chart its documents: its own, and then those it extends."""
+    found = _content(path, findings, replacing, strict=strict)
+    if isinstance(found, Board):
+        raise fail(
+            "not-a-chart",
+            f"`{path}` holds the wires of the board `{found.name}`",
+            help="name its deployment; `fsmkit compile` and `fsmkit check` take wires, too",
+        )
+    return found
+
+
+def _content(
+    path: Path, findings: Findings, replacing: Mapping[str, Path], *, strict: bool
+) -> tuple[Document, ...] | System | Deployment | Board:
     reader = None if is_reference(str(path)) else plugin_for(Reader, path)
     if reader is None or reader.name != "yaml":
         _require_machines(path, replacing)
@@ -60,9 +87,11 @@ def read_written(
     findings.stop_on_errors()
     root = None if source is None else read_nodes(source, findings)
     keys = {key.value for key, _ in root.entries} if isinstance(root, Entries) else set()
-    found: System | Deployment | Document | None
+    found: System | Deployment | Board | Document | None
     if root is None:
         found = None
+    elif "board" in keys:
+        found = board_of(root, path.parent, findings, replacing, strict=strict)
     elif "nodes" in keys:
         found = deployment_of(root, path.parent, findings, replacing, strict=strict)
     elif "system" in keys:
