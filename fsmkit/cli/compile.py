@@ -19,8 +19,8 @@ from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.plugins import Generated, Target, plugins
 from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import load_any, read
-from fsmkit.system.system import System
+from fsmkit.system.reading import Model, load_any, read_with_boards
+from fsmkit.system.wires.board import Board
 from fsmkit.verify.resources.time import TIMES, Time
 
 EPILOG = """\b
@@ -30,6 +30,7 @@ Examples:
   fsmkit compile feeder.yaml --package arduino --out Feeder
   fsmkit compile cell.yaml --out generated
   fsmkit compile deployment.yaml --out generated
+  fsmkit compile board_a.io.yaml --out generated/a
   fsmkit compile feeder.yaml --bounds from-check --system cell.yaml
 """
 
@@ -116,6 +117,7 @@ def command(
     """Write the machine of a chart; or all machines of a system, in C with what connects them.
 
     Of a deployment: a folder for each node, in C with its links to the others, and `links.json`.
+    Of a board: what its wires mean to the machines of its node.
 
     Prints the files, what the machine takes, and its capacities. Either all files are written or
     none.
@@ -129,7 +131,7 @@ def command(
     if no_build and not is_built:
         raise click.UsageError(f"--no-build is for the targets {' and '.join(built)}")
     findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
+    model = read_with_boards(file, findings, strict=reading.strict)
     options = {
         name: value
         for name, value in (
@@ -144,7 +146,7 @@ def command(
         )
         if value is not None
     }
-    if bounds == "from-check":
+    if bounds == "from-check" and not isinstance(model, Board):
         from fsmkit.verify.bounds import proved_program  # all of the explorer
 
         within = load_any(system_file, findings, strict=reading.strict) if system_file else None
@@ -169,7 +171,7 @@ def command(
     return 0
 
 
-def _bus_lines(model: Chart | System | Deployment) -> Iterator[str]:
+def _bus_lines(model: Model | Board) -> Iterator[str]:
     """Yield the worst-case response times of messages on the buses of a deployment."""
     for bus in model.buses.values() if isinstance(model, Deployment) else ():
         yield f"{bus.times.node}: bus load {bus.times.load:.1%}; worst-case response times:"
@@ -179,7 +181,7 @@ def _bus_lines(model: Chart | System | Deployment) -> Iterator[str]:
             yield f"  {message.name} ({frame}, {cycle}): {response} us"
 
 
-def _bus_figures(model: Chart | System | Deployment) -> dict[str, object]:
+def _bus_figures(model: Model | Board) -> dict[str, object]:
     """Return the same as data, if there is a bus."""
     if not isinstance(model, Deployment) or not model.buses:
         return {}

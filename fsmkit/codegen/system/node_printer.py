@@ -100,12 +100,15 @@ class NodePrinter(GluePrinter):
 
     def told(self) -> list[tuple[str, Part, tuple[Field, ...]]]:
         """Return the functions of the host for what the environment hears besides others."""
-        keys = dict.fromkeys(key for key, _ in self._outside())
         return [
-            (self._told_name(part, port), part, self._port(part, port)[1])
-            for number, port in keys
-            for part in (self.by_index[number],)
+            (name, self.by_index[number], self._port(self.by_index[number], port)[1])
+            for (number, port), name in self.told_names().items()
         ]
+
+    def told_names(self) -> dict[tuple[int, int], str]:
+        """Return the names of those functions by machine and port."""
+        keys = dict.fromkeys(key for key, _ in self._outside())
+        return {key: self._told_name(self.by_index[key[0]], key[1]) for key in keys}
 
     def _told_name(self, part: Part, port: int) -> str:
         return f"{self.prefix}_{part.member}_{self._port(part, port)[0].removeprefix('send_')}"

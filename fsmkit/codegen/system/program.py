@@ -1,7 +1,7 @@
 """From what was read to files: the machines of a chart, a system or a deployment, and their links.
 
 A system becomes its machines; in C with what connects them. A deployment becomes a folder for each
-node, with what links it to the others, and ``links.json``.
+node, with what links it to the others, and ``links.json``; a board, what its wires mean to a node.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.system.board.printer import compose_board
 from fsmkit.codegen.system.can_tables import compose_can
 from fsmkit.codegen.system.glue import compose
 from fsmkit.codegen.system.node import Node, nodes_of
@@ -21,6 +22,7 @@ from fsmkit.plugins import Generated, Target, plugin, plugins
 from fsmkit.system.links import without_channels
 from fsmkit.system.reading import Model
 from fsmkit.system.system import System
+from fsmkit.system.wires.board import Board
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +34,12 @@ class Program:
 
 
 def program_of(
-    model: Model, target: str, findings: Findings, options: Mapping[str, str]
+    model: Model | Board, target: str, findings: Findings, options: Mapping[str, str]
 ) -> Program:
-    """Return the files of a chart, a system or a deployment.
+    """Return the files of a chart, a system, a deployment, or the wires of a board.
 
     Args:
-        model: What `fsmkit.system.reading.read` returns.
+        model: What `fsmkit.system.reading.read_with_boards` returns.
         target: The name of a target: ``c``, ``python`` ...
         findings: Where warnings are left.
         options: The target's own; a prefix is for a chart alone.
@@ -48,6 +50,14 @@ def program_of(
 
     """
     maker = plugin(Target, target)
+    if isinstance(model, Board):
+        if target != "c" or options:
+            raise fail(
+                "wrong-option",
+                "the wires of a board are compiled to C, without options",
+                help="give the options to its deployment",
+            )
+        return Program(compose_board(model), ())
     _require_options(maker, model, options)
     if isinstance(model, Chart):
         return _program((model,), None, maker, options, findings)
