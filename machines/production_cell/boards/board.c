@@ -32,8 +32,8 @@ void board_make(board *self, fsm_link *link, bool is_linked)
 /* Whatever opens the chain, the board stays off until it is closed and reset was pressed then. */
 static void watch_the_chain(board *self)
 {
-    const bool is_down = *board_this.reset != 0;
-    if (*board_this.estop != 0) {
+    const bool is_down = *board_this.reset;
+    if (*board_this.estop) {
         if (!self->chain_was_open)
             board_write_note(self, "emergency chain open");
         self->chain_was_open = true;
@@ -45,7 +45,7 @@ static void watch_the_chain(board *self)
 
 static void turn_off_or_on(board *self)
 {
-    const bool is_powered = *board_this.power != 0;
+    const bool is_powered = *board_this.power;
     const bool is_off = !is_powered || self->chain_was_open || self->is_deaf;
     if (is_off && !self->is_off) {
         if (!is_powered)
@@ -103,11 +103,11 @@ void board_step(board *self, uint32_t now)
     if (!self->has_started)
         board_this.start(now - 1u);
     self->has_started = true;
+    board_this.sense();
     watch_the_chain(self);
     turn_off_or_on(self);
     watch_the_links(self);
-    board_this.sense(self->is_off);
-    board_this.cycle(now);
+    board_this.cycle(now, self->is_off);
     board_this.act(self->is_off);
 }
 

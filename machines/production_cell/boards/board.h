@@ -1,22 +1,17 @@
 /* board.h: what is the same on all boards of the cell: the loop, the protocol, and when all is off.
  *
- * A board is a node of the deployment: its generated machines, the drives of its axes, and a table of
- * the signals that it reads and writes. board_program.h makes a `board_program` of the tables in
- * board_a.c and board_b.c. */
+ * A board is a node of the deployment behind its wires, both of which are generated, with the drives of
+ * its axes. board_program.h makes a `board_program` of it. */
 #ifndef BOARD_H
 #define BOARD_H
 
 #include "drive.h"
+#include "fsm_io.h"
 #include "fsm_link.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-
-typedef struct {
-    const char *name;
-    int32_t *value;
-} board_signal;
 
 /* A machine as it is told to others. `leaf` is the first active atomic state. */
 typedef struct {
@@ -39,17 +34,18 @@ typedef struct {
     const fsm_link_map *map;
     const char *const *endpoints; /* of the links, by node; generated */
 
-    const board_signal *inputs, *outputs;
+    const fsm_io_wire *wires; /* inputs first */
+    void *raw;                /* their values */
     const board_machine *machines;
     const board_drive *drives;
-    size_t input_count, output_count, machine_count, drive_count;
-    const int32_t *power, *estop, *reset; /* three of the inputs */
+    size_t wire_count, machine_count, drive_count;
+    const bool *power, *estop, *reset; /* three of the inputs, as they were read */
 
     void (*make)(fsm_link *link);
     void (*start)(uint32_t now);
-    void (*sense)(bool is_off);          /* inputs to drives and machines */
-    void (*cycle)(uint32_t now);         /* all machines run */
-    void (*act)(bool is_off);            /* drives and machines to outputs; off: only what is safe */
+    void (*sense)(void);                 /* wires are read */
+    void (*cycle)(uint32_t now, bool is_off); /* drives and machines are told, all machines run */
+    void (*act)(bool is_off);            /* drives and machines to wires; off: only what is safe */
     void (*stop_all)(void);              /* emergency stop to each machine */
     void (*fail_all)(void);              /* the fault `link` to each machine */
     void (*power_up)(void);              /* machines that know of no power are told */

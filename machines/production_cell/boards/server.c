@@ -1,6 +1,6 @@
 #include "server.h"
 
-#include "positions.h"
+#include "faults.h"
 #include "text.h"
 
 #include <inttypes.h>
@@ -49,26 +49,53 @@ static void put(server *self, uint32_t value)
     self->length += 4u;
 }
 
+static size_t input_count(void)
+{
+    size_t count = 0u;
+    while (count < board_this.wire_count && !fsm_io_is_output(&board_this.wires[count]))
+        count++;
+    return count;
+}
+
+/* The wires, then of each machine its state and its fault. */
 static void put_outputs(server *self)
 {
-    for (size_t i = 0; i < board_this.output_count; i++)
-        put(self, (uint32_t)*board_this.outputs[i].value);
+    for (size_t i = input_count(); i < board_this.wire_count; i++)
+        put(self, (uint32_t)*fsm_io_at(board_this.raw, &board_this.wires[i]));
+    for (size_t i = 0; i < board_this.machine_count; i++) {
+        put(self, board_this.machines[i].leaf());
+        put(self, board_this.machines[i].fault());
+    }
 }
 
 static void take_inputs(const uint8_t *bytes)
 {
-    for (size_t i = 0; i < board_this.input_count; i++)
-        *board_this.inputs[i].value = (int32_t)fsm_link_get_signed(bytes + 4u * i, 4u);
+    const size_t count = input_count();
+    for (size_t i = 0; i < count; i++)
+        *fsm_io_at(board_this.raw, &board_this.wires[i]) =
+            (int32_t)fsm_link_get_signed(bytes + 4u * i, 4u);
 }
 
 /* ---- connect, check, report ------------------------------------------------------------------------ */
 
-static void add_signals(text *json, const char *what, const board_signal *signals, size_t count)
+static void add_signal(text *json, bool is_first, const char *name, const char *rest)
 {
-    text_add(json, ", \"%s\": [", what);
-    for (size_t i = 0; i < count; i++)
-        text_add(json, "%s{\"name\": \"%s\", \"type\": \"i32\"}", i > 0 ? ", " : "",
-                 signals[i].name);
+    text_add(json, "%s{\"name\": \"%s%s\", \"type\": \"i32\"}", is_first ? "" : ", ", name, rest);
+}
+
+static void add_signals(text *json)
+{
+    const size_t inputs = input_count();
+    text_add(json, ", \"inputs\": [");
+    for (size_t i = 0; i < inputs; i++)
+        add_signal(json, i == 0u, board_this.wires[i].name, "");
+    text_add(json, "], \"outputs\": [");
+    for (size_t i = inputs; i < board_this.wire_count; i++)
+        add_signal(json, i == inputs, board_this.wires[i].name, "");
+    for (size_t i = 0; i < board_this.machine_count; i++) {
+        add_signal(json, false, board_this.machines[i].name, ".state");
+        add_signal(json, false, board_this.machines[i].name, ".fault");
+    }
     text_add(json, "]");
 }
 
@@ -114,8 +141,7 @@ static void connect(server *self, const char *asked)
     text_add(&json, "{\"protocol\": %d, \"name\": \"%s\", \"period_us\": 1000", PROTOCOL,
              board_this.name);
     text_add(&json, ", \"map\": \"%08" PRIx32 "\"", board_this.map->hash);
-    add_signals(&json, "inputs", board_this.inputs, board_this.input_count);
-    add_signals(&json, "outputs", board_this.outputs, board_this.output_count);
+    add_signals(&json);
     add_peers(&json);
     text_add(&json, ", \"machines\": [");
     for (size_t i = 0; i < board_this.machine_count; i++)
@@ -394,7 +420,7 @@ static void step(server *self, const uint8_t *body, size_t length)
     const size_t others = (size_t)board_this.map->nodes - 1u;
     const size_t head = 4u + 4u * others;
     uint32_t number;
-    if (length != head + 4u * board_this.input_count) {
+    if (length != head + 4u * input_count()) {
         board_off(&self->board, "protocol: a step of the wrong length");
         refuse(self, "a step has another length");
         return;
@@ -416,7 +442,7 @@ static void step(server *self, const uint8_t *body, size_t length)
 
 static void initial(server *self, const uint8_t *body, size_t length)
 {
-    if (length != 4u * board_this.input_count) {
+    if (length != 4u * input_count()) {
         refuse(self, "there is another number of inputs");
         return;
     }

@@ -303,3 +303,9 @@ bool drive_is_at(const drive *self, int32_t counts)
     return self->has_origin && rests && self->profile.velocity == 0 &&
            is_near(self->measured, counts * PROFILE_ONE, self->parameters.place_tolerance);
 }
+
+void drive_act(drive *self, int32_t *pwm, bool *enable)
+{
+    *pwm = drive_control(self);
+    *enable = self->mode != DRIVE_OFF;
+}

@@ -94,6 +94,9 @@ unsigned drive_sense(drive *self, int32_t encoder, bool limit);
 /* Advance the motion; returns the pulse width, 0 without power. */
 int32_t drive_control(drive *self);
 
+/* The same for a motor: its pulse width, and whether it has power. */
+void drive_act(drive *self, int32_t *pwm, bool *enable);
+
 /* Whether it was homed and stands at a position, in counts. */
 bool drive_is_at(const drive *self, int32_t counts);
 
