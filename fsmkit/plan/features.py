@@ -36,10 +36,13 @@ class Features:
     ends: bool
     """A top-level final state can be entered."""
     calls: bool
-    """The host is called in a step: operations, events sent out, `log`."""
+    """The host is called in a step: operations, events sent out."""
+    logs: bool
     replies: bool
     reads_event: bool
     """The event at hand is read where it may be one of several: its name, type or a field."""
+    reads_payload: bool
+    """A field of the event at hand is read anywhere."""
     error_faults: bool
     """An error event that nothing answers stops the machine."""
     payload: bool
@@ -88,8 +91,9 @@ def features_of(chart: Chart) -> Features:
         fails=can_fail(evaluated) or has_effect(evaluated) or any(map(can_end, found)),
         ends=any(chart.states[child].kind is Kind.FINAL for child in chart.root.children),
         calls=outward
-        or any(isinstance(statement, CallOperation | Log) for statement in found)
+        or any(isinstance(statement, CallOperation) for statement in found)
         or any(isinstance(node, Call) for node in own),
+        logs=any(isinstance(statement, Log) for statement in found),
         replies=any(isinstance(statement, Reply) for statement in found),
         reads_event=any(isinstance(node, EventName | EventType) for node in own)
         or reads_event((chart.states, chart.script))
@@ -97,6 +101,7 @@ def features_of(chart: Chart) -> Features:
             reads_event((t.guard, t.content)) and payload_of(chart, t) is None
             for t in chart.transitions
         ),
+        reads_payload=reads_event((*evaluated, *(event.finalize for event in chart.events))),
         error_faults=not chart.lenient
         and any(e.name.startswith("error.") and not e.directions for e in chart.events),
         payload=any(event.fields for event in chart.events),

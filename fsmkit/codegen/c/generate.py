@@ -15,7 +15,6 @@ from fsmkit.codegen.c.layout import Group, Needs, groups, reply_type, timers_nee
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.names import Names, name_everything, require_prefix
 from fsmkit.codegen.c.options import Options, read_options, report_missing
-from fsmkit.codegen.c.pruning import touched
 from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.tracing import tracing_source
 from fsmkit.diagnostics import Findings
@@ -88,11 +87,10 @@ def _generate(names: Names, extras: frozenset[str]) -> Machine:
     width = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4, "uint64_t": 8}[event_type(names)]
     needs = Needs(
         remembered=len(source.selection.remembered),
-        delayed=names.delays,
+        delayed=names.does.delays,
         reply="" if reply is None else storage(reply, {}).text,
         event_size=payload + width,
         event_alignment=max(alignment, width),
-        touched=touched([text]),
         inside=tuple((machine.figures["struct_bytes"], machine.alignment) for machine in inside),
     )
     layout = groups(names, needs, declaration)
@@ -113,7 +111,7 @@ def _generate(names: Names, extras: frozenset[str]) -> Machine:
 def _figures(names: Names, layout: list[Group], needs: Needs) -> dict[str, int]:
     capacities = names.chart.capacities
     figures = {
-        "queue": capacities.queue if names.does["queued"] else 0,
+        "queue": capacities.queue if names.does.queued else 0,
         "internal": capacities.internal,
         "microsteps": capacities.microsteps,
         "tick_us": capacities.tick,

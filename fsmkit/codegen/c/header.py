@@ -223,7 +223,7 @@ def _functions(out: Emitter, names: Names) -> None:
     void {p}_start({p} *m, uint32_t now);
     """)
     out.line()
-    if names.does["queued"]:
+    if names.does.queued:
         out.text(f"""
         /* Put an event in the queue; false if it is full or the machine does not run. */
         bool {p}_post({p} *m, const {p}_event *e);
@@ -232,9 +232,9 @@ def _functions(out: Emitter, names: Names) -> None:
         if bare:
             _print_posts(out, names, bare)
         out.line()
-    if names.does["runs"]:
+    if names.does.runs:
         what = "posted events in order, then timers that are due"
-        if not names.does["queued"]:
+        if not names.does.queued:
             what = "eventless transitions whose inputs have changed, timers that are due"
         out.text(f"""
         /* Do all that is to be done until now: {what}. */
@@ -304,9 +304,9 @@ def _questions(out: Emitter, names: Names) -> None:
      * {p}_step_timer fires the first timer at its deadline, whatever the time is. */
     bool {p}_step_timer({p} *m);
     """)
-    if names.does["queued"]:
+    if names.does.queued:
         out.line(f"bool {p}_step_event({p} *m);")
-    if not names.is_invoked and names.does["polls"]:
+    if not names.is_invoked and names.does.polls:
         out.line(f"bool {p}_step_eventless({p} *m);")
     out.line()
     out.text(f"""

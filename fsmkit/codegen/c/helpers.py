@@ -287,7 +287,7 @@ def _suited(names: Names, line: str) -> str:
     """Return a line without the marks that it begins with, ``~`` where one does not hold."""
     while line.startswith("["):
         mark, _, line = line[1:].partition("]")
-        if names.does[mark.removeprefix("!")] is mark.startswith("!"):
+        if not names.does.has(mark):
             return "~"
     return line
 

@@ -323,7 +323,7 @@ class _Table:
         out, p, names = self._out, self._names.prefix, self._names
         out.line(f"FSM_DEFINE_INIT({p})")
         if not names.is_invoked:
-            known = {"POST": names.does["queued"], "RUN": names.does["runs"]}
+            known = {"POST": names.does.queued, "RUN": names.does.runs}
             known |= {"SAVE": "save" in names.options.extras}
             out.line(f"FSM_DEFINE_DRIVER({p})")
             out.lines(f"FSM_DEFINE_{verb}({p})" for verb, is_there in known.items() if is_there)
@@ -413,7 +413,7 @@ class _Table:
         """Print the functions, in the order of ``fsm_driver``."""
         does = self._names.does
         is_saved = "save" in self._names.options.extras
-        functions = {"start": True, "run": does["runs"], "post": does["queued"]}
+        functions = {"start": True, "run": does.runs, "post": does.queued}
         functions |= {"dispatch": True, "next_deadline": True}
         functions |= {"save": is_saved, "restore": is_saved}
         members = {

@@ -67,7 +67,7 @@ class InterfacePrinter:
             for inside, slot in zip(names.invoked, names.slots, strict=True):
                 out.line(f"{inside.prefix}_init(&m->{slot});")
         out.line()
-        if not names.is_invoked and names.does["queued"]:
+        if not names.is_invoked and names.does.queued:
             posted = posted_events(chart)
             for event in posted:
                 if chart.events[event].fields:
@@ -75,7 +75,7 @@ class InterfacePrinter:
             if any(not chart.events[event].fields for event in posted):
                 out.lines(fill(names, POST_BY_NAME, EVENT=event_type(names)))
                 out.line()
-        has_timers = self.names.has_timers or self.names.delays
+        has_timers = self.names.has_timers or self.names.does.delays
         out.line(f"bool {p}_next_deadline(const {p} *m, uint32_t *deadline)")
         with out.block("{"):
             if names.slots:
@@ -90,7 +90,7 @@ class InterfacePrinter:
             if has_timers:
                 with out.block("for (uint8_t i = 0u; i < m->fsm.timer_count; i++) {"):
                     out.line("m->fsm.timers[i].deadline -= now;")
-            if names.does["now"]:
+            if names.does.now:
                 out.line("m->fsm.now -= now;")
             elif not has_timers:
                 out.lines(["(void)m;", "(void)now;"])
@@ -106,7 +106,7 @@ class InterfacePrinter:
         """Print the first deadline of the machine and of those in its slots."""
         names = self.names
         out.lines(["bool found = false;", "uint32_t due = 0u;", "uint32_t first = 0u;"])
-        if names.has_timers or names.delays:
+        if names.has_timers or names.does.delays:
             with out.block("if (m->fsm.timer_count > 0u) {"):
                 out.lines(["found = true;", "first = m->fsm.timers[0].deadline;"])
         for inside, slot in zip(names.invoked, names.slots, strict=True):

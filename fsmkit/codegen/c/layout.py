@@ -82,8 +82,6 @@ class Needs:
     reply: str
     event_size: int
     event_alignment: int
-    touched: frozenset[str]
-    """The members that the functions read or write."""
     inside: tuple[tuple[int, int], ...] = ()
     """Size and alignment of the machine in each slot."""
 
@@ -131,20 +129,20 @@ def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Me
         text = declare(variable.type, name, names)
         note = enumeration_of(variable.type, names)
         found.append(Member(text, stored.size, stored.alignment, note, group))
-    own = len(found)
+    does = names.does
     event = f"{names.prefix}_event"
     size, alignment = needs.event_size, needs.event_alignment
-    found += [
-        Member(f"{event} queue[{capacities.queue}]", size * capacities.queue, alignment),
-        Member(f"{event} internal[{capacities.internal}]", size * capacities.internal, alignment),
-        Member(f"{event} event", size, alignment, "at hand during a step"),
-    ]
-    if any(state.defer for state in chart.states):
-        found.append(
-            Member(f"{event} deferred[{capacities.queue}]", size * capacities.queue, alignment)
-        )
+    queue, internal = capacities.queue, capacities.internal
+    if does.queued:
+        found.append(Member(f"{event} queue[{queue}]", size * queue, alignment))
+    if does.raises:
+        found.append(Member(f"{event} internal[{internal}]", size * internal, alignment))
+    if does.event:
+        found.append(Member(f"{event} event", size, alignment, "at hand during a step"))
+    if does.defers:
+        found.append(Member(f"{event} deferred[{queue}]", size * queue, alignment))
         found.append(Member("uint8_t deferred_count", 1, 1))
-    if needs.delayed:
+    if does.delays:
         wider = max(alignment, 2)
         each = size + size % 2 + 4
         each += -each % wider
@@ -182,20 +180,31 @@ def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Me
         found.append(Member(f"uint8_t asked[{needs.remembered}]", needs.remembered, 1))
     if needs.reply:
         found.append(Member(f"{needs.reply} reply", 8, 8))
-    found += [
-        Member("uint32_t now", 4, 4),
-        Member("uint16_t budget", 2, 2, "microsteps left in this macrostep"),
-        Member("uint16_t unhandled", 2, 2, "events that enabled nothing; stops at 65535"),
-        Member("uint16_t rejected", 2, 2, "events that found a queue full; stops at 65535"),
-        Member("uint8_t queue_count", 1, 1),
-        Member("uint8_t internal_count", 1, 1),
-        Member("uint8_t fault", 1, 1, "fsm_fault"),
-        Member("uint8_t failed", 1, 1),
-        Member("bool running", 1, 1),
-        Member("bool finished", 1, 1),
-        Member("bool busy", 1, 1),
-    ]
-    return [m for place, m in enumerate(found) if place < own or m.path in needs.touched]
+    if does.now:
+        found.append(Member("uint32_t now", 4, 4))
+    if does.loops:
+        found.append(Member("uint16_t budget", 2, 2, "microsteps left in this macrostep"))
+    if does.counted:
+        note = "events that enabled nothing; stops at 65535"
+        found.append(Member("uint16_t unhandled", 2, 2, note))
+    if does.counted and does.queued:
+        note = "events that found a queue full; stops at 65535"
+        found.append(Member("uint16_t rejected", 2, 2, note))
+    if does.queued:
+        found.append(Member("uint8_t queue_count", 1, 1))
+    if does.raises:
+        found.append(Member("uint8_t internal_count", 1, 1))
+    if does.stops:
+        found.append(Member("uint8_t fault", 1, 1, "fsm_fault"))
+    if does.fails or "failed" in names.used:
+        found.append(Member("uint8_t failed", 1, 1))
+    if does.running:
+        found.append(Member("bool running", 1, 1))
+    if does.ends:
+        found.append(Member("bool finished", 1, 1))
+    if does.guarded:
+        found.append(Member("bool busy", 1, 1))
+    return found
 
 
 def reply_type(chart: Chart) -> Type | None:

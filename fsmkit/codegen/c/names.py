@@ -7,6 +7,7 @@ from functools import cached_property, partial
 from pathlib import PurePath
 
 from fsmkit.chart.chart import Chart, Operation
+from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reactions.forms import Form, form_of
 from fsmkit.codegen.c.reactions.sharing import shared_bytes
@@ -87,8 +88,6 @@ class Names:
     invoked: tuple[Names, ...] = ()
     """By invocation: the names of the machine."""
     options: Options = field(default_factory=Options)
-    does: dict[str, bool] = field(default_factory=dict)
-    """What the machine does at all; known when all content is printed (see `StepPrinter`)."""
     shared: dict[int, int] = field(default_factory=dict)
     """By region: the history whose record its byte holds (`codegen.c.reactions.sharing`)."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
@@ -100,20 +99,17 @@ class Names:
         return self.plan.chart
 
     @property
-    def delays(self) -> bool:
-        """Whether events are sent later; known when all content is printed."""
-        return "delay" in self.used
-
-    @property
     def is_shared(self) -> bool:
         """Whether an inherited reaction is there once, for all states that inherit it."""
         return not (self.options.is_fast or self.options.is_small)
 
-    @property
-    def ends(self) -> bool:
-        """Whether the machine can come to its end, or be ended by what invoked it."""
+    @cached_property
+    def does(self) -> Mechanisms:
+        """What the machine does at all."""
         is_family = bool(self.slots or self.invoking or self.is_invoked)
-        return is_family or self.plan.features.ends
+        return mechanisms_of(
+            self.plan, self.options, is_family=is_family, has_slots=bool(self.slots)
+        )
 
     @property
     def has_timers(self) -> bool:
@@ -121,24 +117,19 @@ class Names:
         return self.plan.features.timeouts
 
     @property
-    def defers(self) -> bool:
-        """Whether some state keeps events for later."""
-        return self.plan.features.deferral
-
-    @property
     def running(self) -> str:
-        """The test whether the machine runs; known when all content is printed."""
-        return "m->fsm.running" if self.does["running"] else f"m->{self.regions[0]} != 0u"
+        """The test whether the machine runs."""
+        return "m->fsm.running" if self.does.running else f"m->{self.regions[0]} != 0u"
 
     @property
     def stopped(self) -> str:
         """The test whether it does not."""
-        return "!m->fsm.running" if self.does["running"] else f"m->{self.regions[0]} == 0u"
+        return "!m->fsm.running" if self.does.running else f"m->{self.regions[0]} == 0u"
 
     @property
     def refuses(self) -> str:
         """The test whether a step does nothing: it is called within another, or after the end."""
-        return f"m->fsm.busy || {self.stopped}" if self.does["guarded"] else self.stopped
+        return f"m->fsm.busy || {self.stopped}" if self.does.guarded else self.stopped
 
     @property
     def is_invoked(self) -> bool:
@@ -155,11 +146,6 @@ class Names:
         place = self.invoking.index(state)
         return f"m->fsm.{TO_INVOKE}[{place // 8}]", 1 << place % 8
 
-    @property
-    def has_deadlines(self) -> bool:
-        """Whether time alone can make the machine step; known when all content is printed."""
-        return self.has_timers or self.delays or bool(self.slots)
-
     def slot_set(self, slots: tuple[int, ...]) -> int:
         """Return the number of a set of slots that an event is sent to."""
         return self.reached.setdefault(slots, len(self.reached))
@@ -174,6 +160,11 @@ class Names:
     def mark(self, name: str | None) -> int:
         """Return the number of the id of a delayed send, 0 for none."""
         return 0 if name is None else self.marks.setdefault(name, len(self.marks) + 1)
+
+    def failure(self) -> str:
+        """Return the address at which an operator notes that it failed."""
+        self.used.add("failed")
+        return "&m->fsm.failed"
 
     def operation(self, name: str) -> Operation:
         """Return the declaration of an operation."""
@@ -240,7 +231,8 @@ class Names:
         """Return the test whether a state is active."""
         plan = self.plan
         if state == 0:
-            return f"{machine}->fsm.running" if not self.does else self.running
+            test = "fsm.running" if self.does.running else f"{self.regions[0]} != 0u"
+            return f"{machine}->{test}"
         variable = f"{machine}->{self.regions[plan.region_of[state]]}"
         return self.within(variable, state, plan.last_below[state], plan.region_of[state])
 

@@ -1,18 +1,17 @@
-"""What of a generated source nothing calls, and what of a struct nothing touches, is left out.
+"""What of a generated source nothing calls is left out.
 
-So a chart pays only for what it uses: no internal queue where nothing is raised, no time where
-nothing is timed. The text is that of our own printers: a definition begins in the first column, and
-ends with a line that begins with ``}`` or ends with ``;``.
+A chart pays only for the helpers that its content calls; which mechanisms it has, its Plan says
+(`codegen.c.mechanisms`). The text is that of our own printers: a definition begins in the first
+column, and ends with a line that begins with ``}`` or ends with ``;``.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 WORD = re.compile(r"[A-Za-z_]\w*")
-MEMBER = re.compile(r"\b(?:m|before)(?:->|\.)(fsm\.\w+|\w+)")
 DEFINED = re.compile(r"(\w+)(?:\[[^\]]*\])*\s*(?:\(|=|;|$)")
 
 
@@ -50,11 +49,6 @@ def pruned(text: str) -> str:
             open_ |= words[id(part)] - wanted
     found = "\n".join(part.text for part in parts if id(part) in kept)
     return re.sub(r"\n{3,}", "\n\n", found).rstrip("\n") + "\n"
-
-
-def touched(texts: Iterable[str]) -> frozenset[str]:
-    """Return the members of the machine that sources read or write."""
-    return frozenset(path for text in texts for path in MEMBER.findall(text))
 
 
 def _definitions(text: str) -> Iterator[_Definition]:

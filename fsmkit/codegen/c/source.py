@@ -59,11 +59,10 @@ class SourcePrinter:
         self._print_states()
         self._print_selection()
         self._print_start()
-        if "cancel" in names.used and "delay" not in names.used:
-            names.used.remove("cancel")
-            names.used.add("cancel_nothing")
-        if "delay" in names.used:
-            names.used.add("emit")
+        if names.does.delays:
+            names.used |= {"delay", "emit"}
+        elif "cancel" in names.used:
+            names.used ^= {"cancel", "cancel_nothing"}
 
     def text(self) -> str:
         """Return the whole file."""
@@ -72,7 +71,7 @@ class SourcePrinter:
         out.lines(banner(names, f"{names.prefix}.c"))
         out.line(f'#include "{names.prefix}.h"')
         out.line()
-        left = "(m)->fsm.budget" if names.does["loops"] else f"{names.upper}_MICROSTEPS - 1u"
+        left = "(m)->fsm.budget" if names.does.loops else f"{names.upper}_MICROSTEPS - 1u"
         out.lines(["#undef FSM_MICROSTEPS_LEFT", f"#define FSM_MICROSTEPS_LEFT(m) ({left})"])
         out.line()
         if names.timers:
@@ -94,12 +93,12 @@ class SourcePrinter:
 
     def _prologue(self, out: Emitter) -> None:
         names = self.names
-        if self.names.delays:
+        if self.names.does.delays:
             reached = [f"INVOKED_{number}" for number in names.reached.values()]
             up = ["INVOKER"] if "to_invoker" in names.used else []
             routes = ", ".join(f"{names.upper}_TO_{r}" for r in (*ROUTES.values(), *up, *reached))
             out.line(f"enum {{ {routes} }};")
-        deferred = " + m->fsm.deferred_count" if self.names.defers else ""
+        deferred = " + m->fsm.deferred_count" if self.names.does.defers else ""
         out.lines(fill(names, QUEUES, DEFERRED_COUNT=deferred))
         out.line()
         helpers(out, names, names.used, event_type(names))
@@ -277,7 +276,7 @@ class SourcePrinter:
             self._print_general()
             self._select(out)
         print_is_deferred(out, names)
-        if names.defers and not reactions.shapes.has_straight:
+        if names.does.defers and not reactions.shapes.has_straight:
             return
         if names.form is Form.GRID:
             GridPrinter(reactions).print(self.answers)
@@ -331,7 +330,7 @@ class SourcePrinter:
             self.reactions,
             self.answers,
             self.invocation,
-        ).print(out, [self.blocks, self.states, self.guards, self.selectors, self.answers])
+        ).print(out)
 
     def _tables(self, out: Emitter) -> None:
         chart, p = self.chart, self.names.prefix

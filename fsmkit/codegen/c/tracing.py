@@ -48,9 +48,9 @@ def _print(out: Emitter, names: Names, members: frozenset[str], number: int) -> 
         "_NOW(m)": "(m)->fsm.now" if "fsm.now" in members else "fsm_trace_time()",
         "_BUSY(m)": "(m)->fsm.busy" if "fsm.busy" in members else "false",
     }
-    if not names.is_invoked and names.does["queued"]:
+    if not names.is_invoked and names.does.queued:
         defined["_POSTS"] = ""
-    if not names.is_invoked and names.does["runs"]:
+    if not names.is_invoked and names.does.runs:
         defined["_RUNS"] = ""
     out.lines(f"#define FSM_TRACED{name} {value}".rstrip() for name, value in defined.items())
     out.lines([f"extern const fsm_machine_info {p}_info;", '#include "fsm_traced.h"', ""])
@@ -100,7 +100,7 @@ def _logged(out: Emitter, names: Names, name: str, number: int) -> None:
 def _calls(out: Emitter, names: Names) -> None:
     """Print the source with other names for what the host calls, then what the host calls."""
     p = names.prefix
-    verbs = ["start", *(["run"] if names.does["runs"] else []), "dispatch"]
+    verbs = ["start", *(["run"] if names.does.runs else []), "dispatch"]
     out.line("/* What the host calls, as it is in the machine's own source. */")
     out.line(f"static void fsm_{p}_plain_start({p} *m, uint32_t now);")
     if "run" in verbs:

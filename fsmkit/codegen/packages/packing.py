@@ -202,7 +202,7 @@ def _example(names: Names, environment: Environment) -> str:
         _stub(out, names, f"send_{names.event_names[event.index]}", event.fields, None)
     if environment.is_cpp:
         out.lines(["}", ""])
-    runs = [f"{p}_run(&{it}, now());"] if names.does["runs"] else []
+    runs = [f"{p}_run(&{it}, now());"] if names.does.runs else []
     body = environment.frame
     for word, lines in (
         ("START", [f"{p}_init(&{it});", f"{p}_start(&{it}, now());"]),

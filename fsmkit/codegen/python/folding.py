@@ -38,7 +38,7 @@ def facts_of(features: Features, image: Image | None, *, is_traced: bool) -> Fac
          {"self._internal_count": 0}),
         (features.deferral, {"self._deferred_count": 0, "self._is_deferred": False}),
         (features.samples_inputs, {"self.SAMPLES_INPUTS": False}),
-        (is_traced or features.calls, {"BaseException": None}),
+        (is_traced or features.calls or features.logs, {"BaseException": None}),
         (features.error_faults, {"event in self.ERRORS": False}),
         (features.payload, {"self.WIDTH": 0, "range(self.WIDTH)": ()}),
     ]  # fmt: skip

@@ -132,11 +132,11 @@ def _hints(names: Names) -> list[str]:
         place = ".".join(["machine", *_slots(names, each)])
         capacities = each.chart.capacities
         bounds = {
-            "timer_count": timers_needed(each, delayed=each.delays),
-            "queue_count": capacities.queue if each.does["queued"] else 0,
-            "deferred_count": capacities.queue if each.defers else 0,
-            "internal_count": capacities.internal if each.does["raises"] else 0,
-            "delayed_count": capacities.delayed if each.delays else 0,
+            "timer_count": timers_needed(each, delayed=each.does.delays),
+            "queue_count": capacities.queue if each.does.queued else 0,
+            "deferred_count": capacities.queue if each.does.defers else 0,
+            "internal_count": capacities.internal if each.does.raises else 0,
+            "delayed_count": capacities.delayed if each.does.delays else 0,
         }
         lines += [
             f"    //@ widen_hints global:{place}.fsm.{name}, {bound - 1}, {bound};"
@@ -175,7 +175,7 @@ def _calls(names: Names) -> list[str]:
         f"(void){p}_event_text((uint32_t)any_unsigned(UINT32_MAX)); break;",
         f"(void){p}_symbol((uint32_t)any_unsigned(UINT32_MAX)); break;",
     ]
-    if does["queued"]:
+    if does.queued:
         calls += [
             f"{p}_event e = any_event(); (void){p}_post(&machine, &e); break;",
             f"(void){p}_step_event(&machine); break;",
@@ -185,9 +185,9 @@ def _calls(names: Names) -> list[str]:
             made, passed = _made(names, fields)
             call = f"(void){p}_post_{names.event_names[event]}(&machine{passed}); break;"
             calls.append(" ".join([*made, call]))
-    if does["runs"]:
+    if does.runs:
         calls.append(f"{p}_run(&machine, {time}); break;")
-    if does["polls"]:
+    if does.polls:
         calls.append(f"(void){p}_step_eventless(&machine); break;")
     lines = [f"        switch (any_integer(0, {len(calls) - 1})) {{"]
     for number, call in enumerate(calls):

@@ -137,7 +137,7 @@ class ContentPrinter:
                 out.line("m->fsm.failed = FSM_TOLD;")
                 out.line("return;")
             case Fail():
-                out.line("(void)fsm_fails(&m->fsm.failed);")
+                out.line(f"(void)fsm_fails({self._names.failure()});")
                 out.line("return;")
             case Invoke():
                 self._invoke(out, statement, printer)

@@ -138,7 +138,7 @@ class Printer(Operators):
             case Convert(operand, type_):
                 return self._convert(operand, type_)
             case Invalid():
-                return Fragment("fsm_fails(&m->fsm.failed)", "bool")
+                return Fragment(f"fsm_fails({self.names.failure()})", "bool")
             case _:
                 raise AssertionError(expr)
 
@@ -202,7 +202,7 @@ class Printer(Operators):
         fragment = self.fragment(index)
         if interval(index.type).lo >= 0 and interval(index.type).hi < length:
             return fragment.text
-        return f"fsm_place(&m->fsm.failed, {self.cast(fragment, 'int64_t')}, {length}u)"
+        return f"fsm_place({self.names.failure()}, {self.cast(fragment, 'int64_t')}, {length}u)"
 
     def _of_event(self, text: Callable[[Event], str]) -> str:
         """Return the number of a text that the event at hand has, 0 where there is none."""

@@ -114,7 +114,7 @@ class Operators:
             if is_never_zero(expr.right) and -1 not in interval(expr.right.type):
                 return Fragment(f"{a} {op.value} {b}", ctype, PRODUCT)
             name = f"fsm_{'div' if op is BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
-            return Fragment(f"{name}(&m->fsm.failed, {a}, {b})", result_type(ctype))
+            return Fragment(f"{name}({self.names.failure()}, {a}, {b})", result_type(ctype))
         if op is BinaryOp.SHIFT_LEFT:
             unsigned = UNSIGNED[ctype]
             shifted = f"({unsigned}){a} << {self.as_type(right, 'uint32_t')}"
@@ -135,7 +135,7 @@ class Operators:
         if op in (BinaryOp.DIV, BinaryOp.REM):
             a, b = self.as_type(left, ctype), self.as_type(right, ctype)
             name = f"fsm_{'div' if op is BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
-            return Fragment(f"{name}(&m->fsm.failed, {a}, {b})", result_type(ctype))
+            return Fragment(f"{name}({self.names.failure()}, {a}, {b})", result_type(ctype))
         if op in (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT):
             mask = 31 if unsigned == "uint32_t" else 63
             wide = UNSIGNED.get(right.ctype, "uint32_t")
@@ -223,7 +223,7 @@ class Operators:
     def _bounding(self, overflow: Overflow, suffix: str = "") -> str:
         """Return the beginning of a call that brings a value into a range."""
         if overflow is Overflow.FAULT:
-            return f"fsm_within{suffix}(&m->fsm.failed, "
+            return f"fsm_within{suffix}({self.names.failure()}, "
         self.names.used.add(f"clamp{suffix}")
         return f"{self.names.prefix}_clamp{suffix}(m, "
 

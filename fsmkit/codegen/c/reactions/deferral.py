@@ -24,7 +24,7 @@ static bool @_is_answered(const @_selection *found, uint16_t state)
 
 def print_is_deferred(out: Emitter, names: Names) -> None:
     """Print the function that tests whether an active state defers an event."""
-    if not names.defers:
+    if not names.does.defers:
         return
     p = names.prefix
     out.line(f"static bool {p}_is_deferred(const {p} *m, uint16_t event)")

@@ -84,7 +84,7 @@ class LeavePrinter:
         names, plan = self.names, self.plan
         variable = f"m->{names.regions[region.index]}"
         number, above = self._ctype(region), f"{self._leave_name(region)}_above"
-        keep = ", bool keep" if names.ends else ""
+        keep = ", bool keep" if names.does.ends else ""
         if not region.states:
             return
         parents = [self.chart.states[s].parent or 0 for s in range(max(region.states) + 1)]
@@ -105,13 +105,13 @@ class LeavePrinter:
             with out.block(f"while (at > until && at < {len(inside)}u) {{"):
                 self._over_left(out, region)
                 out.line(f"at = {above}[at];")
-                if names.ends:
+                if names.does.ends:
                     with out.block("if (!keep) {"):
                         out.line(f"{variable} = at;")
                 else:
                     out.line(f"{variable} = at;")
             if region.index in names.shared:
-                with out.block(f"if (until == 0u{' && !keep' if names.ends else ''}) {{"):
+                with out.block(f"if (until == 0u{' && !keep' if names.does.ends else ''}) {{"):
                     out.line(self._keep_record(region))
         out.line()
 
@@ -122,7 +122,7 @@ class LeavePrinter:
 
     def _record_left(self, out: Emitter) -> None:
         """Print that histories are recorded of what is about to be left."""
-        is_kept = "!keep && " if self.names.ends else ""
+        is_kept = "!keep && " if self.names.does.ends else ""
         for history in self._histories:
             parent = history.parent or 0
             active = _grouped(self.names.in_state("m", parent))
@@ -163,7 +163,7 @@ class LeavePrinter:
         return f"{self.prefix}_leave_all_{region.index}(m);"
 
     def _leave_call(self, region: Region, until: int, keep: str = "false") -> str:
-        more = f", {keep}" if self.names.ends else ""
+        more = f", {keep}" if self.names.does.ends else ""
         return f"{self._leave_name(region)}(m, {self.names.number(until)}{more});"
 
     def leave_all_function(self, out: Emitter, region: Region) -> None:

@@ -404,7 +404,7 @@ class ReactionPrinter:
         rows = [(f"{p}_unhandled", "no event")]
         for event in range(max(self.by_event, default=-1) + 1):
             name = calls.get(event, f"{p}_unhandled")
-            if self.shapes.shape(event) is Shape.ANY and not self.names.defers:
+            if self.shapes.shape(event) is Shape.ANY and not self.names.does.defers:
                 name = f"{p}_respond_any"
             rows.append((name, self.chart.events[event].name))
         print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.chart.content import reads_input
 from fsmkit.codegen.c.expressions.content import ContentPrinter
-from fsmkit.codegen.c.helpers import called, fill
+from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.deferral import is_kept
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
@@ -41,7 +39,7 @@ from fsmkit.codegen.c.reactions.transition_execution import (
     TAKE_MANY,
     TAKE_ONE,
 )
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 from fsmkit.texts.c import quoted
 
@@ -49,10 +47,7 @@ ANSWERS = "the functions that answer events, which are printed already"
 
 
 class StepPrinter:
-    """Prints them, once states and selection are printed: what those need decides what these hold.
-
-    What is printed last may still find that events are delayed.
-    """
+    """Prints the steps that the host calls."""
 
     def __init__(
         self,
@@ -75,22 +70,19 @@ class StepPrinter:
         self.invocation = invocation
         self.timeouts = TimeoutPrinter(names, selection, reactions, invocation)
 
-    def print(self, out: Emitter, texts: Sequence[Emitter]) -> None:
-        """Print the loop, the timers and the start, after the ``texts`` printed so far."""
-        # its content may be the only one that sends later, which the loop must know
+    def print(self, out: Emitter) -> None:
+        """Print the loop, the timers and the start."""
+        # first, for what their content calls: what sends it on depends on the machines it goes to
         content, timeouts = Emitter(), Emitter()
         self._initial(content)
         self.timeouts.answers(timeouts)
-        self.names.does = self._does([*texts, content, timeouts])
-        start = Emitter()
-        self._start_function(start, content)
         self.invocation.print_steps(out)
         if self.names.is_invoked and self.chart.done is not None:
             self.moves.tell_end(out, self.chart.done)
         self._loop(out)
         self.invocation.print_timers(out)
         self.timeouts.print(out, timeouts)
-        out.lines(start.finish().rstrip("\n").split("\n"))
+        self._start_function(out, content)
 
     def _loop(self, out: Emitter) -> None:
         names, chart = self.names, self.chart
@@ -99,7 +91,7 @@ class StepPrinter:
         strict = "    (void)e; /* for the hook alone */"
         if not chart.lenient:
             errors = [e for e in chart.events if e.name.startswith("error.") and not e.directions]
-            if names.does["raises"]:
+            if names.does.raises:
                 strict = "\n".join(
                     f"    if (e->event == {names.events[e.index]}) {{\n"
                     f"        @_stop(m, FSM_FAULT_UNHANDLED_ERROR, {quoted(e.name)});\n    }}"
@@ -109,18 +101,18 @@ class StepPrinter:
         out.line()
         self._taking(out)
         clear = []
-        if self.names.defers:
+        if self.names.does.defers:
             clear.append(
                 "        while (m->fsm.deferred_count > 0u) {\n"
                 "            (void)@_take_out(m->fsm.deferred, &m->fsm.deferred_count, "
                 "%_QUEUE, 0u);\n        }"
             )
-        if self.names.delays:
+        if self.names.does.delays:
             clear.append(
                 "        while (m->fsm.delayed_count > 0u) {\n"
                 "            (void)@_undelay(m, 0u);\n        }"
             )
-        if self.names.has_timers or self.names.delays:
+        if self.names.has_timers or self.names.does.delays:
             clear.append(
                 "        while (m->fsm.timer_count > 0u) {\n"
                 "            fsm_timers_remove(m->fsm.timers, &m->fsm.timer_count, 0u);\n        }"
@@ -129,11 +121,11 @@ class StepPrinter:
             clear.append(TELL_END)
         empty = "m->fsm.queue_count == 0u"
         recall, has_nothing = "~", f"{empty} || {names.refuses}"
-        if names.slots or names.defers:
+        if names.slots or names.does.defers:
             has_nothing = names.refuses
             idle = "@_go_on(m)" if names.slots else "false"
             recall = f"[queued]    if ({empty}) {{\n[queued]        return {idle};\n[queued]    }}"
-        if self.names.defers:
+        if self.names.does.defers:
             recall = (
                 "    for (uint8_t i = 0u; i < m->fsm.deferred_count; i++) {\n"
                 "        if (!@_is_deferred(m, (uint16_t)m->fsm.deferred[i].event)) {\n"
@@ -147,7 +139,7 @@ class StepPrinter:
         due = "~"
         if names.slots:
             due = DUE_WITHIN.strip("\n")
-        elif names.has_deadlines:
+        elif names.does.deadlines:
             due = DUE.strip("\n")
         samples = any(
             t.trigger is Trigger.EVENTLESS and t.guard is not None and reads_input(t.guard)
@@ -169,9 +161,9 @@ class StepPrinter:
                 if has_external
                 else "~",
                 EXTERNAL=", true" if has_external else "",
-                CLEAR="\n".join(clear if names.does["ends"] else ()) or "~",
+                CLEAR="\n".join(clear if names.does.ends else ()) or "~",
                 RECALL=recall,
-                DEFERRED_PLUS=" + m->fsm.deferred_count" if self.names.defers else "",
+                DEFERRED_PLUS=" + m->fsm.deferred_count" if self.names.does.defers else "",
                 TRY_EVENTLESS="    (void)@_step_eventless(m);" if samples else "~",
                 TIMER_DUE=due,
                 RUNNING=names.running,
@@ -179,11 +171,11 @@ class StepPrinter:
                 REFUSES=names.refuses,
                 HAS_NOTHING=has_nothing,
                 LEAVE=self.moves.leave_machine(),
-                ACTED="acted" if names.does["loops"] else "false",
-                MAY_DEFER=", bool may_defer" if names.defers else "",
-                DEFER=", may_defer" if names.defers else "",
-                ALWAYS=", true" if names.defers else "",
-                NEVER=", false" if names.defers else "",
+                ACTED="acted" if names.does.loops else "false",
+                MAY_DEFER=", bool may_defer" if names.does.defers else "",
+                DEFER=", may_defer" if names.does.defers else "",
+                ALWAYS=", true" if names.does.defers else "",
+                NEVER=", false" if names.does.defers else "",
             )
         )
         out.line()
@@ -204,17 +196,17 @@ class StepPrinter:
             for t in self.chart.transitions
         )
         preempts = Shapes(names.plan).is_general
-        texts = [MAY_GO_ON] if names.does["eventless"] or names.does["raises"] else []
+        texts = [MAY_GO_ON] if names.does.eventless or names.does.raises else []
         if reactions.shapes.is_general:
             texts.append(self.moves.take_text if single else TAKE_MANY)
             if not single:
                 texts.append(TAKE_ONE)
         if reactions.shapes.eventless is Shape.ANY:
             texts.append(EVENTLESS_SINGLE if single else EVENTLESS_MANY)
-        if reactions.shapes.is_general and not names.defers:
+        if reactions.shapes.is_general and not names.does.defers:
             texts.append(RESPOND_SINGLE if single else RESPOND_ANY)
         texts.append(ANSWERS)
-        if names.defers:
+        if names.does.defers:
             texts.append(REACT_SINGLE if single else REACT_MANY)
         else:
             texts.append(REACT)
@@ -253,55 +245,6 @@ class StepPrinter:
             "            return @_respond(m, e);\n    }"
         )
 
-    def _does(self, texts: Sequence[Emitter]) -> dict[str, bool]:
-        """Return what the machine does at all: what it does not, it need not be ready for."""
-        names, chart = self.names, self.chart
-        text = "\n".join(each.finish() for each in texts)
-        is_family = bool(names.slots or names.invoking or names.is_invoked)
-        raises = is_family or "raise" in called(names.used)
-        eventless = any(t.trigger is Trigger.EVENTLESS for t in chart.transitions)
-        loops = raises or eventless
-        ends = is_family or any(s.parent == 0 and s.kind is Kind.FINAL for s in chart.states)
-        guarded = (
-            is_family
-            or any(name.startswith("call ") for name in names.used)
-            or bool({"emit", "port"} & names.used)
-            or names.delays
-        )
-        event = is_family or "m->fsm.event." in text
-        without = frozenset() if is_family else names.options.without
-        is_timed = is_family or names.has_deadlines
-        queued = "queue" not in without
-        polls = any(
-            t.trigger is Trigger.EVENTLESS and t.guard is not None and reads_input(t.guard)
-            for t in chart.transitions
-        )
-        running = loops or ends or "m->fsm.running" in text
-        return {
-            "checked": running
-            or names.defers
-            or names.options.is_small
-            or not names.plan.is_single,
-            "queued": queued,
-            "counted": "counters" not in without,
-            "polls": polls or queued,
-            "runs": polls or queued or is_timed,
-            "raises": raises,
-            "eventless": eventless,
-            "loops": loops,
-            "stops": loops,
-            "ends": ends,
-            "settles": loops or ends,
-            "guarded": guarded,
-            "begins": loops or guarded,
-            "rests": loops or guarded or event,
-            "event": event,
-            "replies": "m->fsm.reply" in text,
-            "external": self.invocation.has_external,
-            "now": is_family or names.has_deadlines or "m->fsm.now" in text,
-            "running": running,
-        }
-
     def _initial(self, out: Emitter) -> None:
         """Print the script and what is entered first."""
         chart = self.chart
@@ -318,22 +261,22 @@ class StepPrinter:
         out.line(f"void {p}_{start}({p} *m, uint32_t now)")
         with out.block("{"):
             if not names.is_invoked:
-                if names.does["guarded"]:
+                if names.does.guarded:
                     with out.block("if (m->fsm.busy) {"):
                         out.line("return;")
                 self._begin_anew(out)
-            out.line("m->fsm.now = now;" if names.does["now"] else "(void)now;")
-            if names.does["running"]:
+            out.line("m->fsm.now = now;" if names.does.now else "(void)now;")
+            if names.does.running:
                 out.line("m->fsm.running = true;")
-            if names.does["begins"]:
+            if names.does.begins:
                 out.line(f"{p}_begin(m);")
             out.line("FSM_HOOK_BEGIN(m, FSM_START, 0);")
-            if names.does["loops"]:
+            if names.does.loops:
                 out.line("m->fsm.budget--;")
             out.lines(content.finish().rstrip("\n").split("\n"))
-            if names.does["settles"]:
+            if names.does.settles:
                 out.line(f"(void){p}_settle(m);")
-            if names.does["rests"]:
+            if names.does.rests:
                 out.line(f"{p}_rest(m);")
             out.line("FSM_HOOK_END(m);")
         out.line()

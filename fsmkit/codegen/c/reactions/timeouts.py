@@ -63,16 +63,16 @@ class TimeoutPrinter:
         p = names.prefix
         out.line(f"bool {p}_step_timer({p} *m)")
         with out.block("{"):
-            if not names.has_deadlines:
+            if not names.does.deadlines:
                 out.line("(void)m;")
                 out.line("return false;")
             else:
                 self._first_deadline(out)
-            if names.has_timers or names.delays:
+            if names.has_timers or names.does.delays:
                 out.line("fsm_timer timer = m->fsm.timers[0];")
                 out.line("fsm_timers_remove(m->fsm.timers, &m->fsm.timer_count, 0u);")
                 out.line("m->fsm.now = timer.deadline;")
-                if self.names.delays:
+                if self.names.does.delays:
                     self._deliver(out)
                 self._timeouts(out, timeouts)
                 out.line("return true;")
@@ -90,7 +90,7 @@ class TimeoutPrinter:
         with out.block(f"if ({names.refuses} || !{names.prefix}_next_deadline(m, &deadline)) {{"):
             out.line("return false;")
         within = [f"{names.prefix}_step_timer_within(m, deadline);", "return true;"]
-        if names.has_timers or names.delays:
+        if names.has_timers or names.does.delays:
             with out.block(
                 "if (m->fsm.timer_count == 0u || m->fsm.timers[0].deadline != deadline) {"
             ):
@@ -109,9 +109,9 @@ class TimeoutPrinter:
         text = timeouts.finish().rstrip("\n")
         if text:
             out.lines(text.split("\n"))
-        if names.does["settles"]:
+        if names.does.settles:
             out.line(f"(void){p}_settle(m);")
-        if names.does["rests"]:
+        if names.does.rests:
             out.line(f"{p}_rest(m);")
         out.line("FSM_HOOK_END(m);")
 
@@ -130,15 +130,15 @@ if (timer.what == FSM_TIMER_SEND) {
     } else if (due.route == %_TO_PORT) {
         @_emit(m, &due.e, due.peer);
 $PASSING
-    } else if (!@_enqueue(m, &due.e)) {
-        FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
+[queued]    } else if (!@_enqueue(m, &due.e)) {
+[queued]        FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
     }
     return true;
 }
 """,
                 PASSING=self._passing(),
                 WITHIN=within,
-                NEVER=", false" if names.defers else "",
+                NEVER=", false" if names.does.defers else "",
             )
         )
 
