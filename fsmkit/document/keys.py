@@ -375,7 +375,19 @@ WIRES = {
     ),
     "flag": _named(flag="on or off at the start", host="true: the program of the board sets it"),
 }
+WIRES = {
+    kind: rows
+    if kind == "flag"
+    else {**rows, **_named(register="its place in a mapped window: at, access, shift, bits")}
+    for kind, rows in WIRES.items()
+}
 """The options of a signal, by the kind of it."""
+REGISTER = _named(
+    at="bytes from the beginning of the window",
+    access="8, 16 or 32: bits of the register; 32 unless it says so",
+    shift="of its lowest bit in the register; 0 unless it says so",
+    bits="how many bits it has there",
+)
 DEVICE = _named(
     header="what the generated C includes",
     type="its type there; the functions have its name before theirs",

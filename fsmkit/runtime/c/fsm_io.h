@@ -42,6 +42,21 @@ static inline int32_t *fsm_io_at(void *image, const fsm_io_wire *wire)
     return (int32_t *)(void *)((unsigned char *)image + wire->offset);
 }
 
+static inline const int32_t *fsm_io_in(const void *image, const fsm_io_wire *wire)
+{
+    return (const int32_t *)(const void *)((const unsigned char *)image + wire->offset);
+}
+
+/* Where a wire lies in a window of registers (fsm_io_map.h). Wires of one register are side by side in
+ * their table. */
+typedef struct {
+    uint32_t offset; /* bytes; a multiple of the access */
+    uint16_t wire;   /* its place in the table of wires */
+    uint8_t access;  /* 8, 16 or 32 bits */
+    uint8_t shift, bits;
+    bool is_signed; /* in two's complement there */
+} fsm_io_register;
+
 /* A raw value and what it means; between two points the scale is a straight line. */
 typedef struct {
     int32_t raw, value;

@@ -35,6 +35,20 @@ OUTPUTS = (Kind.DIGITAL_OUT, Kind.PWM, Kind.NUMBER_OUT)
 
 
 @dataclass(frozen=True, slots=True)
+class Register:
+    """Where a wire lies in a window of registers: ``bits`` of ``access`` from ``shift`` on.
+
+    ``offset``: in bytes, a multiple of the access. ``is_signed``: in two's complement there.
+    """
+
+    offset: int
+    access: int
+    shift: int
+    bits: int
+    is_signed: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Signal:
     """A wire, or a flag: a bit that exists only between bindings."""
 
@@ -63,6 +77,7 @@ class Signal:
     """An output keeps its value while the board is off."""
     is_of_host: bool = False
     """The program of the board reads the input, or sets the flag."""
+    register: Register | None = None
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -7,10 +7,11 @@ from itertools import pairwise
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document import keys
-from fsmkit.language import BOOL, IntType, Scope, read_duration
+from fsmkit.language import BOOL, BoolType, IntType, Scope, read_duration
 from fsmkit.system.indices import integer
-from fsmkit.system.wires.board import Kind, Signal
-from fsmkit.yaml.nodes import Node, check_keys, entries_of, require_mapping, require_text
+from fsmkit.system.wires.board import Kind, Register, Signal
+from fsmkit.system.wires.registers import report_shared_registers
+from fsmkit.yaml.nodes import Mapping, Node, check_keys, entries_of, require_mapping, require_text
 
 MOST_SIGNALS = 4096
 LEAST, GREATEST = -(2**31), 2**31 - 1
@@ -49,7 +50,7 @@ def read_signals(node: Node | None, period: int, findings: Findings) -> tuple[Si
 
 def _report_shared_wires(signals: tuple[Signal, ...], findings: Findings) -> bool:
     """Report signals on one wire; whether there are any."""
-    are_there = False
+    are_there = report_shared_registers(signals, findings)
     taken: dict[tuple[Kind, int], Signal] = {}
     for signal in signals:
         if signal.kind is Kind.FLAG:
@@ -113,7 +114,7 @@ class _Options:
         """Return the signal; mind the findings."""
         found = self._of_kind(kind, 0 if kind is Kind.FLAG else self._number(kind))
         is_of_host = bool(self.word("host", {"true": 1, "false": 0}, 0))
-        return replace(found, is_of_host=is_of_host)
+        return replace(found, is_of_host=is_of_host, register=self._register(found))
 
     def _number(self, kind: Kind) -> int:
         return self.number(kind.value, 0, 0, 65535)
@@ -198,6 +199,43 @@ class _Options:
             self._report("a scale has two points or more", "write `scale: {0: -400, 4095: 1000}`")
             return ((lo, lo), (hi, hi))
         return tuple(found)
+
+    def _register(self, signal: Signal) -> Register | None:
+        node = self.options.get("register")
+        if node is None:
+            return None
+        if not isinstance(node, Mapping):
+            node = Mapping(((self.name.instead("at"), node),), node.span)
+        check_keys(node, keys.REGISTER, "a register", self.findings)
+        parts = _Options(
+            self.name, {k.value: v for k, v in node.entries}, self.period, self.findings
+        )
+        access = parts.number("access", 32, 8, 32)
+        offset = parts.number("at", 0, 0, 2**24)
+        shift = parts.number("shift", 0, 0, access - 1)
+        width = 1 if isinstance(signal.type, BoolType) else access - shift
+        if signal.kind in (Kind.COUNTER, Kind.ANALOG_IN):
+            width = signal.bits
+        bits = parts.number("bits", width, 1, 32)
+        lo, hi = (0, 1) if isinstance(signal.type, BoolType) else (signal.type.lo, signal.type.hi)
+        is_signed = signal.is_signed if signal.kind is Kind.ANALOG_IN else lo < 0
+        is_signed = is_signed and signal.kind is not Kind.COUNTER
+        if "at" not in parts.options:
+            self._report(f"the register of `{self.name}` is nowhere", "write `register: 0x10`")
+        elif access not in (8, 16, 32) or offset % (access // 8):
+            self._report(
+                f"`{self.name}` is not at a multiple of its access of 8, 16 or 32 bits", "move it"
+            )
+        elif shift + bits > access:
+            self._report(f"`{self.name}` does not fit into its register", "widen the access")
+        elif signal.kind in (Kind.PWM, Kind.NUMBER_OUT) and not (
+            -(2 ** (bits - 1)) <= lo and hi < 2 ** (bits - 1) if is_signed else hi < 2**bits
+        ):
+            self._report(
+                f"{lo}..{hi} does not fit into {bits} bits",
+                "widen the register, or narrow the range",
+            )
+        return Register(offset, access, shift, bits, is_signed)
 
     def _is_low(self) -> bool:
         return bool(self.word("active", {"high": 0, "low": 1}, 0))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import asdict
 from importlib.resources import files
 
 from fsmkit.codegen.c.expressions.types import passed_type, storage
@@ -29,6 +30,7 @@ from fsmkit.system.wires.board import (
     Kind,
     Origin,
     Parameter,
+    Register,
     Signal,
 )
 from fsmkit.texts import printing
@@ -61,6 +63,18 @@ def wires(board: Board) -> Iterator[tuple[int, Signal]]:
                 yield number, signal
 
 
+def registers(board: Board) -> Iterator[tuple[int, Register, str]]:
+    """Yield the registers and their wires: inputs first, each register in one run."""
+    found = [
+        (signal.is_output, signal.register.offset, signal.register.shift, place, signal)
+        for place, (_, signal) in enumerate(wires(board))
+        if signal.register is not None
+    ]
+    for *_, place, signal in sorted(found, key=lambda row: row[:4]):
+        if signal.register is not None:
+            yield place, signal.register, signal.name
+
+
 def safe_raw(signal: Signal) -> int:
     """Return what a wire has that is safe, as hardware has it."""
     return signal.safe ^ signal.is_low if signal.is_output else 0
@@ -88,6 +102,7 @@ def _description(names: BoardNames) -> str:
                 "is_output": signal.is_output,
                 "active_low": signal.is_low,
                 "safe": safe_raw(signal),
+                **({} if signal.register is None else {"register": asdict(signal.register)}),
             }
             for place, (_, signal) in enumerate(wires(board))
         ],
@@ -134,10 +149,16 @@ class _Header:
                    f"{self.board.period}u"), ""])  # fmt: skip
         self._raw()
         self._struct()
+        rows = len(list(registers(self.board)))
+        ends = [each.offset + each.access // 8 for _, each, _ in registers(self.board)]
+        out.line("/* The wires: members of the raw image. */")
+        out.line(f"extern const fsm_io_wire {s}_wires[{max(count, 1)}];")
+        if rows:
+            out.line(f"#define {upper}_REGISTERS {rows}u")
+            out.line(f"#define {upper}_WINDOW {max(ends)}u /* bytes */")
+            out.line(f"extern const fsm_io_register {s}_registers[{rows}];")
+        out.line()
         out.text(f"""
-        /* The wires: members of the raw image. */
-        extern const fsm_io_wire {s}_wires[{max(count, 1)}];
-
         /* Make a board that has not been started, and its node; all devices are zero, to be made by
          * the host. Then, once in each cycle: read what hardware has, tell the machines, run them
          * ({self.names.node.prefix}_cycle), and make what hardware is to have. */
@@ -257,6 +278,16 @@ class _Source:
             if not found:
                 self.out.line("{NULL, 0u, 0u, 0u, 0u, 0}")
         self.out.line()
+
+        rows = list(registers(self.board))
+        if rows:
+            with self.out.block(f"const fsm_io_register {s}_registers[{len(rows)}] = {{", "};"):
+                for place, register, name in rows:
+                    fields = f"{register.access}u, {register.shift}u, {register.bits}u"
+                    fields += f", {str(register.is_signed).lower()}"
+                    row = f"{{{register.offset}u, {place}u, {fields}}},"
+                    self.out.line(f"{row} /* {comment(name)} */")
+            self.out.line()
 
     def _scale(self, number: int, signal: Signal) -> None:
         name = self.names.signals[number]

@@ -1,0 +1,95 @@
+"""A window of registers from the other side: what ``fsm_io_map`` in C reads and writes.
+
+``board_a_io.json`` describes the wires. The window is a file that is mapped, as in C.
+"""
+
+from __future__ import annotations
+
+import mmap
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a wire lies: ``bits`` from ``shift`` on, of a register of ``access`` bits."""
+
+    offset: int
+    access: int
+    shift: int
+    bits: int
+    is_signed: bool
+    is_output: bool
+    """Of the board: it writes the register, others read it."""
+
+
+def places_of(description: Mapping[str, Any]) -> dict[str, Place]:
+    """Return the places of the wires of a ``board_a_io.json``; `ValueError` if some have none."""
+    found = {}
+    for signal in description["signals"]:
+        if "register" not in signal:
+            raise ValueError(f"`{signal['name']}` has no register")
+        found[signal["name"]] = Place(**signal["register"], is_output=signal["is_output"])
+    return found
+
+
+def size_of(places: Iterable[Place]) -> int:
+    """Return the bytes of a window."""
+    return max((place.offset + place.access // 8 for place in places), default=0)
+
+
+class Registers:
+    """A window of a file; a context that closes it."""
+
+    def __init__(self, path: Path, places: Mapping[str, Place], *, create: bool = False) -> None:
+        """Map the file; ``create``: make it, or make it anew, of zeros.
+
+        Raises `OSError` or `ValueError` where it cannot be mapped, or is too short.
+        """
+        size = size_of(places.values())
+        self.places = places
+        if create:
+            path.write_bytes(bytes(size))
+        with path.open("r+b") as file:
+            self._window = mmap.mmap(file.fileno(), size)
+
+    def __enter__(self) -> Self:
+        """Return the window."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the window."""
+        self._window.close()
+
+    def get(self, name: str) -> int:
+        """Return the raw value of a wire; `KeyError` if there is none of this name."""
+        place = self.places[name]
+        bits = (self._word(place) >> place.shift) & ((1 << place.bits) - 1)
+        is_negative = place.is_signed and bits >= 1 << (place.bits - 1)
+        found = bits - (1 << place.bits) if is_negative else bits
+        return found - 2**32 if found > 2**31 - 1 else found
+
+    def set(self, name: str, value: int) -> None:
+        """Set the raw value of a wire; bits beyond those that it has are lost."""
+        place = self.places[name]
+        mask = (1 << place.bits) - 1
+        word = self._word(place) & ~(mask << place.shift)
+        self._put(place, word | (value & mask) << place.shift)
+
+    def _word(self, place: Place) -> int:
+        size = place.access // 8
+        return int.from_bytes(self._window[place.offset : place.offset + size], sys.byteorder)
+
+    def _put(self, place: Place, word: int) -> None:
+        size = place.access // 8
+        content = word.to_bytes(size, sys.byteorder)
+        self._window[place.offset : place.offset + size] = content
