@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fsmkit.analysis.effects import is_never_zero
+from fsmkit.analysis.effects import can_fail, has_effect, is_never_zero
 from fsmkit.codegen.c.expressions.fragments import (
     BITS,
     COMPARE,
@@ -30,7 +30,19 @@ from fsmkit.codegen.c.expressions.types import (
     wrapping,
 )
 from fsmkit.codegen.c.names import Names
-from fsmkit.language import Binary, BinaryOp, BoolType, FloatType, IntType, Overflow, Type
+from fsmkit.language import (
+    Binary,
+    BinaryOp,
+    BoolType,
+    Convert,
+    Expr,
+    FloatType,
+    IntType,
+    Overflow,
+    Type,
+    Unary,
+    UnaryOp,
+)
 
 
 @dataclass
@@ -86,10 +98,22 @@ class Operators:
         if isinstance(expr.left.type, BoolType):
             return Fragment(f"{left.at(SHIFT)} {expr.op.value} {right.at(SHIFT)}", "bool", COMPARE)
         spans = interval(expr.left.type), interval(expr.right.type)
+        outcome = _decided(expr.op, *spans)
+        sides = ((expr.left, left), (expr.right, right))
+        evaluated = [side.at(PREFIX) for e, side in sides if can_fail(e) or has_effect(e)]
+        if outcome is not None and evaluated:
+            # compilers warn of such a comparison; the operands are there for what they report
+            operands = ", ".join(f"(void){text}" for text in evaluated)
+            return Fragment(f"({operands}, {str(outcome).lower()})", "bool")
         if computed(*spans) is None:
             return self._compare_widest(expr.op, left, right)
         ctype = self.common(*spans)
         a, b = self.as_type(left, ctype, SHIFT), self.as_type(right, ctype, SHIFT)
+        if _is_complement(expr.left) or _is_complement(expr.right):
+            # gcc looks through casts, and warns where the complement is of a shorter type
+            first, second = (self.temporary(Fragment("", ctype)).text for _ in range(2))
+            test = f"{first} {expr.op.value} {second}"
+            return Fragment(f"({first} = {a}, {second} = {b}, {test})", "bool")
         return Fragment(f"{a} {expr.op.value} {b}", "bool", COMPARE)
 
     def _compare_widest(self, op: BinaryOp, left: Fragment, right: Fragment) -> Fragment:
@@ -231,3 +255,23 @@ class Operators:
         if fragment.ctype == ctype:
             return fragment
         return Fragment(f"({ctype}){fragment.at(PREFIX)}", ctype, PREFIX)
+
+
+def _is_complement(expr: Expr) -> bool:
+    """Whether an operand is the complement of another, whatever it is converted to."""
+    while isinstance(expr, Convert):
+        expr = expr.operand
+    return isinstance(expr, Unary) and expr.op is UnaryOp.INVERT
+
+
+def _decided(op: BinaryOp, left: IntType, right: IntType) -> bool | None:
+    """Return the outcome of a comparison that the ranges of its operands decide, else None."""
+    if left.hi < right.lo:
+        return op in (BinaryOp.LT, BinaryOp.LE, BinaryOp.NE)
+    if left.lo > right.hi:
+        return op in (BinaryOp.GT, BinaryOp.GE, BinaryOp.NE)
+    if left.hi == right.lo and op in (BinaryOp.LE, BinaryOp.GT):
+        return op is BinaryOp.LE
+    if left.lo == right.hi and op in (BinaryOp.GE, BinaryOp.LT):
+        return op is BinaryOp.GE
+    return None
