@@ -59,6 +59,13 @@ static int32_t scaled(const fsm_io_scale *scale, int32_t raw)
     return (int32_t)(left->value + (height < 0 ? -step : step));
 }
 
+/* A filter never leaves the range of its readings; here an analysis sees it, too. */
+static int64_t bounded(int64_t filtered)
+{
+    const int64_t least = (int64_t)INT32_MIN * ONE, greatest = (int64_t)INT32_MAX * ONE;
+    return filtered < least ? least : filtered > greatest ? greatest : filtered;
+}
+
 static void count_up(uint16_t *count)
 {
     if (*count < UINT16_MAX)
@@ -68,21 +75,19 @@ static void count_up(uint16_t *count)
 void fsm_io_convert(int32_t *value, fsm_io_converter *converter, const fsm_io_scale *scale,
                     int32_t raw)
 {
-    int64_t reading;
+    int64_t reading, before, now;
     if (raw < scale->least || raw > scale->greatest) {
         count_up(&converter->invalid);
         return;
     }
     converter->invalid = 0u;
     reading = (int64_t)scaled(scale, raw) * ONE;
-    if (converter->has_value)
-        converter->filtered += (reading - converter->filtered) / (scale->lowpass + 1);
-    else
-        converter->filtered = reading;
+    before = converter->has_value ? bounded(converter->filtered) : reading;
+    now = bounded(before + (reading - before) / (scale->lowpass + 1));
+    converter->filtered = now;
     converter->has_value = true;
     /* rounded: halves upwards, as the dividend is made positive */
-    *value = (int32_t)((converter->filtered + ONE / 2 + (INT64_C(1) << 48)) / ONE -
-                       (INT64_C(1) << 32));
+    *value = (int32_t)((now + ONE / 2 + (INT64_C(1) << 48)) / ONE - (INT64_C(1) << 32));
 }
 
 void fsm_io_number(int32_t *value, uint16_t *invalid, int32_t raw, int32_t least, int32_t greatest)
