@@ -68,6 +68,10 @@ class Registers:
         trace: TracebackType | None,
     ) -> None:
         """Close the window."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the window; nothing else can be done with it then."""
         self._window.close()
 
     def get(self, name: str) -> int:

@@ -35,10 +35,12 @@ typedef struct {
     const char *const *endpoints; /* of the links, by node; generated */
 
     const fsm_io_wire *wires; /* inputs first */
-    void *raw;                /* their values */
+    const fsm_io_register *registers;
+    void *raw; /* the values of the wires */
     const board_machine *machines;
     const board_drive *drives;
-    size_t wire_count, machine_count, drive_count;
+    size_t wire_count, register_count, machine_count, drive_count;
+    size_t window; /* bytes of the registers */
     const bool *power, *estop, *reset; /* three of the inputs, as they were read */
 
     void (*make)(fsm_link *link);

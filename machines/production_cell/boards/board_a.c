@@ -6,6 +6,8 @@
 #define BOARD_RING(rest) ring_a##rest
 #define BOARD_IO(rest) board_a_io##rest
 #define BOARD_WIRES BOARD_A_IO_WIRES
+#define BOARD_REGISTERS BOARD_A_IO_REGISTERS
+#define BOARD_WINDOW BOARD_A_IO_WINDOW
 #define BOARD_MODULES(X)                                                                           \
     X(feeder_belt, FEEDER_BELT)                                                                    \
     X(feeder, FEEDER)                                                                              \

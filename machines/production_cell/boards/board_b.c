@@ -6,6 +6,8 @@
 #define BOARD_RING(rest) ring_b##rest
 #define BOARD_IO(rest) board_b_io##rest
 #define BOARD_WIRES BOARD_B_IO_WIRES
+#define BOARD_REGISTERS BOARD_B_IO_REGISTERS
+#define BOARD_WINDOW BOARD_B_IO_WINDOW
 #define BOARD_MODULES(X)                                                                           \
     X(extraction_belt, EXTRACTION_BELT)                                                            \
     X(sorter, SORTER)                                                                              \

@@ -4,7 +4,7 @@
  *   BOARD_NAME, BOARD_NODE   its name, and its number in the deployment
  *   BOARD_RING(rest)         names of the node that is generated: ring_a##rest
  *   BOARD_IO(rest)           names of its wires: board_a_io##rest
- *   BOARD_WIRES              how many wires there are
+ *   BOARD_WIRES, BOARD_REGISTERS, BOARD_WINDOW   how many wires and registers, and their bytes
  *   BOARD_MACHINES(X)        X(machine, MACHINE) for each machine
  *   BOARD_MODULES(X)         the same for those that an emergency stop, a fault and power reach
  *   BOARD_DRIVES(X)          X(module, is_belt) for each axis
@@ -123,10 +123,13 @@ const board_program board_this = {
     .map = &BOARD_RING(_map),
     .endpoints = BOARD_RING(_endpoints),
     .wires = BOARD_IO(_wires),
+    .registers = BOARD_IO(_registers),
     .raw = &raw,
     .machines = machines,
     .drives = drives,
     .wire_count = BOARD_WIRES,
+    .register_count = BOARD_REGISTERS,
+    .window = BOARD_WINDOW,
     .machine_count = BOARD_COUNT(machines),
     .drive_count = BOARD_COUNT(drives),
     .power = &io.in.power,

@@ -110,7 +110,8 @@ def link(
     """Compile a board. Its machines log as instances, numbered in their order."""
     objects = program.parent / f"objects_{node}"
     objects.mkdir(parents=True, exist_ok=True)
-    folders = (BOARDS, CELL / "controller", generated, RUNTIME / "hosts", RUNTIME / "links")
+    folders = (BOARDS, CELL / "controller", generated, RUNTIME / "hosts", RUNTIME / "io")
+    folders += (RUNTIME / "links",)
     common = [*cc, "-std=c99", "-O2", *WARNINGS, *options, "-DFSM_LOGGED"]
     common += [f"-I{folder}" for folder in folders]
     jobs: list[tuple[Path, tuple[str, ...]]] = [
@@ -121,6 +122,7 @@ def link(
     names += tuple(f"{name}_info" for name in MACHINES[node])
     jobs += [(generated / f"{name}.c", ()) for name in names]
     jobs += [(RUNTIME / "links" / f"{name}.c", ()) for name in LINKS]
+    jobs += [(RUNTIME / "io" / f"{name}.c", ()) for name in ("fsm_io_map", "fsm_io_map_posix")]
     jobs += [(CELL / "controller" / f"{name}.c", ()) for name in CONTROLLER]
     jobs += [(BOARDS / f"{name}.c", ()) for name in (*COMMON, f"board_{node}")]
     jobs += [

@@ -8,6 +8,8 @@
  *   --log FILE                   record what comes to the machines
  *   --links A,B                  endpoints of the links, one for each board, in place of the
  *                                deployment's
+ *   --map FILE                   the wires are registers in a file that is mapped, such as /dev/mem
+ *   --from BYTES                 where they begin in it
  *   --alone                      no links: the other boards are not there
  *   --seconds N                  of a real-time run; else until it is told to quit
  *   --priority N                 of SCHED_FIFO for the loop, and locked memory; the threads of the links
@@ -41,7 +43,8 @@ enum {
 };
 
 typedef struct {
-    const char *endpoint, *log;
+    const char *endpoint, *log, *map;
+    uint64_t from;
     bool is_real_time, is_alone;
     long seconds;
     int priority;
@@ -54,6 +57,7 @@ typedef struct {
 static server it;
 static fsm_posix host;
 static fsm_notify notify;
+static fsm_io_map map;
 static void *context, *replier;
 static uint8_t request[REQUEST_ROOM];
 
@@ -80,6 +84,14 @@ static bool read_number(const char *value, long *number)
     return end != value && *end == '\0' && *number >= 0 && *number < 1000000;
 }
 
+static bool read_address(const char *value, uint64_t *address)
+{
+    char *end;
+    errno = 0;
+    *address = strtoull(value, &end, 0);
+    return end != value && *end == '\0' && *value != '-' && errno == 0;
+}
+
 static bool read_cpus(arguments *a, const char *value)
 {
     for (bool is_first = true; *value != '\0'; is_first = false) {
@@ -104,6 +116,10 @@ static bool read_option(arguments *a, const char *name, const char *value)
         a->endpoint = value;
     } else if (strcmp(name, "--log") == 0) {
         a->log = value;
+    } else if (strcmp(name, "--map") == 0) {
+        a->map = value;
+    } else if (strcmp(name, "--from") == 0) {
+        return read_address(value, &a->from);
     } else if (strcmp(name, "--links") == 0) {
         return read_links(a, value);
     } else if (strcmp(name, "--seconds") == 0) {
@@ -178,6 +194,21 @@ static bool open_links(const arguments *a)
     return true;
 }
 
+static bool open_map(const arguments *a)
+{
+    int error;
+    if (a->map == NULL)
+        return true;
+    map = (fsm_io_map){NULL, board_this.window, board_this.wires, board_this.registers,
+                       board_this.register_count};
+    error = fsm_io_map_open(&map, a->map, a->from);
+    if (error == 0)
+        it.map = &map;
+    else
+        fprintf(stderr, "%s: %s\n", a->map, strerror(error));
+    return error == 0;
+}
+
 static bool open_server(const char *endpoint)
 {
     const int none = 0;
@@ -193,6 +224,7 @@ static bool open_server(const char *endpoint)
 
 static void close_all(void)
 {
+    fsm_io_map_close(&map);
     if (it.is_linked)
         fsm_link_zmq_close(&it.zmq);
     if (replier != NULL)
@@ -257,7 +289,9 @@ static void cycle(void *unused, uint32_t now)
     }
     if (now - it.heard > INPUTS_MS)
         board_off(&it.board, "no inputs for 100 ms");
+    server_read_map(&it);
     board_step(&it.board, now);
+    server_write_map(&it);
     inform_supervisor(now);
     if (it.is_over)
         fsm_posix_stop(&host);
@@ -305,15 +339,16 @@ int main(int argc, char **argv)
     arguments a;
     int status = 2;
     if (!read_arguments(&a, argc, argv)) {
-        fprintf(stderr, "usage: %s --cosim|--realtime ENDPOINT [--log FILE] [--links A,B] [--alone] "
-                        "[--seconds N] [--priority N] [--cpus N,N]\n", argv[0]);
+        fprintf(stderr, "usage: %s --cosim|--realtime ENDPOINT [--log FILE] [--map FILE] [--from BYTES] "
+                        "[--links A,B] [--alone] [--seconds N] [--priority N] [--cpus N,N]\n",
+                argv[0]);
         return 2;
     }
     if (a.log != NULL && !recorder_open(a.log)) {
         fprintf(stderr, "%s: %s\n", a.log, strerror(errno));
         return 2;
     }
-    if (open_host(&a) && open_links(&a) && open_server(a.endpoint)) {
+    if (open_host(&a) && open_map(&a) && open_links(&a) && open_server(a.endpoint)) {
         board_make(&it.board, &it.link, it.is_linked);
         status = a.is_real_time ? run_in_real_time(&a) : co_simulate();
     }

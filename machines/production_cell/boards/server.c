@@ -68,9 +68,22 @@ static void put_outputs(server *self)
     }
 }
 
-static void take_inputs(const uint8_t *bytes)
+void server_read_map(const server *self)
 {
-    const size_t count = input_count();
+    if (self->map != NULL)
+        fsm_io_map_read(self->map, board_this.raw);
+}
+
+void server_write_map(const server *self)
+{
+    if (self->map != NULL)
+        fsm_io_map_write(self->map, board_this.raw);
+}
+
+static void take_inputs(const server *self, const uint8_t *bytes)
+{
+    const size_t count = self->map == NULL ? input_count() : 0u;
+    server_read_map(self);
     for (size_t i = 0; i < count; i++)
         *fsm_io_at(board_this.raw, &board_this.wires[i]) =
             (int32_t)fsm_link_get_signed(bytes + 4u * i, 4u);
@@ -426,13 +439,14 @@ static void step(server *self, const uint8_t *body, size_t length)
         return;
     }
     number = (uint32_t)fsm_link_get_bytes(body, 4u);
-    take_inputs(body + head);
+    take_inputs(self, body + head);
     board_hears(&self->board);
     self->heard = self->board.now;
     if (self->host == NULL) {
         if (!await(self, body + 4))
             return;
         board_step(&self->board, number);
+        server_write_map(self);
     }
     begin(self, 'S');
     put(self, number);
@@ -446,8 +460,9 @@ static void initial(server *self, const uint8_t *body, size_t length)
         refuse(self, "there is another number of inputs");
         return;
     }
-    take_inputs(body);
+    take_inputs(self, body);
     board_this.act(true);
+    server_write_map(self);
     begin(self, 'I');
     put_outputs(self);
 }

@@ -15,6 +15,7 @@
 #define SERVER_H
 
 #include "board.h"
+#include "fsm_io_map.h"
 #include "fsm_link_zmq.h"
 #include "posix/fsm_posix.h"
 
@@ -25,6 +26,7 @@ typedef struct {
     fsm_link link;
     fsm_link_zmq zmq;
     fsm_link_faults faults;
+    fsm_io_map *map;     /* registers that the wires are; NULL: requests bring and take them */
     fsm_posix *host;     /* of the real-time loop; NULL in co-simulation, where a step is a request */
     bool is_linked;      /* there are other boards */
     bool is_over;
@@ -37,6 +39,10 @@ typedef struct {
 
 /* Answer a request: afterwards the reply is there. */
 void server_answer(server *self, const uint8_t *request, size_t length);
+
+/* Take inputs from the registers, and give outputs to them, if there are any. */
+void server_read_map(const server *self);
+void server_write_map(const server *self);
 
 /* Write a line for people on how the board is; returns whether it does its work: it is on, has heard
  * the other boards, and no machine has a fault. */

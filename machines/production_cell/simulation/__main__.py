@@ -60,11 +60,14 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
     default=0,
     help="Of the loops of the boards, with --hz.",
 )
+@click.option(
+    "--registers", is_flag=True, help="The wires of the boards are registers of a fake FPGA."
+)
 @click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
 @click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
 def main(
     hours: float, seconds: float | None, blocks: int, seed: int, fault: str, bad: float,
-    aruco: bool, double: bool, hz: int, priority: int, out: Path, timeout: float,
+    aruco: bool, double: bool, hz: int, priority: int, registers: bool, out: Path, timeout: float,
 ) -> None:  # fmt: skip
     """Run boards and plant of the Production Cell together, and tell what came of it."""
     out = out.resolve()
@@ -72,13 +75,17 @@ def main(
     pace = Pace(hz, priority)
     try:
         _check_pace(pace, double)
+        if registers and double:
+            raise nodes.CellError("--double has no wires: leave out --registers")
         out.mkdir(parents=True, exist_ok=True)
         actions = faults.read(fault)
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
             programs = (
                 (nodes.double_program(),)
                 if double
-                else boards.build(out / "boards", Path(folder), pace, steps // 1000 + SPARE)
+                else boards.build(
+                    out / "boards", Path(folder), pace, steps // 1000 + SPARE, registers=registers
+                )
             )
             setup = Setup(
                 steps, programs, nodes.plant_program(seed), out, Path(folder), actions,

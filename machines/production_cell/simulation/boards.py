@@ -15,8 +15,12 @@ NAMES = ("a", "b")
 COSIM = ["--cosim", "{endpoint}"]
 
 
-def build(out: Path, sockets: Path, pace: Pace, seconds: int) -> tuple[Program, ...]:
+def build(
+    out: Path, sockets: Path, pace: Pace, seconds: int, *, registers: bool = False
+) -> tuple[Program, ...]:
     """Build the boards in a folder; their links are in another. Raises `CellError`.
+
+    ``registers``: their wires are registers in a file (`fake_fpga`).
 
     In the pace of a clock they end by themselves after ``seconds``, whoever is left to end them.
     """
@@ -41,7 +45,11 @@ def build(out: Path, sockets: Path, pace: Pace, seconds: int) -> tuple[Program, 
                 links,
                 "--log",
                 str(out.parent / f"{name}.input"),
+                *(("--map", str(sockets / f"window_{name}")) if registers else ()),
             ),
+            (sockets / f"window_{name}", out / f"generated/{name}/board_{name}_io.json")
+            if registers
+            else None,
         )
         for name in NAMES
     )

@@ -32,6 +32,8 @@ class Program:
 
     name: str
     command: tuple[str, ...]
+    window: tuple[Path, Path] | None = None
+    """Of a board whose wires are registers: the file, and the description of its wires."""
 
 
 def plant_program(seed: int) -> Program:

@@ -19,6 +19,7 @@ import numpy.typing as npt
 import zmq
 
 from . import world
+from .fake_fpga import BoardBehindRegisters
 from .faults import Action
 from .nodes import CellError, Process, Program, answering, ping
 from .pace import Pace, WallClock
@@ -98,7 +99,8 @@ class Orchestrator:
         endpoint = f"ipc://{self._setup.endpoints / program.name}"
         log = self._setup.out / f"{program.name}.log"
         log.unlink(missing_ok=True)
-        return Process(program, endpoint, log, self._setup.timeout, self._context)
+        kind = Process if program.window is None else BoardBehindRegisters
+        return kind(program, endpoint, log, self._setup.timeout, self._context)
 
     def run(self, progress: Callable[[int], None] = lambda _: None) -> Outcome:
         """Run to the end, or until interrupted; no process is left behind. Raises `CellError`."""

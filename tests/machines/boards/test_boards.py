@@ -15,6 +15,7 @@ import pytest
 
 import fsmkit
 from fsmkit.runtime.recording import replay
+from fsmkit.runtime.registers import Registers, places_of
 from tests.machines.boards.playing import CELL, Board, Cell, Plant
 
 pytestmark = pytest.mark.cc
@@ -139,6 +140,44 @@ def test_same_inputs_give_the_same_outputs(programs: dict[str, Path], sockets: P
     assert traces[0] == traces[1]
 
 
+def test_registers_stand_for_requests(programs: dict[str, Path], sockets: Path) -> None:
+    """The wires in a window: requests bring zeros, and what the plant does is the same."""
+    folder = sockets / "window"
+    folder.mkdir()
+    described = json.loads((programs["a"].parent / "generated/a/board_a_io.json").read_text())
+    plants = Plant(), Plant()
+    with Registers(folder / "window_a", places_of(described), create=True) as registers:
+        boards = (
+            Board(programs["a"], "plain", folder, "--alone"),
+            Board(programs["a"], "mapped", folder, "--alone", "--map", str(folder / "window_a")),
+        )
+        try:
+            for number in range(1, 3000):
+                told = boards[0].step(number, [0], plants[0])
+                plants[0].step(told)
+                for name in boards[1].inputs:
+                    registers.set(name, plants[1].read(name, number))
+                boards[1].step(number, [0], Plant(values={}, axes={}))
+                found = {n: registers.get(n) for n in boards[1].outputs if n in registers.places}
+                plants[1].step(found)
+                assert found == {name: told[name] for name in found}, number
+            assert any(axis.velocity for axis in plants[1].axes.values())
+        finally:
+            for board in boards:
+                board.kill()
+
+
+@pytest.mark.parametrize("words", [("--map", "missing"), ("--map", "short"), ("--from", "x")])
+def test_windows_that_do_not_do_are_refused(
+    programs: dict[str, Path], tmp_path: Path, words: tuple[str, str]
+) -> None:
+    (tmp_path / "short").write_bytes(bytes(8))
+    command = [str(programs["a"]), "--cosim", f"ipc://{tmp_path}/s", "--alone", *words]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith((words[1], "usage: "))
+
+
 def test_board_that_begins_anew_is_heard_again(programs: dict[str, Path], sockets: Path) -> None:
     """The other fails at once, and says why; the new one knows of the power after a second."""
     folder = sockets / "anew"
@@ -165,7 +204,8 @@ def test_clang_has_nothing_to_say(
 ) -> None:
     """All of the boards' own sources, with the strictest warnings."""
     runtime = Path(fsmkit.__file__).parent / "runtime" / "c"
-    folders = [CELL / "boards", CELL / "controller", runtime / "hosts", runtime / "links"]
+    folders = [CELL / "boards", CELL / "controller"]
+    folders += [runtime / name for name in ("hosts", "io", "links")]
     for name, program in programs.items():
         generated = program.parent / "generated" / name
         sources = sorted(CELL.glob("boards/*.c"))
@@ -178,6 +218,8 @@ def test_clang_has_nothing_to_say(
                 *(f"-I{folder}" for folder in (*folders, generated)),
                 *map(str, own),
                 str(CELL / "boards" / f"board_{name}.c"),
+                *map(str, sorted(runtime.glob("io/*.c"))),
+                *(str(generated / file) for file in (f"board_{name}_io.c", "fsm_io.c")),
             ],
             check=True,
         )
