@@ -311,7 +311,7 @@ LINKS = _named(
     insecure="true: beyond this computer without keys",
     foreign="how the foreign nodes are reached",
 )
-NODE = _named(machines="the machines of the node", foreign="what its programs speak: can")
+NODE = _named(machines="the machines of the node", foreign="what its programs speak: can or ros")
 FOREIGN = {
     "can": _named(
         bus="the interface of the bus, such as can0",
@@ -319,8 +319,22 @@ FOREIGN = {
         bitrate="bits of the bus in a second; 500000 unless it says so",
         error_every="the shortest time between two errors of the bus; 10ms unless it says so",
     ),
+    "ros": _named(
+        domain="the number of the domain; 0 unless it says so",
+        namespace="what its topics begin with; the name of the node unless it says so",
+        bind="connections whose topics have other names or types",
+    ),
 }
 """The options of a foreign node, by the kind of it."""
+FOREIGN_TABLES = frozenset({"bind"})
+"""Those options that are no text."""
+ROS_BINDING = _named(
+    topic="its name; one without `/` at the left is within the namespace",
+    type="the type of its messages, such as std_msgs/msg/UInt8",
+    fields="for each value the field of the message that holds it",
+    qos="default, state or sensor",
+)
+"""An entry of `bind`."""
 
 BOARD = _named(
     board="the node of the deployment that runs on it",

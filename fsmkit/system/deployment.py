@@ -23,6 +23,7 @@ from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
 from fsmkit.system.reader import load_system
+from fsmkit.system.ros_nodes import RosNode, ros_node
 from fsmkit.system.system import EventLink, InputLink, System
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import (
@@ -48,6 +49,8 @@ class ForeignNode:
     kind: str
     span: Span
     options: Mapping[str, Text]
+    tables: Mapping[str, Node] = field(default_factory=dict, compare=False)
+    """Those that are no text."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,8 @@ class Deployment:
     """By node: what it is, None where it runs machines of fsmkit."""
     buses: Mapping[int, CanNode] = field(default_factory=dict)
     """The foreign nodes on a CAN bus with a DBC file, by their places."""
+    ros: Mapping[int, RosNode] = field(default_factory=dict)
+    """The foreign nodes of ROS, by their places."""
 
     @property
     def own_nodes(self) -> tuple[int, ...]:
@@ -133,24 +138,33 @@ def deployment_of(
         names = {system.machines[n].name for n in machines}
         same = tuple(n for n, machine in enumerate(written.machines) if machine.name in names)
         written = with_delays(written, same, bus, kind.options["dbc"].span)
+    wires = wires_of(
+        system,
+        nodes,
+        placed,
+        endpoints,
+        is_insecure=is_insecure,
+        foreign=tuple("" if kind is None else kind.kind for kind in foreign),
+    )
+    ros = {
+        place: ros_node(
+            place, kind.span, kind.options, kind.tables.get("bind"), system, wires, findings
+        )
+        for place, kind in enumerate(foreign)
+        if kind is not None and kind.kind == "ros"
+    }
     return Deployment(
         written,
         system,
         nodes,
         placed,
-        wires_of(
-            system,
-            nodes,
-            placed,
-            endpoints,
-            is_insecure=is_insecure,
-            foreign=tuple("" if kind is None else kind.kind for kind in foreign),
-        ),
+        wires,
         _every(options.get("every"), findings),
         None if curve is None else folder / curve.value,
         health,
         foreign,
         buses,
+        ros,
     )
 
 
@@ -270,9 +284,14 @@ def _with_options(
         if kind is None:
             continue
         parts = require_record(value, keys.FOREIGN[kind.kind], f"`{name}`", findings) or {}
-        texts = {key: require_text(part, f"`{key}`", findings) for key, part in parts.items()}
+        tables = {key: part for key, part in parts.items() if key in keys.FOREIGN_TABLES}
+        texts = {
+            key: require_text(part, f"`{key}`", findings)
+            for key, part in parts.items()
+            if key not in tables
+        }
         options = {key: text for key, text in texts.items() if text is not None}
-        kinds[name.value] = replace(kind, options=options)
+        kinds[name.value] = replace(kind, options=options, tables=tables)
     return tuple(kinds[name] for name in nodes)
 
 

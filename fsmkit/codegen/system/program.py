@@ -17,6 +17,7 @@ from fsmkit.codegen.system.glue import compose
 from fsmkit.codegen.system.node import Node, nodes_of
 from fsmkit.codegen.system.node_printer import compose_node
 from fsmkit.codegen.system.parts import named_charts
+from fsmkit.codegen.system.ros_files import compose_ros
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.plugins import Generated, Target, plugin, plugins
 from fsmkit.system.links import without_channels
@@ -66,7 +67,7 @@ def program_of(
         whole = without_channels(model)
         charts = named_charts(whole, is_joined=is_joined)
         return _program(charts, whole if is_joined else None, maker, options, findings)
-    files: dict[str, str | bytes] = {"links.json": model.map.as_json()}
+    files: dict[str, str | bytes] = {"links.json": model.map.as_json(), **compose_ros(model)}
     machines: list[tuple[Chart, Generated]] = []
     for node in nodes_of(replace(model, system=without_channels(model.system))):
         made = _program(node.charts, node if is_joined else None, maker, options, findings)

@@ -1,0 +1,86 @@
+"""Definitions of messages as text: ``.msg`` of ROS, ``.idl`` of DDS with the names ROS gives there.
+
+In DDS, a message ``a/msg/B`` is the struct ``a::msg::dds_::B_``; each member ends in ``_``, as
+``rosidl_generator_dds_idl`` writes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from fsmkit.emit import Emitter
+from fsmkit.ros.messages import DURATION, DURATION_TYPE, RosType
+
+EMPTY = "structure_needs_at_least_one_member"
+"""The member, of type ``uint8``, of a message without fields: no struct of DDS is empty."""
+IDL = {
+    "bool": "boolean",
+    "uint8": "octet",
+    "int8": "int8",
+    "uint16": "unsigned short",
+    "int16": "short",
+    "uint32": "unsigned long",
+    "int32": "long",
+    "uint64": "unsigned long long",
+    "int64": "long long",
+    "float32": "float",
+    "float64": "double",
+    "string": "string",
+    DURATION: "builtin_interfaces::msg::dds_::Duration_",
+}
+
+
+def dds_name(type_: RosType) -> str:
+    """Return the name of a type in DDS."""
+    return f"{type_.package}::msg::dds_::{type_.name}_"
+
+
+def msg_of(type_: RosType, notice: str) -> str:
+    """Return the text of ``<name>.msg``."""
+    out = Emitter()
+    out.line(f"# {notice}")
+    for field in type_.fields:
+        for name, value in field.constants:
+            out.line(f"{field.type} {name}={value}")
+        out.line(f"{field.type} {field.name}")
+    return out.finish()
+
+
+def idl_file(type_: RosType) -> str:
+    """Return the name of the file with the definition in DDS."""
+    return f"{type_.package}_{type_.name}_.idl"
+
+
+def idl_of(type_: RosType, notice: str) -> str:
+    """Return the text of `idl_file`, for compilers of IDL 4.2 such as ``idlc``."""
+    out = Emitter()
+    out.line(f"// {notice}")
+    guard = f"{type_.package}_{type_.name}_IDL".upper()
+    out.lines([f"#ifndef {guard}", f"#define {guard}", ""])
+    if any(field.type == DURATION for field in type_.fields):
+        out.lines([f'#include "{idl_file(DURATION_TYPE)}"', ""])
+    with (
+        out.block(f"module {type_.package} {{", "};"),
+        out.block("module msg {", "};"),
+        out.block("module dds_ {", "};"),
+    ):
+        constants = [(field.type, *each) for field in type_.fields for each in field.constants]
+        if constants:
+            with out.block(f"module {type_.name}_Constants {{", "};"):
+                for primitive, name, value in constants:
+                    out.line(f"const {IDL[primitive]} {name}_ = {value};")
+        out.line("@final")
+        with out.block(f"struct {type_.name}_ {{", "};"):
+            members: list[tuple[str, str]] = [(IDL[f.type], f.name) for f in type_.fields]
+            for primitive, member in members or [(IDL["uint8"], EMPTY)]:
+                out.line(f"{primitive} {member}_;")
+    out.lines(["", "#endif"])
+    return out.finish()
+
+
+def with_nested(types: Iterable[RosType]) -> tuple[RosType, ...]:
+    """Return types once, with those that their fields have."""
+    found = dict.fromkeys(types)
+    if any(field.type == DURATION for each in found for field in each.fields):
+        found[DURATION_TYPE] = None
+    return tuple(found)
