@@ -165,6 +165,7 @@ bless: $(VENV)/ready
 	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/runtime tests/yaml
 
 TOOLS := gcc-avr avr-libc clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
+  cyclonedds-dev cyclonedds-tools \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless
 tools: $(VENV)/ready
@@ -174,6 +175,8 @@ tools: $(VENV)/ready
 	  echo 'OpenCV or Matplotlib could not be installed; markers are not read, figures not drawn'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[can]' || \
 	  echo 'cantools and python-can could not be installed; nobody compares messages with them'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[ros]' || \
+	  echo 'cyclonedds could not be installed; nobody exchanges topics of ROS'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[packages]' || \
 	  echo 'PlatformIO could not be installed; nobody packs libraries with it'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fmi]' || \

@@ -27,7 +27,8 @@ EXTERNAL = frozenset(
     {
         *("avr-gcc", "avr-size"),
         *("arm-linux-gnueabihf-gcc", "arm-none-eabi-gcc", "arm-none-eabi-nm", "arm-none-eabi-size"),
-        *("clang", "clang++", "clang-tidy", "cmake", "cppcheck", "dot", "frama-c", "g++", "java"),
+        *("clang", "clang++", "clang-tidy", "cmake", "cppcheck", "dot", "frama-c", "g++"),
+        *("idlc", "java"),
         *(
             "node",
             "pkg-config",

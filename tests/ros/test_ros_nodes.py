@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -216,3 +217,24 @@ def test_names_are_those_that_ros_allows() -> None:
     assert camel("lens[3]", "is_sharp") == "Lens3IsSharp"
     assert camel("é", "1") == "M1"
     assert (lower("_Is__sharp_"), lower("2nd"), lower("é")) == ("is_sharp", "f2nd", "f")
+
+
+@pytest.mark.external
+def test_idl_is_what_a_compiler_of_dds_takes(
+    write: Callable[..., Path], tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    compiler = require_tool("idlc")
+    bind = f"{POSITION}: {{topic: /x, type: std_msgs/msg/Int64}}, "
+    bind += "camera.look -> lens.look: {topic: /go, type: std_msgs/msg/Empty}"
+    files = {name: FILES[name].replace("look(near bool)", "look") for name in ("lens", "camera")}
+    files["camera"] = files["camera"].replace("(near = true)", "")
+    path = write(**bound(bind), **files)
+    assert execute(["compile", str(path), "--out", str(tmp_path / "out")]) == 0
+    found = sorted((tmp_path / "out/idl").iterdir())
+    assert len(found) == 7
+    for each in found:
+        subprocess.run(
+            [compiler, "-o", str(tmp_path), each.name], cwd=each.parent, check=True, text=True
+        )
+    made = (tmp_path / "fsmkit_cell_LensJudged_.c").read_text()
+    assert '"fsmkit_cell::msg::dds_::LensJudged_"' in made
