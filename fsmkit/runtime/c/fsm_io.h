@@ -30,6 +30,7 @@ typedef struct {
     uint8_t kind;    /* fsm_io_kind */
     uint8_t bits;    /* of a counter or a converter, else 32; of a digital wire 1 */
     int32_t safe;    /* what an output is before the first cycle, and where all is off */
+    int32_t full;    /* the greatest value of a pwm, else 0 */
 } fsm_io_wire;
 
 static inline bool fsm_io_is_output(const fsm_io_wire *wire)

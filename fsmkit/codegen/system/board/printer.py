@@ -273,10 +273,12 @@ class _Source:
             for number, signal in found:
                 member = f"offsetof({s}_raw, {self.names.signals[number]})"
                 kind, safe = f"FSM_IO_{signal.kind.name}", number_of(safe_raw(signal))
-                row = f"{signal.number}u, {kind}, {bits_of(signal)}u, {safe}"
+                full = signal.type.hi if isinstance(signal.type, IntType) else 0
+                full = full if signal.kind is Kind.PWM else 0
+                row = f"{signal.number}u, {kind}, {bits_of(signal)}u, {safe}, {full}"
                 self.out.line(f"{{{quoted(signal.name)}, {member}, {row}}},")
             if not found:
-                self.out.line("{NULL, 0u, 0u, 0u, 0u, 0}")
+                self.out.line("{NULL, 0u, 0u, 0u, 0u, 0, 0}")
         self.out.line()
 
         rows = list(registers(self.board))
