@@ -20,6 +20,7 @@ from fsmkit.diagnostics import FsmkitError
 
 from . import boards, faults, markers, monitor, nodes, picture, recording
 from .camera import Detector, Judgement, itself
+from .effects import Effect, effects
 from .monitor import Judged
 from .orchestrator import Orchestrator, Outcome, Setup
 from .pace import Pace
@@ -50,6 +51,7 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.option(
     "--fault", default="", help=f"One of {', '.join(faults.DEFAULTS)}, or a file of them."
 )
+@click.option("--strict", is_flag=True, help="End with 1 if a fault had no effect.")
 @click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks.")
 @click.option("--aruco", is_flag=True, help="Read the blocks off rendered pictures, with OpenCV.")
 @click.option("--double", is_flag=True, help="The boards in Python, in one process, instead of C.")
@@ -66,8 +68,9 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
 @click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
 def main(
-    hours: float, seconds: float | None, blocks: int, seed: int, fault: str, bad: float,
-    aruco: bool, double: bool, hz: int, priority: int, registers: bool, out: Path, timeout: float,
+    hours: float, seconds: float | None, blocks: int, seed: int, fault: str, strict: bool,
+    bad: float, aruco: bool, double: bool, hz: int, priority: int, registers: bool, out: Path,
+    timeout: float,
 ) -> None:  # fmt: skip
     """Run boards and plant of the Production Cell together, and tell what came of it."""
     out = out.resolve()
@@ -78,7 +81,7 @@ def main(
         if registers and double:
             raise nodes.CellError("--double has no wires: leave out --registers")
         out.mkdir(parents=True, exist_ok=True)
-        actions = faults.read(fault)
+        schedule = faults.read(fault)
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
             programs = (
                 (nodes.double_program(),)
@@ -88,12 +91,12 @@ def main(
                 )
             )
             setup = Setup(
-                steps, programs, nodes.plant_program(seed), out, Path(folder), actions,
+                steps, programs, nodes.plant_program(seed), out, Path(folder), schedule,
                 {"seed": seed, "blocks": blocks, "fault": fault}, timeout, pace=pace,
             )  # fmt: skip
             world = World(Operator(blocks), Judgement(seed, bad), (), _detector(aruco, seed))
             outcome = _run(setup, world)
-        code = tell(out, outcome, bool(actions))
+        code = tell(out, outcome, bool(schedule), strict)
     except (
         nodes.CellError,
         faults.FaultError,
@@ -170,15 +173,18 @@ def _run(setup: Setup, world: World) -> Outcome:
     return outcome
 
 
-def tell(out: Path, outcome: Outcome, has_faults: bool) -> int:
+def tell(out: Path, outcome: Outcome, has_faults: bool, strict: bool = False) -> int:
     """Print and write the results; return 0 if everything is as it should be, else 1."""
     record = recording.read(out / "run.rec")
     events = outcome.reports.get("plant", {}).get("events", [])
     figures = tally(record, outcome)
     judged = monitor.judge(record, events)
+    came = effects(record, outcome)
     result = {
         "figures": figures.as_json(),
         "properties": [asdict(j) for j in judged],
+        "faults": [effect.as_json() for effect in came],
+        "faults_not_begun": outcome.not_begun,
         "events": events,
         "reports": outcome.reports,
         "earlier_lives": outcome.lives,
@@ -190,6 +196,7 @@ def tell(out: Path, outcome: Outcome, has_faults: bool) -> int:
         console.print(_pace(outcome))
     console.print(_properties(judged, has_faults))
     if has_faults:
+        console.print(_effects(came, outcome.not_begun))
         for at, what in figures.timeline[:MOST_LINES]:
             console.print(f"{at:10.3f} s  {what}", markup=False)
         if len(figures.timeline) > MOST_LINES:
@@ -206,7 +213,8 @@ def tell(out: Path, outcome: Outcome, has_faults: bool) -> int:
         and not (has_faults and j.name in monitor.OF_FAULTS)
     ]  # fmt: skip
     bad = figures.collisions or broken or not figures.is_accounted_for
-    return int(bool(bad) or (bool(figures.lost) and not has_faults))
+    idle = bool(outcome.not_begun) or any(effect.is_idle for effect in came)
+    return int(bool(bad) or (bool(figures.lost) and not has_faults) or (strict and idle))
 
 
 def _figures(figures: Tally) -> Table:
@@ -233,6 +241,22 @@ def _figures(figures: Tally) -> Table:
     )
     for row in rows:
         table.add_row(*row)
+    return table
+
+
+def _effects(came: tuple[Effect, ...], not_begun: list[str]) -> Table:
+    """Return what faults met and did."""
+    table = Table("fault", "at", "met", "effect", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for effect in came:
+        met = ", ".join(
+            f"{name} {state}"
+            for name, state in effect.met.items()
+            if name == "supervisor" or effect.fault.endswith(f" {name}") or name == effect.machine
+        )
+        text = Text(str(effect), style="yellow" if effect.is_idle else "")
+        table.add_row(effect.fault, f"{effect.at:.3f} s", met, text)
+    for fault in not_begun:
+        table.add_row(fault, "", "", "[yellow]its time did not come[/]")
     return table
 
 

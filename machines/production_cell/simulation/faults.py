@@ -1,6 +1,14 @@
 """Faults, and when they occur: a list in YAML, or one by name.
 
-Each is a line such as ``{at: 60, fault: jam, axis: feeder, for: 5}``; times are in s.
+Each is a line such as ``{when: feeder.state == pushing, after: 20ms, fault: jam, for: 5}``. A
+number is a time in s; ``20ms`` and ``2s`` name their unit.
+
+| field | meaning |
+|---|---|
+| ``at`` | not before this time |
+| ``when`` | as soon as a machine enters a state, counted from ``at`` on |
+| ``nth`` | not the first time that it does, but this one |
+| ``after`` | so long after all that |
 
 | fault | fields |
 |---|---|
@@ -15,6 +23,7 @@ Each is a line such as ``{at: 60, fault: jam, axis: feeder, for: 5}``; times are
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +31,7 @@ from typing import Any
 
 import yaml
 
-from .signals import AXES, MEASUREMENTS, SLOTS
+from .signals import AXES, MEASUREMENTS, MODULES, SLOTS
 
 DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "jam": {"axis": "feeder", "for": 5},
@@ -34,38 +43,64 @@ DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "kill": {"board": "b", "for": 3},
 }
 """The faults, with what they do unless something else is said. ``for`` 0: until the end."""
+BY_NAME: Mapping[str, Mapping[str, Any]] = {
+    "jam": {"when": "feeder.state == pushing", "after": "20ms"},
+    "stuck_sensor": {"when": "molder.state == opened", "after": "20ms"},
+}
+"""When the faults that are given by name occur: while the machine that they meet is at work."""
+TIMING = frozenset({"at", "when", "nth", "after", "for"})
 AT = 60.0
 """When a fault occurs of which it is not said, in s."""
+LONGEST = 1_000_000
+STATE = re.compile(r"\s*(\w+)\.state\s*==\s*(\w+)\s*")
+TIME = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(ms|s)\s*")
 
 
 class FaultError(Exception):
     """A schedule of faults cannot be read, or makes no sense."""
 
 
+@dataclass(frozen=True)
+class Trigger:
+    """When a fault begins; times in ms. It waits for all that is said."""
+
+    at: int = 0
+    machine: str = ""
+    state: str = ""
+    """As soon as the machine enters it; "" for at once."""
+    nth: int = 1
+    after: int = 0
+    slot: str = ""
+    """Not before there is a block."""
+
+
 @dataclass(frozen=True, order=True)
 class Action:
-    """Something to be done at a step: set a parameter of the plant or of the boards, and so on.
-
-    ``slot``: not before there is a block.
-    """
+    """Something to be done: set a parameter of the plant or of the boards, and so on."""
 
     step: int
+    """In ms from the begin of the fault."""
     target: str
     """``plant``, ``boards``, ``estop``, or ``kill`` and ``restart`` with the board as ``name``."""
     name: str = ""
     value: float = 0.0
-    slot: str = ""
 
 
-def read(text: str) -> tuple[Action, ...]:
-    """Return the actions of a file, or of a fault by name; ``""`` is none.
+@dataclass(frozen=True)
+class Fault:
+    """A fault of a schedule."""
 
-    Raises `FaultError`.
-    """
+    text: str
+    trigger: Trigger
+    actions: tuple[Action, ...]
+
+
+def read(text: str) -> tuple[Fault, ...]:
+    """Return the faults of a file, or one by name; ``""`` is none. Raises `FaultError`."""
     if not text:
         return ()
     if text in DEFAULTS:
-        return schedule([{"fault": text}])
+        return schedule([{"fault": text, **BY_NAME.get(text, {})}])
     path = Path(text)
     if path.suffix not in {".yaml", ".yml"}:
         known = ", ".join(DEFAULTS)
@@ -74,39 +109,81 @@ def read(text: str) -> tuple[Action, ...]:
         )
     try:
         lines = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError) as error:
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise FaultError(f"{path}: {error}") from error
     if not isinstance(lines, list):
         raise FaultError(f"{path}: a list of faults is expected")
     return schedule(lines)
 
 
-def schedule(lines: Sequence[object]) -> tuple[Action, ...]:
-    """Return the actions of faults, in the order of time. Raises `FaultError`."""
-    return tuple(sorted(action for line in lines for action in _actions(line)))
+def schedule(lines: Sequence[object]) -> tuple[Fault, ...]:
+    """Return the faults of a list. Raises `FaultError`."""
+    return tuple(map(_fault, lines))
 
 
-def _actions(line: object) -> list[Action]:
-    """Return what a fault does, at its beginning and at its end."""
-    if not isinstance(line, Mapping) or line.get("fault") not in DEFAULTS:
+def _fault(line: object) -> Fault:
+    """Return a fault: its trigger, and what it does at its beginning and at its end."""
+    kind = line.get("fault") if isinstance(line, Mapping) else None
+    if not isinstance(line, Mapping) or not isinstance(kind, str) or kind not in DEFAULTS:
         raise FaultError(f"`{line}` is no fault: one of {', '.join(DEFAULTS)} is expected")
-    fault = {"at": AT, **DEFAULTS[line["fault"]], **line}
-    surplus = set(fault) - {"at", "fault", "for", *DEFAULTS[line["fault"]]}
+    fault = {"at": 0 if "when" in line else AT, **DEFAULTS[kind], **line}
+    surplus = {str(field) for field in fault} - TIMING - {"fault", *DEFAULTS[kind]}
+    if kind == "lost_block":
+        surplus |= {"for"} & set(line)
     if surplus:
-        raise FaultError(f"`{line['fault']}` has no field `{min(surplus)}`")
+        raise FaultError(f"`{kind}` has no field `{min(surplus)}`")
     try:
-        begin, lasts = round(1000 * float(fault["at"])), round(1000 * float(fault.get("for", 0)))
+        trigger, lasts = _trigger(fault), _milliseconds(fault.get("for", 0))
         pairs = _set_and_reset(fault)
     except (TypeError, ValueError) as error:
         raise FaultError(f"`{dict(line)}`: {error}") from error
     actions = []
     for target, name, value, after in pairs:
-        slot = str(fault["slot"]) if target == "plant" and "slot" in fault else ""
-        actions.append(Action(begin, target, name, value, slot))
+        actions.append(Action(0, target, name, value))
         if lasts and after is not None:
             back = "restart" if target == "kill" else target
-            actions.append(Action(begin + lasts, back, name, after))
-    return actions
+            actions.append(Action(lasts, back, name, after))
+    what = next((f" {fault[field]}" for field in DEFAULTS[kind] if field != "for"), "")
+    return Fault(kind + what, trigger, tuple(sorted(actions)))
+
+
+def _trigger(fault: Mapping[str, Any]) -> Trigger:
+    """Return when a fault begins. Raises `FaultError`, `ValueError`, `TypeError`."""
+    machine, state = "", ""
+    if "when" in fault:
+        found = STATE.fullmatch(str(fault["when"]))
+        if found is None:
+            raise FaultError(
+                f"`when: {fault['when']}` is not of the form `feeder.state == pushing`"
+            )
+        machine, state = found.groups()
+        if machine not in MODULES:
+            known = ", ".join(MODULES)
+            raise FaultError(f"there is no machine `{machine}`; there are {known}")
+    nth = fault.get("nth", 1)
+    if (
+        not isinstance(nth, int)
+        or isinstance(nth, bool)
+        or nth < 1
+        or ("nth" in fault and not state)
+    ):
+        raise FaultError(f"`nth: {nth}` is expected to be 1 or more, beside `when`")
+    slot = str(fault["slot"]) if "slot" in fault else ""
+    at, after = _milliseconds(fault["at"]), _milliseconds(fault.get("after", 0))
+    return Trigger(at, machine, state, nth, after, slot)
+
+
+def _milliseconds(time: object) -> int:
+    """Return a time in ms. Raises `ValueError` or `TypeError` for what is none."""
+    named = TIME.fullmatch(time) if isinstance(time, str) else None
+    if named is not None:
+        return round(float(named.group(1)) * (1 if named.group(2) == "ms" else 1000))
+    if isinstance(time, bool) or not isinstance(time, int | float | str):
+        raise TypeError(f"`{time}` is no time")
+    seconds = float(time)
+    if not 0 <= seconds <= LONGEST:
+        raise ValueError(f"`{time}` is no time from 0 to {LONGEST} s")
+    return round(1000 * seconds)
 
 
 def _set_and_reset(fault: Mapping[str, Any]) -> list[tuple[str, str, float, float | None]]:

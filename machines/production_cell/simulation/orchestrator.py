@@ -18,9 +18,11 @@ import numpy as np
 import numpy.typing as npt
 import zmq
 
+import fsmkit
+
 from . import world
 from .fake_fpga import BoardBehindRegisters
-from .faults import Action
+from .faults import Action, Fault
 from .nodes import CellError, Process, Program, answering, ping
 from .pace import Pace, WallClock
 from .protocol import ProtocolError, read_step_reply, step_request
@@ -28,6 +30,7 @@ from .recording import Recorder
 from .signals import SLOTS, WORLD_OUTPUTS
 from .world import World, WorldState
 
+CHARTS = Path(__file__).resolve().parents[1]
 KEPT = ("extractor.magnet", "rotator.magnet")
 """What a board without power does not let go: the magnets hold by themselves."""
 Places = npt.NDArray[np.intp]
@@ -43,7 +46,7 @@ class Setup:
     out: Path
     endpoints: Path
     """A folder for the sockets."""
-    faults: tuple[Action, ...] = ()
+    faults: tuple[Fault, ...] = ()
     about: Mapping[str, Any] = field(default_factory=dict)
     timeout: float = 10.0
     pings: int = 2000
@@ -62,6 +65,10 @@ class Outcome:
     states: dict[str, tuple[str, ...]] = field(default_factory=dict)
     told: list[str] = field(default_factory=list)
     """What the schedule of faults did."""
+    begun: list[tuple[int, str]] = field(default_factory=list)
+    """The steps at which faults began, and what they are."""
+    not_begun: list[str] = field(default_factory=list)
+    """Faults whose time did not come."""
     pace: Mapping[str, Any] = field(default_factory=dict)
     """Counts of the clock; empty where there is none."""
 
@@ -69,6 +76,18 @@ class Outcome:
     def step_rate(self) -> float:
         """Steps a second."""
         return self.steps / self.seconds if self.seconds else 0.0
+
+
+@dataclass
+class _Watch:
+    """A fault that waits for its time. ``due``: the step at which it begins, once that is known."""
+
+    fault: Fault
+    numbers: frozenset[int] = frozenset()
+    """Of its state and those below."""
+    entered: int = 0
+    was_there: bool = False
+    due: int | None = None
 
 
 class Orchestrator:
@@ -85,7 +104,9 @@ class Orchestrator:
         self._values = np.zeros(0, np.int32)
         self._inputs: dict[str, Places] = {}
         self._outputs: dict[str, Places] = {}
-        self._pending = sorted(setup.faults)
+        self._pending: list[Action] = []
+        """What faults that began still do, at steps from the begin of the run."""
+        self._watched = [_Watch(fault) for fault in setup.faults]
         self._state = WorldState()
         self._is_stopped = False
         self._set_on_boards: dict[str, float] = {}
@@ -116,6 +137,7 @@ class Orchestrator:
                     self.outcome.reports[process.program.name] = process.ask_json(b"R")
             if self._clock is not None:
                 self.outcome.pace = self._clock.as_json()
+            self.outcome.not_begun = [watch.fault.text for watch in self._watched]
         finally:
             for process in (*self._boards, self._plant):
                 process.end()
@@ -150,6 +172,12 @@ class Orchestrator:
         self._outputs["world"] = np.array([place[name] for name in WORLD_OUTPUTS], np.intp)
         self._values = np.zeros(len(place), np.int32)
         self._slots = {slot: place[f"slot.{slot}"] for slot in SLOTS}
+        self._states = {name: place[f"{name}.state"] for name in self.outcome.states}
+        for watch in self._watched:
+            trigger = watch.fault.trigger
+            if trigger.state:
+                states = self.outcome.states.get(trigger.machine, ())
+                watch.numbers = _numbers(trigger.machine, trigger.state, states)
         self._world = self._make_world(self.outcome.states.get("supervisor", ()))
 
     def _exchange_initial_values(self) -> None:
@@ -202,6 +230,8 @@ class Orchestrator:
         """Give the boards their inputs and take their outputs; before it, break and mend."""
         if self._clock is not None:
             self._clock.wait()
+        if self._watched:
+            self._begin_faults(number)
         if self._pending and self._pending[0].step <= number:
             self._break_and_mend(number)
         frames = self._frames()
@@ -269,16 +299,39 @@ class Orchestrator:
 
     # --- faults ---------------------------------------------------------------------------------
 
+    def _begin_faults(self, number: int) -> None:
+        """Begin the faults whose triggers have come."""
+        for watch in tuple(self._watched):
+            if not self._has_come(watch, number):
+                continue
+            self._watched.remove(watch)
+            self.outcome.begun.append((number, watch.fault.text))
+            moved = (replace(a, step=number + a.step) for a in watch.fault.actions)
+            self._pending = sorted((*self._pending, *moved))
+
+    def _has_come(self, watch: _Watch, number: int) -> bool:
+        """Return whether a fault begins now: its state is entered often enough, its slot full."""
+        trigger = watch.fault.trigger
+        if watch.due is None:
+            if trigger.state:
+                is_there = int(self._values[self._states[trigger.machine]]) in watch.numbers
+                is_counted = is_there and not watch.was_there and number >= trigger.at
+                watch.entered += is_counted
+                watch.was_there = is_there
+                if watch.entered < trigger.nth:
+                    return False
+            watch.due = max(number, trigger.at) + trigger.after
+        is_full = not trigger.slot or bool(self._values[self._slots[trigger.slot]])
+        return number >= watch.due and is_full
+
     def _break_and_mend(self, number: int) -> None:
-        """Do what the schedule says of this step; what waits for a block waits."""
+        """Do what faults that began do at this step."""
         due = [a for a in self._pending if a.step <= number]
-        waiting = [a for a in due if a.slot and not self._values[self._slots[a.slot]]]
-        self._pending = sorted({*waiting, *(a for a in self._pending if a.step > number)})
+        self._pending = [a for a in self._pending if a.step > number]
         for action in due:
-            if action not in waiting:
-                self._act(action)
-                text = " ".join(t for t in (action.target, action.name) if t)
-                self.outcome.told.append(f"{number / 1000:.3f} s {text} {action.value:g}")
+            self._act(action)
+            text = " ".join(t for t in (action.target, action.name) if t)
+            self.outcome.told.append(f"{number / 1000:.3f} s {text} {action.value:g}")
 
     def _act(self, action: Action) -> None:
         match action.target:
@@ -321,6 +374,17 @@ class Orchestrator:
         self._check_one(board)
         for name, value in self._set_on_boards.items():
             _set(board, name, value)
+
+
+def _numbers(machine: str, state: str, states: tuple[str, ...]) -> frozenset[int]:
+    """Return the numbers of a state and of those below it. Raises `CellError`."""
+    chart = fsmkit.read_chart(CHARTS / f"{machine}.yaml")
+    found = next((s for s in chart.states[1:] if s.id == state), None)
+    if found is None or not states:
+        known = ", ".join(s.id for s in chart.states[1:]) if states else "none that a board tells"
+        raise CellError(f"{machine} has no state `{state}`; it has {known}")
+    below = chart.states[found.index : found.last_descendant + 1]
+    return frozenset(states.index(s.id) for s in below if s.id in states)
 
 
 def _set(process: Process, name: str, value: float) -> None:

@@ -7,11 +7,13 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from machines.production_cell.simulation import monitor, nodes, recording
 from machines.production_cell.simulation.camera import Judgement
-from machines.production_cell.simulation.faults import Action
+from machines.production_cell.simulation.effects import effects
+from machines.production_cell.simulation.faults import Action, Fault, Trigger
 from machines.production_cell.simulation.nodes import CellError, Program
 from machines.production_cell.simulation.orchestrator import Orchestrator, Outcome, Setup
 from machines.production_cell.simulation.panel import Operator
@@ -67,13 +69,13 @@ def run(
     out: Path,
     *boards: Program,
     steps: int,
-    actions: tuple[Action, ...] = (),
+    schedule: tuple[Fault, ...] = (),
     timeout: float = 60.0,
 ) -> Orchestrator:
     """Run on a machine that may be busy: ``timeout`` in s."""
     with tempfile.TemporaryDirectory() as sockets:
         setup = Setup(
-            steps, boards, nodes.plant_program(1), out, Path(sockets), actions, {}, timeout, 5
+            steps, boards, nodes.plant_program(1), out, Path(sockets), schedule, {}, timeout, 5
         )
         made = Orchestrator(setup, lambda states: World(Operator(), Judgement(), states))
         made.run()
@@ -138,8 +140,9 @@ def test_a_program_that_is_not_there(tmp_path: Path) -> None:
 @pytest.mark.cc
 def test_a_board_is_killed_and_begun_again(tmp_path: Path) -> None:
     ones = 'socket.send(b"S" + request[1:5] + bytes(4) + b"\\x01\\x00\\x00\\x00" * len(writes))'
-    actions = (Action(5, "kill", "board"), Action(10, "restart", "board"))
-    made = run(tmp_path, board(tmp_path, ANSWER=ones), steps=15, actions=actions)
+    actions = (Action(0, "kill", "board"), Action(5, "restart", "board"))
+    schedule = (Fault("kill", Trigger(5), actions),)
+    made = run(tmp_path, board(tmp_path, ANSWER=ones), steps=15, schedule=schedule)
     record = recording.read(tmp_path / "run.rec")
     assert record["feeder.enable"].tolist() == [1] * 4 + [0] * 5 + [1] * 6
     assert record["rotator.magnet"].tolist() == [1] * 15
@@ -184,8 +187,12 @@ Ran = tuple[Recording, Outcome, Tally]
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
     out = tmp_path_factory.mktemp("cell")
-    actions = (Action(16_000, "plant", "take.f0", 1, "f0"),)
-    outcome = run(out, nodes.double_program(), steps=STEPS, actions=actions).outcome
+    actions = (Action(0, "plant", "take.f0", 1),)
+    schedule = (
+        Fault("lost_block f0", Trigger(16_000, slot="f0"), actions),
+        Fault("estop", Trigger(0, "feeder", "at_home", 9), (Action(0, "estop", "", 1),)),
+    )
+    outcome = run(out, nodes.double_program(), steps=STEPS, schedule=schedule).outcome
     record = recording.read(out / "run.rec")
     return record, outcome, tally(record, outcome)
 
@@ -208,6 +215,34 @@ def test_a_block_that_is_taken_away_is_accounted_for(ran: Ran) -> None:
     assert figures.lost == 1
     assert figures.is_accounted_for
     assert "fault: plant take.f0 1" in [what for _, what in figures.timeline]
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+def test_faults_begin_when_their_state_is_entered_or_not_at_all(ran: Ran, tmp_path: Path) -> None:
+    record, outcome, _ = ran
+    assert [fault for _, fault in outcome.begun] == ["lost_block f0"]
+    assert outcome.not_begun == ["estop"]
+    first = record.about["states"]["feeder"].index("seeking")  # the first below `homing`
+    entered = np.flatnonzero(record["feeder.state"] == first)
+    at = int(entered[0]) + 1  # the boards' step comes before that of the faults' clock
+    actions = (Action(0, "estop", "", 1),)
+    schedule = (Fault("estop", Trigger(0, "feeder", "homing", 1, 20), actions),)
+    made = run(tmp_path, nodes.double_program(), steps=at + 200, schedule=schedule).outcome
+    assert made.begun == [(at + 1 + 20, "estop")]
+    (effect,) = effects(recording.read(tmp_path / "run.rec"), made)
+    assert effect.met["feeder"] in {"homing", "seeking", "backing_off", "settling"}
+    assert effect.state in {"emergency", "latched", "fallen"}
+    assert effect.after is not None
+    assert 0 <= effect.after < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+def test_a_state_that_no_machine_has_is_refused(tmp_path: Path) -> None:
+    schedule = (Fault("estop", Trigger(0, "feeder", "pushhing"), ()),)
+    with pytest.raises(CellError, match=r"feeder has no state `pushhing`; it has .*pushing"):
+        run(tmp_path, nodes.double_program(), steps=10, schedule=schedule)
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 
 from machines.production_cell.simulation import camera, faults, panel
 from machines.production_cell.simulation.camera import BAD, GOOD, UNKNOWN, CameraState, Judgement
-from machines.production_cell.simulation.faults import Action, FaultError
+from machines.production_cell.simulation.faults import Action, FaultError, Trigger
 from machines.production_cell.simulation.panel import Operator, OperatorState
 from machines.production_cell.simulation.signals import BUTTONS
 
@@ -123,12 +123,17 @@ def test_where_a_block_is_that_went_out_of_view() -> None:
 
 def test_each_fault_by_name_has_its_actions() -> None:
     assert faults.read("") == ()
-    assert faults.read("jam") == (
-        Action(60000, "plant", "jam.feeder", 1),
-        Action(65000, "plant", "jam.feeder", 0),
+    (jam,) = faults.read("jam")
+    assert jam.trigger == Trigger(0, "feeder", "pushing", 1, 20)
+    assert jam.actions == (
+        Action(0, "plant", "jam.feeder", 1),
+        Action(5000, "plant", "jam.feeder", 0),
     )
-    assert faults.read("kill") == (Action(60000, "kill", "b"), Action(63000, "restart", "b"))
-    assert faults.read("loss") == (Action(60000, "boards", "link.loss", 0.1),)
+    (kill,) = faults.read("kill")
+    assert kill.trigger == Trigger(60_000)
+    assert kill.actions == (Action(0, "kill", "b"), Action(3000, "restart", "b"))
+    (loss,) = faults.read("loss")
+    assert loss.actions == (Action(0, "boards", "link.loss", 0.1),)
     for name in faults.DEFAULTS:
         assert faults.read(name)
 
@@ -136,11 +141,23 @@ def test_each_fault_by_name_has_its_actions() -> None:
 def test_a_file_of_faults(tmp_path: Path) -> None:
     path = tmp_path / "faults.yaml"
     path.write_text("- {at: 2, fault: estop, for: 1}\n- {at: 1, fault: lost_block, slot: m}\n")
-    assert faults.read(str(path)) == (
-        Action(1000, "plant", "take.m", 1, "m"),
-        Action(2000, "estop", "", 1),
-        Action(3000, "estop", "", 0),
+    estop, lost = faults.read(str(path))
+    assert estop.trigger == Trigger(2000)
+    assert estop.actions == (Action(0, "estop", "", 1), Action(1000, "estop", "", 0))
+    assert lost.trigger == Trigger(1000, slot="m")
+    assert lost.actions == (Action(0, "plant", "take.m", 1),)
+
+
+def test_a_fault_waits_for_the_second_time_that_a_state_is_entered(tmp_path: Path) -> None:
+    path = tmp_path / "faults.yaml"
+    path.write_text(
+        "- {when: feeder.state == pushing, nth: 2, after: 20ms, fault: jam, for: 500ms}\n"
+        "- {at: 3, when: ' rotator.state==idle ', after: 0.5, fault: estop}\n"
     )
+    jam, estop = faults.read(str(path))
+    assert jam.trigger == Trigger(0, "feeder", "pushing", 2, 20)
+    assert [action.step for action in jam.actions] == [0, 500]
+    assert estop.trigger == Trigger(3000, "rotator", "idle", 1, 500)
 
 
 @pytest.mark.parametrize(
@@ -151,6 +168,16 @@ def test_a_file_of_faults(tmp_path: Path) -> None:
         ("[{fault: jam, slot: m}]", "no field `slot`"),
         ("[{fault: loss, share: much}]", "could not convert"),
         ("fault: jam", "a list of faults"),
+        ("[{fault: [jam]}]", "is no fault"),
+        ("[{fault: jam, when: feeder}]", "is not of the form"),
+        ("[{fault: jam, when: [1]}]", "is not of the form"),
+        ("[{fault: jam, when: elbow.state == up}]", "no machine `elbow`"),
+        ("[{fault: jam, nth: 2}]", "beside `when`"),
+        ("[{fault: jam, when: feeder.state == idle, nth: 0}]", "1 or more"),
+        ("[{fault: jam, at: -1}]", "is no time"),
+        ("[{fault: jam, for: .nan}]", "is no time"),
+        ("[{fault: jam, after: soon}]", "could not convert"),
+        ("[{fault: jam, after: [1]}]", "is no time"),
         ("[", "while parsing"),
     ],
 )
