@@ -22,7 +22,7 @@ def check_wires(files: Sequence[Path], reading: Reading, *, as_json: bool) -> in
     Raises `FsmkitError` with every finding of the first file that cannot be used.
     """
     findings = reading.findings()
-    boards = [(file, _board(file, findings, strict=reading.strict)) for file in files]
+    boards = [(file, board_of_file(file, findings, strict=reading.strict)) for file in files]
     report(findings)
     if as_json:
         told = [
@@ -47,7 +47,8 @@ def figures(board: Board) -> dict[str, int]:
     }
 
 
-def _board(file: Path, findings: Findings, *, strict: bool) -> Board:
+def board_of_file(file: Path, findings: Findings, *, strict: bool) -> Board:
+    """Return the board of a file; `FsmkitError` where it has none."""
     found = read_with_boards(file, findings, strict=strict)
     if not isinstance(found, Board):
         raise fail(

@@ -45,17 +45,20 @@ def size_of(places: Iterable[Place]) -> int:
 class Registers:
     """A window of a file; a context that closes it."""
 
-    def __init__(self, path: Path, places: Mapping[str, Place], *, create: bool = False) -> None:
+    def __init__(
+        self, path: Path, places: Mapping[str, Place], *, create: bool = False, start: int = 0
+    ) -> None:
         """Map the file; ``create``: make it, or make it anew, of zeros.
 
-        Raises `OSError` or `ValueError` where it cannot be mapped, or is too short.
+        ``start``: where the window begins in it, a multiple of the size of a page. Raises
+        `OSError`, `ValueError` or `OverflowError` where it cannot be mapped, or is too short.
         """
         size = size_of(places.values())
         self.places = places
         if create:
             path.write_bytes(bytes(size))
         with path.open("r+b") as file:
-            self._window = mmap.mmap(file.fileno(), size)
+            self._window = mmap.mmap(file.fileno(), size, offset=start)
 
     def __enter__(self) -> Self:
         """Return the window."""

@@ -1,0 +1,168 @@
+"""``fsmkit io``: the wires of a board by hand, to see whether they are connected."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import NoReturn
+
+import click
+from rich.table import Table
+from rich.text import Text
+
+from fsmkit.cli._options import OneOf, Reading, read_span, reading_options
+from fsmkit.cli._wires import board_of_file
+from fsmkit.cli.console import print_json, result
+from fsmkit.diagnostics import fail
+from fsmkit.diagnostics.suggest import suggest
+from fsmkit.runtime.registers import Place, Registers
+from fsmkit.system.wires.board import Signal
+from fsmkit.system.wires.meaning import meaning, raw_of
+from fsmkit.texts import plain
+
+EPILOG = """\b
+Examples:
+  fsmkit io board_a.io.yaml --map /dev/mem --from 0x43C00000 show
+  fsmkit io board_a.io.yaml --map window set lamp on
+  fsmkit io board_a.io.yaml --map window watch --for 10s
+"""
+SHORTEST = 0.001
+"""Between two looks of ``watch``, in s."""
+
+
+def read_number(context: click.Context, option: click.Parameter, text: str) -> int:
+    """Return the value of ``--from``, such as ``0x43C00000``."""
+    del context, option
+    try:
+        number = int(text, 0)
+    except ValueError:
+        number = -1
+    if number < 0:
+        raise click.BadParameter(f"`{text}` is no address")
+    return number
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("action", type=OneOf("action", ("show", "set", "watch")))
+@click.argument("words", nargs=-1, metavar="[NAME VALUE]")
+@click.option(
+    "--map",
+    "window",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="The file with the registers: one that is shared, or /dev/mem.",
+)
+@click.option(
+    "--from", "start", callback=read_number, default="0", help="Where they begin in it, in bytes."
+)
+@click.option("--for", "span", callback=read_span, default="1h", help="How long to watch.")
+@click.option("--inputs", is_flag=True, help="Set inputs, too: those of a fake, never of hardware.")
+@click.option("--json", "as_json", is_flag=True, help="show: print one JSON document.")
+@reading_options
+def command(
+    file: Path,
+    action: str,
+    words: tuple[str, ...],
+    window: Path,
+    start: int,
+    span: float,
+    inputs: bool,
+    as_json: bool,
+    reading: Reading,
+) -> int:
+    """Show, set or watch the wires of a board that are registers of a mapped file.
+
+    What is set stays until the program of the board, if it runs, writes the next cycle.
+    """
+    if len(words) != (2 if action == "set" else 0):
+        raise click.UsageError("write `set NAME VALUE`, `show` or `watch`")
+    board = board_of_file(file, reading.findings(), strict=reading.strict)
+    signals = {plain(s.name): s for s in board.signals if s.register is not None}
+    if not signals:
+        raise fail(
+            "broken-board",
+            f"the wires of `{file}` have no registers",
+            help="write for instance `register: 0x10` at each",
+        )
+    places = {
+        name: Place(r.offset, r.access, r.shift, r.bits, r.is_signed, signal.is_output)
+        for name, signal in signals.items()
+        if (r := signal.register) is not None
+    }
+    try:
+        registers = Registers(window, places, start=start)
+    except (OSError, ValueError, OverflowError) as error:
+        raise fail(
+            "unreadable-file", f"`{window}` cannot be mapped: {error}",
+            help="it must be as long as the registers, and `--from` a multiple of a page",
+        ) from None  # fmt: skip
+    with registers:
+        if action == "set":
+            _set(registers, signals, *words, inputs=inputs)
+        elif action == "watch":
+            with suppress(KeyboardInterrupt):
+                _watch(registers, signals, span, max(SHORTEST, board.period / 1e6))
+        elif as_json:
+            print_json({"signals": [_data(registers, signal) for signal in signals.values()]})
+        else:
+            result.print(_table(registers, signals))
+    return 0
+
+
+def _table(registers: Registers, signals: Mapping[str, Signal]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for heading in ("signal", "kind", "", "raw", "means"):
+        table.add_column(heading, justify="right" if heading in ("", "raw", "means") else "left")
+    for name, signal in signals.items():
+        raw = registers.get(name)
+        told = meaning(signal, raw) or "not valid"
+        texts = (name, signal.kind.value, str(signal.number), str(raw), told)
+        table.add_row(*(Text(text) for text in texts))
+    return table
+
+
+def _data(registers: Registers, signal: Signal) -> dict[str, object]:
+    raw = registers.get(plain(signal.name))
+    return {
+        "name": signal.name,
+        "kind": signal.kind.value,
+        "number": signal.number,
+        "raw": raw,
+        "means": meaning(signal, raw) or None,
+    }
+
+
+def _set(
+    registers: Registers, signals: Mapping[str, Signal], name: str, text: str, *, inputs: bool
+) -> None:
+    signal = signals.get(name)
+    if signal is None:
+        _refuse(f"there is no wire `{name}`", suggest(name, signals, "see `show`"))
+    if signal.is_input and not inputs:
+        _refuse(f"`{name}` is an input", "hardware sets it; a fake is told with `--inputs`")
+    raw = raw_of(signal, text)
+    if raw is None:
+        what = "on or off" if str(signal.type) == "bool" else f"within {signal.type}"
+        _refuse(f"`{name}` cannot be `{text}`", f"it is {what}")
+    registers.set(name, raw)
+
+
+def _refuse(message: str, advice: str | None) -> NoReturn:
+    raise fail("unknown-name" if "no wire" in message else "unfit-wire", message, help=advice)
+
+
+def _watch(registers: Registers, signals: Mapping[str, Signal], span: float, period: float) -> None:
+    """Print a line for each wire at first, and for each change."""
+    began = time.monotonic()
+    last: dict[str, int] = {}
+    while (now := time.monotonic() - began) <= span:
+        for name, signal in signals.items():
+            raw = registers.get(name)
+            if last.get(name) != raw:
+                last[name] = raw
+                told = meaning(signal, raw) or "not valid"
+                result.print(f"{now:9.3f} {name} {told}", markup=False, highlight=False)
+        time.sleep(period)
