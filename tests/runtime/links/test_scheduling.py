@@ -1,82 +1,95 @@
-"""Threads of a link in C, and those of ZeroMQ, get priorities and processors, or say why not."""
+"""Priority and processors of the threads of links over ZeroMQ."""
 
 from __future__ import annotations
 
-import errno
 import os
-import subprocess
-import tempfile
-from collections.abc import Callable, Iterator
+import sys
+import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.needs import need, where
-from tests.runtime.links.conftest import HERE, HOSTS, LINKS, ZMQ, has_libzmq
+from fsmkit.diagnostics import FsmkitError
+from tests.runtime.links.conftest import Open
 
-IS_ROOT = where(hasattr(os, "geteuid") and os.geteuid() == 0, "the right to SCHED_FIFO")
-
-
-@pytest.fixture(scope="module")
-def program(require_tool: Callable[[str], str]) -> Iterator[Path]:
-    """Give the program, in a folder that other users can reach."""
-    need(has_libzmq(), "libzmq")
-    sources = [LINKS / "fsm_link.c", *(LINKS / f"fsm_link_{part}.c" for part in ZMQ)]
-    words = [
-        require_tool("gcc"),
-        "-std=c99",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        f"-I{HOSTS}",
-        f"-I{LINKS}",
-    ]
-    words += [*map(str, sources), str(HERE / "scheduling.c"), "-lzmq", "-pthread"]
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder).chmod(0o755)
-        subprocess.run([*words, "-o", f"{folder}/made"], check=True)
-        yield Path(folder, "made")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="threads are looked at in /proc")
+PRIORITY = 7
 
 
-def printed(
-    program: Path, endpoints: dict[str, str], *command: str, priority: int, cpus: int
-) -> list[list[int]]:
-    """Return the errors, then policy, priority and number of processors of each thread."""
-    words = [*command, str(program), str(priority), str(cpus), *endpoints.values()]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
-    first, *threads = done.stdout.splitlines()
-    return [
-        [int(word) for word in line.split()] for line in (first.removeprefix("errors "), *threads)
-    ]
+def is_granted() -> bool:
+    """Whether a thread of this process may have a priority of SCHED_FIFO."""
+    found: list[bool] = []
+
+    def ask() -> None:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+            found.append(True)
+        except OSError:
+            found.append(False)
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    thread.join()
+    return found[0]
 
 
-@pytest.mark.external
-@IS_ROOT
-def test_all_threads_are_scheduled(program: Path, endpoints: dict[str, str]) -> None:
-    errors, *threads = printed(program, endpoints, priority=52, cpus=1)
-    assert errors == [0, 0]
-    assert len(threads) >= 4  # two of the link, two of ZeroMQ
-    assert {tuple(thread) for thread in threads} == {(os.SCHED_FIFO, 52, 1)}
+def threads() -> set[int]:
+    return {int(path.name) for path in Path("/proc/self/task").iterdir()}
 
 
-@pytest.mark.external
-def test_nothing_asked_for(program: Path, endpoints: dict[str, str]) -> None:
-    errors, *threads = printed(program, endpoints, priority=0, cpus=0)
-    assert errors == [0, 0]
-    assert {tuple(thread)[:2] for thread in threads} == {(os.SCHED_OTHER, 0)}
+def test_all_threads_of_a_link_have_its_priority_and_processor(connect: Open) -> None:
+    before = threads()
+    cpu = max(os.sched_getaffinity(0))
+    link: Any = connect("a", priority=PRIORITY, cpus=[cpu])
+    new = threads() - before
+    assert len(new) >= 4  # sender and receiver; ZeroMQ's reaper and one for input and output
+    assert {frozenset(os.sched_getaffinity(thread)) for thread in new} == {frozenset({cpu})}
+    policies = {os.sched_getscheduler(thread) for thread in new}
+    if is_granted():
+        assert link.not_granted == ()
+        assert policies == {os.SCHED_FIFO}
+        assert {os.sched_getparam(thread).sched_priority for thread in new} == {PRIORITY}
+    else:
+        assert policies == {os.SCHED_OTHER}
+        assert link.not_granted == (f"priority {PRIORITY}: Operation not permitted",)
 
 
-@pytest.mark.external
-@IS_ROOT
-def test_a_refusal_is_reported_and_the_link_works(program: Path, endpoints: dict[str, str]) -> None:
-    """libzmq alone would end the process."""
-    nobody = (
-        "setpriv",
-        "--reuid=65534",
-        "--clear-groups",
-        "--inh-caps=-all",
-        "--bounding-set=-all",
-    )
-    errors, *threads = printed(program, endpoints, *nobody, priority=52, cpus=1 << 63)
-    assert errors == [errno.EPERM, errno.EINVAL]
-    assert {tuple(thread)[:2] for thread in threads} == {(os.SCHED_OTHER, 0)}
+def test_what_is_refused_is_reported_and_the_link_works(
+    connect: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    a: Any = connect("a", priority=PRIORITY)
+    b: Any = connect("b", cpus=[100_000])
+    assert a.not_granted == (f"priority {PRIORITY}: Operation not permitted",)
+    assert len(b.not_granted) == 1
+    assert b.not_granted[0].startswith("processors 100000: ")
+    a.wait_listeners(20)
+    b.wait_listeners(20)
+
+
+def test_without_options_nothing_is_changed(connect: Open) -> None:
+    before = threads()
+    link: Any = connect("a")
+    assert link.not_granted == ()
+    assert {os.sched_getscheduler(thread) for thread in threads() - before} == {os.SCHED_OTHER}
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"priority": 100}, "the priority `100`"),
+        ({"priority": -1}, "the priority `-1`"),
+        ({"priority": "high"}, "the priority `high`"),
+        ({"priority": True}, "the priority `True`"),
+        ({"cpus": [-1]}, "`-1` is no number of a processor"),
+        ({"cpus": ["x"]}, "`x` is no number of a processor"),
+    ],
+)
+def test_what_cannot_be_is_refused(connect: Open, options: dict[str, Any], told: str) -> None:
+    with pytest.raises(FsmkitError) as error:
+        connect("a", **options)
+    assert told in str(error.value)

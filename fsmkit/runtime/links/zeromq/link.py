@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
 from fsmkit.runtime.links.zeromq.gate import Gate
 from fsmkit.runtime.links.zeromq.introductions import Introductions
+from fsmkit.runtime.links.zeromq.scheduling import Scheduling
 
 PATROL = 0.01
 """Seconds from look to look at what nobody wakes a thread for."""
@@ -58,6 +59,9 @@ class ZeroMqLink(Link):
 
     ``keys``: a folder with ``<node>.key`` of each node and ``<node>.key_secret`` of this one, as
     `zmq.auth.create_certificates` writes them; only nodes with these keys are heard and can listen.
+
+    ``priority``, ``cpus``: of the threads of the link and of ZeroMQ (see `Scheduling`);
+    `not_granted` lists what the system does not grant.
     """
 
     def __init__(
@@ -72,7 +76,11 @@ class ZeroMqLink(Link):
         is_deterministic: bool = False,
         keys: Path | None = None,
         slots: int = SLOTS,
+        priority: int = 0,
+        cpus: Iterable[int] = (),
     ) -> None:
+        self._scheduling = Scheduling(priority, frozenset(cpus))
+        self._scheduling.require()
         is_proven = keys is not None
         super().__init__(event_map, node, session, faults, slots, is_proven=is_proven)
         self.is_deterministic = is_deterministic
@@ -96,6 +104,8 @@ class ZeroMqLink(Link):
             for name in own.values():
                 _refuse_beyond(self._at[name], name)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self.not_granted = self._scheduling.apply_to(self._context)
+        """What the system refused of the priority and the processors, with its reason."""
         self._authenticator: ThreadAuthenticator | None = None
         self._most = TOGETHER if is_deterministic else 4 * slots
         self._stop = threading.Event()
@@ -117,7 +127,9 @@ class ZeroMqLink(Link):
                 help="choose a free endpoint of this computer, and make the keys of all nodes",
             ) from error
         for run in (self._keep_on,) if is_deterministic else (self._send_on, self._receive_on):
-            thread = threading.Thread(target=run, name=f"link of {node}", daemon=True)
+            thread = threading.Thread(
+                target=self._run_scheduled, args=(run,), name=f"link of {node}", daemon=True
+            )
             thread.start()
             self._threads.append(thread)
 
@@ -296,6 +308,10 @@ class ZeroMqLink(Link):
         return self.receiver.arrive(node, content if is_whole else b"")
 
     # --- threads -----------------------------------------------------------------------------
+
+    def _run_scheduled(self, run: Callable[[], None]) -> None:
+        self._scheduling.apply()  # what it refuses, the trial for ZeroMQ's threads has shown
+        run()
 
     def _keep_on(self) -> None:
         while not self._stop.wait(0 if self._is_flooded else PATROL):

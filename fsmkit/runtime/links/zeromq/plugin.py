@@ -15,7 +15,7 @@ class ZeroMq:
     """Opens links over ZeroMQ.
 
     Options: ``endpoints`` by node (else those of the event map), ``bind``, ``is_deterministic``,
-    ``keys`` (a folder of CURVE keys), ``slots``.
+    ``keys`` (a folder of CURVE keys), ``slots``, ``priority`` and ``cpus`` of its threads.
     """
 
     name = "zeromq"
