@@ -1,7 +1,7 @@
 """Definitions of messages as text: ``.msg`` of ROS, ``.idl`` of DDS with the names ROS gives there.
 
-In DDS, a message ``a/msg/B`` is the struct ``a::msg::dds_::B_``; each member ends in ``_``, as
-``rosidl_generator_dds_idl`` writes it.
+In DDS, a message ``a/msg/B`` is the final struct ``a::msg::dds_::B_``. Its members have the names
+of the fields: identifiers of types (DDS-XTypes 1.3, 7.3.1.2) are then those of ``rmw_fastrtps``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ EMPTY = "structure_needs_at_least_one_member"
 """The member, of type ``uint8``, of a message without fields: no struct of DDS is empty."""
 IDL = {
     "bool": "boolean",
-    "uint8": "octet",
+    "uint8": "uint8",
     "int8": "int8",
     "uint16": "unsigned short",
     "int16": "short",
@@ -28,6 +28,25 @@ IDL = {
     "string": "string",
     DURATION: "builtin_interfaces::msg::dds_::Duration_",
 }
+
+
+_WORDS = """
+    abstract any alias attribute bitfield bitmask bitset boolean case char component
+    connector const consumes context custom default double emits enum eventtype exception
+    factory finder fixed float getraises home import in inout interface int8 int16 int32
+    int64 local long manages map mirrorport module multiple native object octet oneway out
+    port porttype primarykey private provides public publishes raises readonly sequence
+    setraises short string struct supports switch true false truncatable typedef typeid
+    typename typeprefix uint8 uint16 uint32 uint64 union unsigned uses valuebase valuetype
+    void wchar wstring
+    """
+KEYWORDS = frozenset(_WORDS.split())
+"""Of IDL 4.2 (7.2.4), in lower case: none differs from an identifier by case alone."""
+
+
+def escaped(name: str) -> str:
+    """Return an identifier of IDL; ``_`` before a keyword is no part of the name (7.2.3.2)."""
+    return f"_{name}" if name.lower() in KEYWORDS else name
 
 
 def dds_name(type_: RosType) -> str:
@@ -68,12 +87,12 @@ def idl_of(type_: RosType, notice: str) -> str:
         if constants:
             with out.block(f"module {type_.name}_Constants {{", "};"):
                 for primitive, name, value in constants:
-                    out.line(f"const {IDL[primitive]} {name}_ = {value};")
+                    out.line(f"const {IDL[primitive]} {name} = {value};")
         out.line("@final")
         with out.block(f"struct {type_.name}_ {{", "};"):
             members: list[tuple[str, str]] = [(IDL[f.type], f.name) for f in type_.fields]
             for primitive, member in members or [(IDL["uint8"], EMPTY)]:
-                out.line(f"{primitive} {member}_;")
+                out.line(f"{primitive} {escaped(member)};")
     out.lines(["", "#endif"])
     return out.finish()
 

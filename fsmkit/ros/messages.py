@@ -152,11 +152,15 @@ def unique(wanted: str, taken: set[str]) -> Identifier:
     return Identifier(found)
 
 
+TAKEN = ("serialize", "serialize_key", "deserialize", "deserialize_key", "sample_info")
+"""What objects of Cyclone DDS have beside the fields of a message."""
+
+
 def event_type(
     package: Identifier, name: Identifier, fields: Iterable[tuple[str, Type]]
 ) -> tuple[RosType, tuple[Identifier, ...]]:
     """Return the message of an event, and the names that its fields have there."""
-    taken = set(COUNTERS)
+    taken = {*COUNTERS, *TAKEN}
     constants: set[str] = set()
     found = [RosField(Identifier(counter), "uint32") for counter in COUNTERS]
     names = []

@@ -30,42 +30,42 @@ STATE = Qos(
 
 @dataclass
 class Duration(IdlStruct, typename="builtin_interfaces.msg.dds_.Duration_"):
-    sec_: int32
-    nanosec_: uint32
+    sec: int32
+    nanosec: uint32
 
 
 @dataclass
 class Judged(IdlStruct, typename="fsmkit_cell.msg.dds_.LensJudged_"):
-    session_: uint32
-    sequence_: uint32
-    events_: uint32
-    quality_: uint8
-    verdict_: uint8
-    took_: Duration
-    ratio_: float32
+    session: uint32
+    sequence: uint32
+    events: uint32
+    quality: uint8
+    verdict: uint8
+    took: Duration
+    ratio: float32
 
 
 @dataclass
 class Look(IdlStruct, typename="fsmkit_cell.msg.dds_.LensLook_"):
-    session_: uint32
-    sequence_: uint32
-    events_: uint32
-    near_: bool
+    session: uint32
+    sequence: uint32
+    events: uint32
+    near: bool
 
 
 @dataclass
 class UInt16(IdlStruct, typename="std_msgs.msg.dds_.UInt16_"):
-    data_: uint16
+    data: uint16
 
 
 @dataclass
 class Int32(IdlStruct, typename="std_msgs.msg.dds_.Int32_"):
-    data_: int32
+    data: int32
 
 
 @dataclass
 class String(IdlStruct, typename="std_msgs.msg.dds_.String_"):
-    data_: str
+    data: str
 
 
 def say(*found: object) -> None:
@@ -124,13 +124,13 @@ def exchange(lens: Lens, count: int) -> None:
     numbers: list[int] = []
     for number in range(count):
         lens.judged(number % 251, session=9, sequence=number)
-        numbers += [sample.sequence_ for sample in looks.take(100) if isinstance(sample, Look)]
+        numbers += [sample.sequence for sample in looks.take(100) if isinstance(sample, Look)]
     until = time.monotonic() + 60
     while len(numbers) < count and time.monotonic() < until:
-        numbers += [sample.sequence_ for sample in looks.take(100) if isinstance(sample, Look)]
+        numbers += [sample.sequence for sample in looks.take(100) if isinstance(sample, Look)]
         time.sleep(0.001)
     time.sleep(0.2)
-    numbers += [sample.sequence_ for sample in looks.take(100) if isinstance(sample, Look)]
+    numbers += [sample.sequence for sample in looks.take(100) if isinstance(sample, Look)]
     say(len(numbers), numbers == list(range(count)))
     sys.stdin.readline()
 

@@ -198,9 +198,9 @@ def test_a_late_subscriber_has_what_is_kept(tmp_path: Path, domain: int) -> None
             levels = {"belt.position -> lens.encoder": position, "belt.pause -> lens.pause": 2500}
             list(cycle(link, levels))
         with peer("late", domain) as lens:
-            assert said(lens) == "Int32(data_=-99999)"
-            assert said(lens) == "Duration(sec_=2, nanosec_=500000000)"
-            assert said(lens) == "String(data_='waiting')"
+            assert said(lens) == "Int32(data=-99999)"
+            assert said(lens) == "Duration(sec=2, nanosec=500000000)"
+            assert said(lens) == "String(data='waiting')"
             assert float(said(lens)) < 60
         assert topics.counters.sent == 5
 

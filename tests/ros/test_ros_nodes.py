@@ -76,11 +76,11 @@ def test_compile_writes_messages_and_their_idl(write: Callable[..., Path], tmp_p
         '#include "builtin_interfaces_Duration_.idl"',
         "module fsmkit_cell {",
         "struct LensJudged_ {",
-        "const octet VERDICT_BAD_2_ = 1;",
-        "octet verdict_;",
-        "unsigned long session_;",
-        "builtin_interfaces::msg::dds_::Duration_ took_;",
-        "float ratio_;",
+        "const uint8 VERDICT_BAD_2 = 1;",
+        "uint8 verdict;",
+        "unsigned long session;",
+        "builtin_interfaces::msg::dds_::Duration_ took;",
+        "float ratio;",
     ):
         assert line in text, text
     names = {path.name for path in (out / "idl").iterdir()}

@@ -16,12 +16,12 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from fsmkit.language import Value
-from fsmkit.ros.messages import DURATION, STRING, lower
+from fsmkit.ros.messages import COUNTERS, DURATION, STRING, lower
 from fsmkit.runtime.links.codec import Frame
 from fsmkit.runtime.links.event_map import LEVELS
 from fsmkit.runtime.links.link import SLOTS, Link
 from fsmkit.runtime.links.receiving import WORD
-from fsmkit.runtime.ros.types import duration_of, struct_of, ticks_of, zeros_of
+from fsmkit.runtime.ros.types import duration_of, message_of, struct_of, ticks_of, zeros_of
 from fsmkit.system.ros_nodes import RosNode, RosPart, RosTopic, RosWire
 
 UNREADABLE = (DDSException, struct.error, ValueError, TypeError, IndexError, AttributeError)
@@ -149,8 +149,7 @@ class RosTranslator:
         counted = {}
         if sent.topic.type.is_counted:
             numbers = frame.session, sent.sequence, frame.events
-            names = ("session_", "sequence_", "events_")
-            counted = dict(zip(names, numbers, strict=True))
+            counted = dict(zip(COUNTERS, numbers, strict=True))
             sent.sequence = (sent.sequence + 1) % WORD
         return self._content(wire, frame.values, counted)
 
@@ -160,9 +159,8 @@ class RosTranslator:
             if part.field is None:
                 assert isinstance(value, int)  # noqa: S101  (ticks)
                 return duration_of(value, wire.tick)
-            members[f"{part.field}_"] = self._given(wire, part, value)
-        made: Any = struct_of(wire.topic.type)
-        return made(**members)
+            members[part.field] = self._given(wire, part, value)
+        return message_of(wire.topic.type, members)
 
     def _given(self, wire: RosWire, part: RosPart, value: Value) -> Any:
         primitive = next(each.type for each in wire.topic.type.fields if each.name == part.field)
@@ -202,8 +200,7 @@ class RosTranslator:
                 if sent.last != text:
                     sent.last = text
                     sent.waiting.clear()
-                    made: Any = struct_of(STRING)
-                    self._put(sent, made(data_=text))
+                    self._put(sent, message_of(STRING, {"data": text}))
 
     # --- from the topics -----------------------------------------------------------------------
 
@@ -263,8 +260,8 @@ class RosTranslator:
         A program that follows another on a topic is a restart, and one with another session.
         """
         program = self._program(read, sample)
-        is_counted = read.topic.type.is_counted and sample.session_ != 0
-        session, number = (sample.session_, sample.sequence_) if is_counted else (0, 0)
+        is_counted = read.topic.type.is_counted and sample.session != 0
+        session, number = (sample.session, sample.sequence) if is_counted else (0, 0)
         known = read.writers.get(program)
         if known is None:
             if read.writers:
@@ -353,5 +350,5 @@ def _qos(topic: RosTopic, slots: int) -> Qos:
 def _value(sample: Any, part: RosPart, wire: RosWire) -> Any:
     if part.field is None:
         return ticks_of(sample, wire.tick)
-    found = getattr(sample, f"{part.field}_")
+    found = getattr(sample, part.field)
     return found if isinstance(found, int | float) else ticks_of(found, wire.tick)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -29,40 +30,50 @@ ZERO: dict[str, Any] = {"bool": False, "float32": 0.0, "float64": 0.0, "string":
 """The value of a field that carries nothing, if it is not 0."""
 
 
+def _fill(message: Any, **values: Any) -> None:
+    """Make a message; unlike in a dataclass, fields may have names that are words of Python."""
+    message.__dict__.update(values)
+
+
 @cache
 def struct_of(type_: RosType) -> type[IdlStruct]:
     """Return the struct with the name that ROS gives to a type in DDS."""
     members: dict[str, Any] = {
-        f"{field.name}_": struct_of(DURATION_TYPE)
-        if field.type == DURATION
-        else PRIMITIVES[field.type]
+        field.name: struct_of(DURATION_TYPE) if field.type == DURATION else PRIMITIVES[field.type]
         for field in type_.fields
     }
     name = f"{type_.name}_"
     full = f"{type_.package}.msg.dds_.{name}"
-    made: type[IdlStruct] = make_idl_struct(name, full, members or {f"{EMPTY}_": types.uint8})
+    made: type[IdlStruct] = make_idl_struct(
+        name, full, members or {EMPTY: types.uint8}, dataclassify=False
+    )
+    type.__setattr__(made, "__init__", _fill)
     return made
+
+
+def message_of(type_: RosType, values: Mapping[str, Any]) -> Any:
+    """Return a message with values for all of its fields."""
+    made: Any = struct_of(type_)
+    return made(**values)
 
 
 def zeros_of(type_: RosType) -> dict[str, Any]:
     """Return a value for each member: 0, false, an empty text."""
     if not type_.fields:
-        return {f"{EMPTY}_": 0}
+        return {EMPTY: 0}
     return {
-        f"{field.name}_": duration_of(0, 1) if field.type == DURATION else ZERO.get(field.type, 0)
+        field.name: duration_of(0, 1) if field.type == DURATION else ZERO.get(field.type, 0)
         for field in type_.fields
     }
 
 
-def duration_of(ticks: int, tick: int) -> IdlStruct:
+def duration_of(ticks: int, tick: int) -> Any:
     """Return a ``builtin_interfaces/Duration``; ``tick``: in microseconds."""
     seconds, rest = divmod(ticks * tick, 1_000_000)
-    made: Any = struct_of(DURATION_TYPE)
-    found: IdlStruct = made(sec_=seconds, nanosec_=rest * 1000)
-    return found
+    return message_of(DURATION_TYPE, {"sec": seconds, "nanosec": rest * 1000})
 
 
 def ticks_of(duration: Any, tick: int) -> int:
     """Return the whole ticks that have passed after a ``builtin_interfaces/Duration``."""
-    ns: int = duration.sec_ * 1_000_000_000 + duration.nanosec_
+    ns: int = duration.sec * 1_000_000_000 + duration.nanosec
     return ns // (tick * 1000)
