@@ -24,7 +24,7 @@ outputs: {lamp: bool = false}
 data: {moves: 0..100 = 0}
 operations:
   - goto(position 0..4000, speed 0..100)
-  - creep(position 0..4000)
+  - creep(io 0..4000)
   - count() -> 0..9
   - heat(on bool)
   - complain(why Fault)
@@ -76,7 +76,7 @@ bind:
     arrived: axis.stop
     wrong(code = Fault.late): {while: is_done and axis.near}
     goto: axis.goto
-    creep: {call: axis.goto, with: [position + FAR, 2 * SLOW]}
+    creep: {call: axis.goto, with: [io + FAR, 2 * SLOW]}
     count: axis.count
     heat: heater
     complain: {set: {report: "why == Fault.late ? 2 : 0"}}

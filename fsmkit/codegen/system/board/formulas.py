@@ -40,7 +40,7 @@ class FormulaPrinter:
     """Prints values; ``port``: the machine and the port whose parameters may be named."""
 
     def __init__(self, names: BoardNames, port: tuple[int, int] | None = None) -> None:
-        """Print within a function that has ``io``."""
+        """Print within a function that has the pointer to the board."""
         self.names = names
         self.port = port
 
@@ -61,7 +61,7 @@ class FormulaPrinter:
             case Hysteresis():
                 return self.names.threshold(bit)
             case Invalid(signal, readings):
-                text = f"io->own.{invalid(self.names, signal)} >= {readings}u"
+                text = f"{self.names.io}->own.{invalid(self.names, signal)} >= {readings}u"
                 return f"({text})" if is_inner else text
             case Query():
                 return self.query(bit)
@@ -71,7 +71,7 @@ class FormulaPrinter:
         device = self.names.board.devices[query.device]
         arguments = "".join(f", {self.formula(each)}" for each in query.arguments)
         name = f"{plain_name(device.type)}_{plain_name(query.function)}"
-        return f"{name}(&io->{self.names.devices[query.device]}{arguments})"
+        return f"{name}(&{self.names.io}->{self.names.devices[query.device]}{arguments})"
 
     def formula(self, formula: Formula, *, is_inner: bool = False) -> str:
         """Return an expression."""
@@ -115,7 +115,7 @@ class FormulaPrinter:
                 return text if isinstance(variable.type, BoolType) else f"(int32_t){text}"
             case Atom(machine, state, name):
                 part = self.names.parts[machine]
-                member = f"io->node.{part.member}"
+                member = f"{self.names.io}->node.{part.member}"
                 if state is not None:
                     return f"{part.prefix}_in(&{member}, {part.names.states[state]})"
                 text = f"{member}.{part.names.variables[name]}"
@@ -144,7 +144,7 @@ def notice(names: BoardNames, device: int, bit: int) -> str:
     """Return the test whether a device noticed something in this cycle."""
     found = names.board.devices[device]
     constant = f"{plain_name(found.type)}_{plain_name(found.notices[bit])}".upper()
-    return f"(((unsigned){constant} & io->own.{names.devices[device]}_noticed) != 0u)"
+    return f"(((unsigned){constant} & {names.io}->own.{names.devices[device]}_noticed) != 0u)"
 
 
 def plain_name(name: str) -> Identifier:

@@ -30,6 +30,8 @@ class BoardNames:
     """By machine and port: the function of the host for what machines of the node hear, too."""
     thresholds: dict[Hysteresis, str] = field(default_factory=dict)
     """Members that hold what is on."""
+    io: str = "io"
+    """The pointer to the board."""
 
     @property
     def prefix(self) -> str:
@@ -40,12 +42,12 @@ class BoardNames:
         """Return the member with the meaning of a signal."""
         signal = self.board.signals[number]
         group = "in" if signal.is_input else "out" if signal.is_output else "flag"
-        return f"io->{group}.{self.signals[number]}"
+        return f"{self.io}->{group}.{self.signals[number]}"
 
     def threshold(self, found: Hysteresis) -> str:
         """Return the member that holds whether a signal is beyond its thresholds."""
         name = self.thresholds.setdefault(found, f"beyond_{len(self.thresholds)}")
-        return f"io->own.{name}"
+        return f"{self.io}->own.{name}"
 
     def chart(self, machine: int) -> Chart:
         """Return the chart of a machine as it was read."""

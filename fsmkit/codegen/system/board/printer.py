@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.resources import files
 
 from fsmkit.codegen.c.expressions.types import passed_type, storage
 from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.system.board.formulas import FormulaPrinter, plain_name
 from fsmkit.codegen.system.board.names import BoardNames, names_of
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, Namer
 from fsmkit.language import BoolType, IntType
 from fsmkit.language.conversion import of_type
 from fsmkit.language.types import Type
@@ -471,8 +471,10 @@ class _Source:
         out, s = self.out, self.names.prefix
         part = self.names.parts[port.machine]
         names, chart = part.names, part.chart
-        printer = FormulaPrinter(self.names, (port.machine, port.port))
         fields = port_fields(chart, port.port)
+        io = Namer(names.field(field.name) for field in fields).name("io")
+        board = replace(self.names, io=io)
+        printer = FormulaPrinter(board, (port.machine, port.port))
         result = None
         if port.port < len(chart.events):
             name = f"{part.prefix}_send_{names.event_names[port.port]}"
@@ -486,12 +488,14 @@ class _Source:
         if told is not None:
             name, pointer, offset = told, "s", f"offsetof({s}, node)"
             first = f"{self.names.node.prefix} *s"
-        lines = [f"{self.names.value(n)} = {printer.formula(value)};" for n, value in port.sets]
+        lines = [f"{board.value(n)} = {printer.formula(value)};" for n, value in port.sets]
         lines += self._returned(port, printer, result)
         returned = "void" if result is None else passed_type(result, names)
         with out.function(f"{returned} {name}({first}{parameters(fields, names)})"):
-            if any("io->" in line for line in lines):
-                out.line(f"{s} *const io = ({s} *)(void *)((unsigned char *){pointer} - {offset});")
+            if any(f"{io}->" in line for line in lines):
+                out.line(
+                    f"{s} *const {io} = ({s} *)(void *)((unsigned char *){pointer} - {offset});"
+                )
             else:
                 out.line(f"(void){pointer};")
             used = _parameters(port)
