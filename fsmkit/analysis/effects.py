@@ -114,13 +114,22 @@ def can_end(statement: Statement, of_condition: Callable[[Expr], bool] = can_fai
 
 def has_effect(node: object) -> bool:
     """Whether evaluating twice differs from once: it calls the host, or may tell a range error."""
-    return any(
-        isinstance(part, Call) or (isinstance(part, Convert) and _saturates(part))
-        for part in nodes(node)
-    )
+    return any(isinstance(part, Call) or _saturates(part) for part in nodes(node))
 
 
-def _saturates(part: Convert) -> bool:
+def can_stop(node: object) -> bool:
+    """Whether evaluating may raise an error event, or stop the machine by a fault."""
+    return can_fail(node) or can_saturate(node)
+
+
+def can_saturate(node: object) -> bool:
+    """Whether evaluating may bring a value into its range, and tell a range error."""
+    return any(map(_saturates, nodes(node)))
+
+
+def _saturates(part: object) -> bool:
+    if not isinstance(part, Convert):
+        return False
     type_ = part.type
     is_saturating = isinstance(type_, IntType) and type_.overflow is Overflow.SATURATE
     return is_saturating or isinstance(type_, DurationType)

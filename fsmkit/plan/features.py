@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.analysis.effects import can_end, can_fail, done_event, has_effect, reads_event
+from fsmkit.analysis.effects import can_end, can_stop, done_event, reads_event
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.content import all_statements, reads_input
 from fsmkit.chart.statements import CallOperation, Destination, Log, Raise, Reply, Send
@@ -88,7 +88,7 @@ def features_of(chart: Chart) -> Features:
         raises=internal
         or any(isinstance(statement, Raise) for statement in found)
         or any(done_event(chart, state) is not None for state in chart.states),
-        fails=can_fail(evaluated) or has_effect(evaluated) or any(map(can_end, found)),
+        fails=can_stop(evaluated) or any(map(can_end, found)),
         ends=any(chart.states[child].kind is Kind.FINAL for child in chart.root.children),
         calls=outward
         or any(isinstance(statement, CallOperation) for statement in found)

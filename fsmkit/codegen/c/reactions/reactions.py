@@ -13,7 +13,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from fsmkit.analysis.effects import can_fail, has_effect, is_plain
+from fsmkit.analysis.effects import can_stop, is_plain
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.names import NARROW, Names
@@ -229,7 +229,7 @@ class ReactionPrinter:
         out = Emitter()
         for transition in candidates:
             guard = transition.guard
-            may_stop = may_stop or (guard is not None and (can_fail(guard) or has_effect(guard)))
+            may_stop = may_stop or (guard is not None and can_stop(guard))
             out.line(self.comment(transition))
             if guard is not None:
                 out.open(f"if ({self.guard(transition)}) {{")
@@ -322,9 +322,7 @@ class ReactionPrinter:
         """Whether a guard that is asked before, of a state below, can stop the machine."""
         if event not in self._stopping:
             self._stopping[event] = sorted(
-                t.source
-                for t in self.by_event[event]
-                if t.guard is not None and (can_fail(t.guard) or has_effect(t.guard))
+                t.source for t in self.by_event[event] if t.guard is not None and can_stop(t.guard)
             )
         sources = self._stopping[event]
         first = bisect_right(sources, state)

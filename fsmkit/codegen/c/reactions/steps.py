@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.analysis.effects import can_fail, has_effect
+from fsmkit.analysis.effects import can_stop
 from fsmkit.chart.content import reads_input
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.helpers import fill
@@ -191,10 +191,7 @@ class StepPrinter:
             if remembered
             else "~"
         )
-        may_fault = any(
-            t.guard is not None and (can_fail(t.guard) or has_effect(t.guard))
-            for t in self.chart.transitions
-        )
+        may_fault = any(t.guard is not None and can_stop(t.guard) for t in self.chart.transitions)
         preempts = Shapes(names.plan).is_general
         texts = [MAY_GO_ON] if names.does.eventless or names.does.raises else []
         if reactions.shapes.is_general:

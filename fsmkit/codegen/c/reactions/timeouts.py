@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.analysis.effects import can_fail, has_effect
+from fsmkit.analysis.effects import can_stop
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.names import Names
@@ -47,7 +47,7 @@ class TimeoutPrinter:
                     if t.guard is None:
                         out.lines(step)
                     else:
-                        may_stop = can_fail(t.guard) or has_effect(t.guard)
+                        may_stop = can_stop(t.guard)
                         test = self.reactions.guard(t)
                         if may_stop:
                             test += " && m->fsm.fault == FSM_NO_FAULT"
