@@ -27,14 +27,19 @@ demo: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/demo.py
 
 # Boards, plant, links as processes; HOURS=1 BLOCKS=3. FAULT: jam, lost_block, stuck_sensor, dead_link,
-# loss, estop, kill, or a file of them. CELL=--help lists the rest.
+# loss, estop, kill, or a file of them. CAMERA=aruco reads the blocks off rendered pictures; the default
+# is CAMERA=itself. CELL=--help lists the rest.
 cell: HOURS = 1
 cell: BLOCKS = 3
+cell: CAMERA = itself
 cell: $(VENV)/ready
+	@$(if $(filter-out itself aruco,$(CAMERA)),echo "there is no CAMERA=$(CAMERA): itself or aruco"; exit 2)
+	@$(if $(filter aruco,$(CAMERA)),$(BIN)/python -c 'import cv2' 2>/dev/null || \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell,camera]')
 	@$(BIN)/python -c 'import numpy, zmq, matplotlib' 2>/dev/null || \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
 	@$(BIN)/python -m machines.production_cell.simulation --hours $(HOURS) --blocks $(BLOCKS) \
-	  $(if $(FAULT),--fault $(FAULT)) $(CELL)
+	  $(if $(FAULT),--fault $(FAULT)) $(if $(filter aruco,$(CAMERA)),--aruco) $(CELL)
 
 # The same in the time of the clock on the wall: boards in loops of 1 kHz, HZ exchanges a second.
 hitl: HZ = 200
