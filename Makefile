@@ -34,8 +34,8 @@ cell: BLOCKS = 3
 cell: CAMERA = itself
 cell: $(VENV)/ready
 	@$(if $(filter-out itself aruco,$(CAMERA)),echo "there is no CAMERA=$(CAMERA): itself or aruco"; exit 2)
-	@$(if $(filter aruco,$(CAMERA)),$(BIN)/python -c 'import cv2' 2>/dev/null || \
-	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell,camera]')
+	@test $(CAMERA) = itself || $(BIN)/python -c 'import cv2' 2>/dev/null || \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell,camera]'
 	@$(BIN)/python -c 'import numpy, zmq, matplotlib' 2>/dev/null || \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
 	@$(BIN)/python -m machines.production_cell.simulation --hours $(HOURS) --blocks $(BLOCKS) \
