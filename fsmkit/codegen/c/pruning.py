@@ -76,11 +76,10 @@ def _definitions(text: str) -> Iterator[_Definition]:
 
 def _name(lines: list[str]) -> str | None:
     """Return what a definition defines, None where others may refer to it."""
-    code = [line for line in lines if line and not line.startswith(("/*", " *", "#"))]
-    first = code[0]
+    first = next(line for line in lines if line and not line.startswith(("/*", " *", "#")))
     if first.startswith("typedef"):
         of_function = re.search(r"(\w+)\(", first)
-        return of_function.group(1) if of_function else code[-1].rstrip(";").split()[-1]
+        return of_function.group(1) if of_function else lines[-1].rstrip(";").split()[-1]
     if not first.startswith("static "):
         return None
     found = DEFINED.search(first)
