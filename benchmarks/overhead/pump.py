@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,6 +30,8 @@ CALLING = PLAIN.replace("data:", "operations: [motor(on bool)]\ndata:").replace(
 )
 MACHINE = ("init", "start", "dispatch")
 """What every host calls."""
+ALONE = re.compile(r"^ *if \(m->fsm\.busy\) \{\n[^\n]*\n *\}\n", re.MULTILINE)
+"""A test of the guard alone, with its body."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,17 +84,9 @@ def unguarded(program: Program) -> Program:
 
     There is no such option: a host that breaks the rule would break the machine.
     """
-    lines = program.files["pump.c"].split("\n")
-    kept: list[str] = []
-    skips = False
-    for line in lines:
-        if skips:
-            skips = False
-        elif line.strip() == "if (m->fsm.busy)":
-            skips = True
-        elif "m->fsm.busy = " not in line:
-            kept.append(line)
-    text = "\n".join(kept)
+    text = ALONE.sub("", program.files["pump.c"])
+    text = text.replace("m->fsm.busy || ", "").replace(" || m->fsm.busy", "")
+    text = "\n".join(line for line in text.split("\n") if "m->fsm.busy = " not in line)
     if "busy" in text:
         raise UnavailableError("the guard of the generated code has another form than is known")
     header = "\n".join(line for line in program.files["pump.h"].split("\n") if "busy;" not in line)
