@@ -87,7 +87,6 @@ def _generate(names: Names, extras: frozenset[str]) -> Machine:
     width = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4, "uint64_t": 8}[event_type(names)]
     needs = Needs(
         remembered=len(source.selection.remembered),
-        delayed=names.does.delays,
         reply="" if reply is None else storage(reply, {}).text,
         event_size=payload + width,
         event_alignment=max(alignment, width),
@@ -115,10 +114,10 @@ def _figures(names: Names, layout: list[Group], needs: Needs) -> dict[str, int]:
         "internal": capacities.internal,
         "microsteps": capacities.microsteps,
         "tick_us": capacities.tick,
-        "timers": timers_needed(names, delayed=needs.delayed),
+        "timers": timers_needed(names),
         "struct_bytes": sum(member.size for member in layout),
     }
-    if needs.delayed:
+    if names.does.delays:
         figures["delayed"] = capacities.delayed
     for slot, (size, _) in zip(names.slots, needs.inside, strict=True):
         figures[f"slot_{slot}_bytes"] = size

@@ -78,7 +78,6 @@ class Needs:
     """What the functions of the machine use."""
 
     remembered: int
-    delayed: bool
     reply: str
     event_size: int
     event_alignment: int
@@ -86,9 +85,10 @@ class Needs:
     """Size and alignment of the machine in each slot."""
 
 
-def timers_needed(names: Names, *, delayed: bool) -> int:
+def timers_needed(names: Names) -> int:
     """Return how many timers can be armed at once: those of states active together, and sends."""
-    return timeouts_at_once(names.plan) + (names.chart.capacities.delayed if delayed else 0)
+    delayed = names.chart.capacities.delayed if names.does.delays else 0
+    return timeouts_at_once(names.plan) + delayed
 
 
 def groups(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Group]:
@@ -149,7 +149,7 @@ def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Me
         text = f"{names.prefix}_delayed delayed[{capacities.delayed}]"
         found.append(Member(text, each * capacities.delayed, wider))
         found.append(Member("uint8_t delayed_count", 1, 1))
-    timers = timers_needed(names, delayed=needs.delayed)
+    timers = timers_needed(names)
     if timers:
         found.append(Member(f"fsm_timer timers[{timers}]", 8 * timers, 4, "by deadline"))
         found.append(Member("uint8_t timer_count", 1, 1))

@@ -30,10 +30,7 @@ from fsmkit.plan.entered import entered
 
 
 class SourcePrinter:
-    """Prints the parts in the order in which they learn what the others need.
-
-    Content is printed first, since what it calls decides which helpers the file holds.
-    """
+    """Prints the content first, since its calls decide which helpers the file holds."""
 
     def __init__(self, names: Names) -> None:
         """Print everything that depends on the states of the chart."""

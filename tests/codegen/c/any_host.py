@@ -132,7 +132,7 @@ def _hints(names: Names) -> list[str]:
         place = ".".join(["machine", *_slots(names, each)])
         capacities = each.chart.capacities
         bounds = {
-            "timer_count": timers_needed(each, delayed=each.does.delays),
+            "timer_count": timers_needed(each),
             "queue_count": capacities.queue if each.does.queued else 0,
             "deferred_count": capacities.queue if each.does.defers else 0,
             "internal_count": capacities.internal if each.does.raises else 0,

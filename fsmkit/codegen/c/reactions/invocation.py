@@ -283,7 +283,7 @@ class InvocationPrinter:
             out.line()
         if names.invoking:
             self._invoke(out)
-        if self.has_external:
+        if self.names.does.external:
             self._external(out)
 
     def print_timers(self, out: Emitter) -> None:
@@ -292,13 +292,6 @@ class InvocationPrinter:
             timers = self._each(ONE_TIMER, " else ")
             out.lines(fill(self.names, STEP_TIMER_WITHIN, TIMERS=timers))
             out.line()
-
-    @property
-    def has_external(self) -> bool:
-        """Whether something happens with an external event before it is handled."""
-        return any(i.autoforward for i in self.chart.invocations) or any(
-            event.finalize for event in self.chart.events
-        )
 
     @property
     def waiting(self) -> str:

@@ -86,7 +86,7 @@ class StepPrinter:
 
     def _loop(self, out: Emitter) -> None:
         names, chart = self.names, self.chart
-        has_external = self.invocation.has_external
+        has_external = names.does.external
         within = ", false" if has_external else ""
         strict = "    (void)e; /* for the hook alone */"
         if not chart.lenient:

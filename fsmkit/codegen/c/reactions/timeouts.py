@@ -118,7 +118,7 @@ class TimeoutPrinter:
     def _deliver(self, out: Emitter) -> None:
         names = self.names
         names.used.add("emit")
-        within = ", false" if self.invocation.has_external else ""
+        within = ", false" if self.names.does.external else ""
         out.lines(
             fill(
                 self.names,
@@ -158,7 +158,7 @@ $PASSING
                 text += f"        @_to_invoked_{number}(m, &due.e, due.peer);\n{go_on}"
         if names.reached:
             error = names.events[self.chart.event_index[COMMUNICATION]]
-            within = ", false" if self.invocation.has_external else ""
+            within = ", false" if self.names.does.external else ""
             text += "    } else if (due.route >= %_TO_INVOKED_0) {\n"
             text += f"        @_event error = @_no_event;\n        error.event = {error};\n"
             text += f"        (void)@_macrostep(m, &error$NEVER{within});\n"
