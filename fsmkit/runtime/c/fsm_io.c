@@ -29,8 +29,9 @@ void fsm_io_count(int32_t *value, fsm_io_counter *counter, int32_t raw, uint8_t 
     uint32_t moved;
     if (counter->has_last) {
         moved = (now - counter->last) & mask;
-        if (moved > mask >> 1u)
+        if (moved > mask >> 1u) {
             moved |= ~mask; /* backwards */
+        }
         *value = signed_of((uint32_t)*value + moved);
     } else {
         *value = signed_of(now);
@@ -44,14 +45,16 @@ static int32_t scaled(const fsm_io_scale *scale, int32_t raw)
     const fsm_io_point *right = scale->points, *left;
     uint16_t place = 0u;
     int64_t width, height, step;
-    if (raw <= right->raw)
+    if (raw <= right->raw) {
         return right->value;
+    }
     while (place + 1u < scale->count && raw > right->raw) {
         place++;
         right = &scale->points[place];
     }
-    if (raw > right->raw)
+    if (raw > right->raw) {
         return right->value;
+    }
     left = right - 1;
     width = (int64_t)right->raw - left->raw;
     height = (int64_t)right->value - left->value;
@@ -68,8 +71,9 @@ static int64_t bounded(int64_t filtered)
 
 static void count_up(uint16_t *count)
 {
-    if (*count < UINT16_MAX)
+    if (*count < UINT16_MAX) {
         (*count)++;
+    }
 }
 
 void fsm_io_convert(int32_t *value, fsm_io_converter *converter, const fsm_io_scale *scale,
@@ -102,10 +106,11 @@ void fsm_io_number(int32_t *value, uint16_t *invalid, int32_t raw, int32_t least
 
 void fsm_io_hysteresis(bool *value, int32_t signal, int32_t above, int32_t below)
 {
-    if (signal > above)
+    if (signal > above) {
         *value = true;
-    else if (signal < below)
+    } else if (signal < below) {
         *value = false;
+    }
 }
 
 int32_t fsm_io_clamp(int32_t value, int32_t least, int32_t greatest)

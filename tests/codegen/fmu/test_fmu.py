@@ -76,6 +76,17 @@ def test_charts_of_the_cell_are_valid_and_compile_without_a_warning(
     assert first.read_bytes() == again.read_bytes()
 
 
+LEVEL = """
+chart: Level
+inputs: {level: float32}
+outputs: {is_high: bool = false}
+initial: low
+states:
+  low: {always: [{if: level > 1.0, target: high}]}
+  high: {entry: is_high = true}
+"""
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_sources_compile_with_the_cmake_file_of_the_fmu(
     version: str, tmp_path: Path, require_tool: Callable[[str], str]
@@ -96,6 +107,24 @@ states:
   dark: {after: {700ms: light}}
   light: {entry: turns = turns + 1, after: {300ms: dark}}
 """
+
+
+def test_a_real_beyond_its_float_is_refused(tmp_path: Path) -> None:
+    from fmpy.fmi1 import FMICallException
+
+    from tests.codegen.fmu.importer import Importer
+
+    path = tmp_path / "level.yaml"
+    path.write_text(LEVEL, encoding="utf-8")
+    importer = Importer(made(tmp_path, load(path), "2.0"))
+    importer.start({"level": 1e30})
+    reference = [importer.by_name["level"].valueReference]
+    for value in (-3.4e38, float("inf")):
+        importer.fmu.setReal(reference, [value])
+        assert importer.fmu.getReal(reference) == [pytest.approx(value)]
+    for value in (1e300, -1e39):
+        with pytest.raises(FMICallException):
+            importer.fmu.setReal(reference, [value])
 
 
 @pytest.mark.parametrize("version", VERSIONS)

@@ -39,19 +39,23 @@ static bool next_line(void)
 static const char *read_text(void)
 {
     char *word;
-    while (*at != 0 && strchr(" [],", *at) != NULL) /* brackets tell nothing that types do not */
+    while (*at != 0 && strchr(" [],", *at) != NULL) { /* brackets tell nothing that types do not */
         at++;
+    }
     if (*at == '"') {
         word = ++at;
-        while (*at != '"' && *at != 0)
+        while (*at != '"' && *at != 0) {
             at++;
+        }
     } else {
         word = at;
-        while (*at != 0 && strchr(" [],\n", *at) == NULL)
+        while (*at != 0 && strchr(" [],\n", *at) == NULL) {
             at++;
+        }
     }
-    if (*at != 0)
+    if (*at != 0) {
         *at++ = 0;
+    }
     return word;
 }
 
@@ -75,9 +79,11 @@ static bool read_bool(void)
 static unsigned read_member(const char *const *members, unsigned count)
 {
     const char *text = read_text();
-    for (unsigned i = 0; i < count; i++)
-        if (strcmp(members[i], text) == 0)
+    for (unsigned i = 0; i < count; i++) {
+        if (strcmp(members[i], text) == 0) {
             return i;
+        }
+    }
     return (unsigned)strtoul(text, NULL, 10);
 }
 
@@ -89,14 +95,19 @@ static const char *symbol_text(const fsm_machine_info *info, uint32_t symbol)
 
 static uint16_t find_symbol(const fsm_machine_info *info, const char *text)
 {
-    for (unsigned i = 0; i < info->symbol_count; i++)
-        if (strcmp(info->symbol(i), text) == 0)
+    for (unsigned i = 0; i < info->symbol_count; i++) {
+        if (strcmp(info->symbol(i), text) == 0) {
             return (uint16_t)i;
-    for (unsigned i = 0; i < made_count; i++)
-        if (strcmp(made[i], text) == 0)
+        }
+    }
+    for (unsigned i = 0; i < made_count; i++) {
+        if (strcmp(made[i], text) == 0) {
             return (uint16_t)(65535u - i);
-    if (made_count == MADE)
+        }
+    }
+    if (made_count == MADE) {
         wrong("too many symbols");
+    }
     snprintf(made[made_count], sizeof made[0], "%s", text);
     return (uint16_t)(65535u - made_count++);
 }
@@ -105,27 +116,30 @@ static uint16_t find_symbol(const fsm_machine_info *info, const char *text)
 
 static void space(void)
 {
-    if (!after_bracket)
+    if (!after_bracket) {
         putchar(' ');
+    }
     after_bracket = false;
 }
 
 static void show_integer(bool negative, uint64_t value)
 {
     space();
-    if (negative)
+    if (negative) {
         printf("%" PRId64, (int64_t)value);
-    else
+    } else {
         printf("%" PRIu64, value);
+    }
 }
 
 static void show_float(double value)
 {
     space();
-    if (value != value)
+    if (value != value) {
         printf("nan");
-    else
+    } else {
         printf("%.17g", value);
+    }
 }
 
 static void show_text(const char *text)
@@ -136,8 +150,9 @@ static void show_text(const char *text)
 
 static void show_bracket(bool opening)
 {
-    if (opening)
+    if (opening) {
         space();
+    }
     putchar(opening ? '[' : ']');
     after_bracket = opening;
 }
@@ -148,11 +163,13 @@ static void show(const fsm_machine_info *info, const fsm_type *type, const void 
     case FSM_ARRAY:
     case FSM_RECORD:
         show_bracket(true);
-        for (uint32_t i = 0; i < type->count; i++)
-            if (type->kind == FSM_ARRAY)
+        for (uint32_t i = 0; i < type->count; i++) {
+            if (type->kind == FSM_ARRAY) {
                 show(info, type->element, fsm_at(value, i * type->element->size));
-            else
+            } else {
                 show(info, type->fields[i].type, fsm_at(value, type->fields[i].offset));
+            }
+        }
         show_bracket(false);
         break;
     case FSM_FLOAT:
@@ -172,12 +189,14 @@ static void show(const fsm_machine_info *info, const fsm_type *type, const void 
 static void show_event(const fsm_machine_info *info, const void *e)
 {
     const uint32_t number = fsm_event_of(info, e);
-    if (number == 0 || number > info->event_count)
+    if (number == 0 || number > info->event_count) {
         return;
+    }
     const fsm_event_info *event = &info->events[number - 1];
     printf("%s", event->name);
-    for (unsigned i = 0; i < event->field_count; i++)
+    for (unsigned i = 0; i < event->field_count; i++) {
         show(info, event->fields[i].type, fsm_at(e, event->fields[i].offset));
+    }
 }
 
 /* The next pseudo-random value of a type, as `SeededHost` makes it. */
@@ -244,11 +263,13 @@ static void read_event(const fsm_machine_info *info, void *e)
     memset(e, 0, info->event_size);
     for (uint32_t number = 1; number <= info->event_count; number++) {
         const fsm_event_info *event = &info->events[number - 1];
-        if ((event->flags & FSM_EVENT_NAMED) == 0 || strcmp(name, event->name) != 0)
+        if ((event->flags & FSM_EVENT_NAMED) == 0 || strcmp(name, event->name) != 0) {
             continue;
+        }
         fsm_store_bits(fsm_place_at(e, info->event_number), info->event_width, number);
-        for (unsigned i = 0; i < event->field_count; i++)
+        for (unsigned i = 0; i < event->field_count; i++) {
             read_value(info, event->fields[i].type, fsm_place_at(e, event->fields[i].offset));
+        }
         return;
     }
     wrong(name);
@@ -269,16 +290,18 @@ static void hook_begin(const watched *of, const void *m, int cause, unsigned ind
 {
     const uint32_t since = of->info->now;
     const unsigned now = since == FSM_ABSENT ? of->now : *(const uint32_t *)fsm_at(m, since);
-    if (cause != FSM_EVENTLESS)
+    if (cause != FSM_EVENTLESS) {
         begun(of);
-    if (cause == FSM_START)
+    }
+    if (cause == FSM_START) {
         printf("@%u > start\n", now);
-    else if (cause == FSM_EVENT)
+    } else if (cause == FSM_EVENT) {
         printf("@%u > event ", now);
-    else if (cause == FSM_TIMEOUT)
+    } else if (cause == FSM_TIMEOUT) {
         printf("@%u > timeout %u\n", now, index);
-    else
+    } else {
         sprintf(pending, "@%u > eventless\n", now);
+    }
 }
 
 /* Whether the macrostep was one. */
@@ -303,23 +326,27 @@ static void hook_event(const watched *of, int what, const void *e)
     }
     begun(of);
     printf("%s ", verbs[what]);
-    if (what == FSM_UNHANDLED)
+    if (what == FSM_UNHANDLED) {
         printf("%s", of->info->events[fsm_event_of(of->info, e) - 1].name);
-    else
+    } else {
         show_event(of->info, e);
-    if (what != FSM_DELAYED && what != FSM_LEFT)
+    }
+    if (what != FSM_DELAYED && what != FSM_LEFT) {
         printf("\n");
+    }
 }
 
 static void hook_text(const watched *of, int what, const char *text, unsigned long number)
 {
-    if (what != FSM_DELAYED && what != FSM_LEFT) /* these go on with a line */
+    if (what != FSM_DELAYED && what != FSM_LEFT) { /* these go on with a line */
         begun(of);
+    }
     switch (what) {
     case FSM_DELAYED: printf(" in %lu\n", number); break;
     case FSM_LEFT:
-        if (number != 0)
+        if (number != 0) {
             printf(" to %s", symbol_text(of->info, (uint32_t)number));
+        }
         printf("\n");
         break;
     case FSM_ERROR: printf("error %s\n", text); break;
@@ -334,10 +361,11 @@ static void hook_text(const watched *of, int what, const char *text, unsigned lo
 
 static void hook_symbol(const watched *of, long symbol)
 {
-    if (symbol < 0)
+    if (symbol < 0) {
         show_bracket(symbol == -1);
-    else
+    } else {
         show_text(symbol_text(of->info, (uint32_t)symbol));
+    }
 }
 
 static void fsm_host_call(const watched *of, uint32_t number, const void *const *given, void *result)
@@ -345,8 +373,9 @@ static void fsm_host_call(const watched *of, uint32_t number, const void *const 
     const fsm_operation_info *operation = &of->info->operations[number];
     begun(of);
     printf("op %s", operation->name);
-    for (unsigned i = 0; i < operation->parameter_count; i++)
+    for (unsigned i = 0; i < operation->parameter_count; i++) {
         show(of->info, operation->parameters[i].type, given[i]);
+    }
     if (operation->result != NULL) {
         make(operation->result, result);
         printf(" =");
@@ -372,8 +401,9 @@ static void dump(const watched *of, const void *m)
         char path[4096];
         const watched inner = {slot->info, path, 0};
         snprintf(path, sizeof path, "%s%s: ", of->path, slot->name);
-        if (fsm_is_running(slot->info, fsm_at(m, slot->offset)))
+        if (fsm_is_running(slot->info, fsm_at(m, slot->offset))) {
             dump(&inner, fsm_at(m, slot->offset));
+        }
     }
 }
 
@@ -383,8 +413,9 @@ static void show_reply(const fsm_machine_info *info, const void *m, const void *
     double value = 0.0;
     uint64_t bits = 0;
     bool is_negative = false;
-    if (type == NULL)
+    if (type == NULL) {
         return;
+    }
     if (info->reply != FSM_ABSENT) {
         const void *place = fsm_at(m, info->reply);
         if (info->reply_type->kind == FSM_FLOAT) {
@@ -397,30 +428,35 @@ static void show_reply(const fsm_machine_info *info, const void *m, const void *
             value = is_negative ? (double)(int64_t)bits : (double)bits;
         }
     }
-    if (type->kind == FSM_FLOAT)
+    if (type->kind == FSM_FLOAT) {
         show_float(value);
-    else if (type->kind == FSM_SYMBOL)
+    } else if (type->kind == FSM_SYMBOL) {
         show_text(symbol_text(info, (uint32_t)bits));
-    else
+    } else {
         show_integer(is_negative, bits);
+    }
 }
 
 static void read_input(const fsm_machine_info *info, void *m)
 {
     const char *name = read_text();
     const fsm_field *inputs = info->variables + info->data_count + info->output_count;
-    for (unsigned i = 0; i < info->input_count; i++)
-        if (strcmp(name, inputs[i].name) == 0)
+    for (unsigned i = 0; i < info->input_count; i++) {
+        if (strcmp(name, inputs[i].name) == 0) {
             read_value(info, inputs[i].type, fsm_place_at(m, inputs[i].offset));
+        }
+    }
 }
 
 static void save(const fsm_driver *driver, const void *m, uint32_t now, uint8_t *bytes, size_t size)
 {
-    if (!driver->save(m, now, bytes))
+    if (!driver->save(m, now, bytes)) {
         printf("not saved\n");
+    }
     printf("saved ");
-    for (size_t i = 0; i < size; i++)
+    for (size_t i = 0; i < size; i++) {
         printf("%02x", bytes[i]);
+    }
     printf("\n");
 }
 
@@ -439,8 +475,9 @@ void play_script(watched *of, const fsm_driver *driver, void *m, void *e, uint8_
             driver->run(m, of->now);
         } else if (strcmp(verb, "post") == 0) {
             read_event(info, e);
-            if (!driver->post(m, e))
+            if (!driver->post(m, e)) {
                 printf("full queue\n");
+            }
         } else if (strcmp(verb, "dispatch") == 0) {
             read_event(info, e);
             (void)driver->dispatch(m, e, of->now);
@@ -448,8 +485,9 @@ void play_script(watched *of, const fsm_driver *driver, void *m, void *e, uint8_
             read_event(info, e);
             const fsm_result result = driver->dispatch(m, e, of->now);
             printf("answer %s", answers[result]);
-            if (result == FSM_IGNORED || result == FSM_HANDLED)
+            if (result == FSM_IGNORED || result == FSM_HANDLED) {
                 show_reply(info, m, e);
+            }
             printf("\n");
         } else if (strcmp(verb, "save") == 0) {
             save(driver, m, of->now, saved, size);
@@ -457,8 +495,9 @@ void play_script(watched *of, const fsm_driver *driver, void *m, void *e, uint8_
             of->now = (uint32_t)read_integer();
             memset(m, 0xA5, info->size);
             info->init(m);
-            if (driver->restore(m, of->now, saved, size) != FSM_RESTORED)
+            if (driver->restore(m, of->now, saved, size) != FSM_RESTORED) {
                 printf("not restored\n");
+            }
         } else if (strcmp(verb, "seed") == 0) {
             seed_random((uint32_t)read_integer());
         } else if (strcmp(verb, "input") == 0) {

@@ -5,6 +5,7 @@
 #include "fmi2Functions.h"
 #include "fmu.h"
 
+#include <float.h>
 #include <string.h>
 
 #define REFERENCES fmi2Component c, const fmi2ValueReference vr[], size_t n
@@ -12,9 +13,10 @@
 static fmi2Status refuse(fmi2Component c, const char *why)
 {
     const fmu_instance *i = (const fmu_instance *)c;
-    if (i != NULL && i->logger != NULL)
+    if (i != NULL && i->logger != NULL) {
         ((fmi2CallbackLogger)i->logger)(i->environment, FMU_IDENTIFIER, fmi2Error,
                                         "logStatusError", "%s", why);
+    }
     return fmi2Error;
 }
 
@@ -46,13 +48,15 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 {
     fmu_instance *i = NULL;
     (void)name, (void)path, (void)visible, (void)logging;
-    if (type == fmi2CoSimulation && guid != NULL && strcmp(guid, FMU_TOKEN) == 0)
+    if (type == fmi2CoSimulation && guid != NULL && strcmp(guid, FMU_TOKEN) == 0) {
         i = fmu_take();
+    }
     if (i == NULL) {
-        if (functions != NULL && functions->logger != NULL)
+        if (functions != NULL && functions->logger != NULL) {
             functions->logger(functions->componentEnvironment, FMU_IDENTIFIER, fmi2Error,
                               "logStatusError",
                               "not this FMU, or all instances are in use (FMU_INSTANCES)");
+        }
         return NULL;
     }
     i->is_counting = true;
@@ -65,8 +69,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 
 void fmi2FreeInstance(fmi2Component c)
 {
-    if (c != NULL)
+    if (c != NULL) {
         ((fmu_instance *)c)->is_taken = false;
+    }
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
@@ -88,8 +93,9 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     fmu_instance *i = (fmu_instance *)c;
     fmu_start(i);
-    while (fmu_next(i))
+    while (fmu_next(i)) {
         continue;
+    }
     return status(c);
 }
 
@@ -112,13 +118,15 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real from, fmi2Real size, fmi2Boolean
     (void)keeps;
     i->state.time = from;
     fmu_run(i);
-    while (fmu_next(i))
+    while (fmu_next(i)) {
         continue;
+    }
     while (fmu_trouble(i) == NULL && fmu_is_due_within(i, from + size, &due)) {
         i->state.time = due;
         fmu_run(i);
-        while (fmu_next(i))
+        while (fmu_next(i)) {
             continue;
+        }
     }
     i->state.time = from + size;
     return status(c);
@@ -168,8 +176,9 @@ fmi2Status fmi2GetReal(REFERENCES, fmi2Real values[])
         uint64_t bits = 0u;
         const fsm_type *type;
         if (!is_as(vr[k], FMU_AS_REAL, FMU_AS_REAL)
-            || !fmu_get((const fmu_instance *)c, vr[k], &bits))
+            || !fmu_get((const fmu_instance *)c, vr[k], &bits)) {
             return refuse(c, "no such Real");
+        }
         type = fmu_type(&fmu_rows[vr[k]], &offset);
         if (type == NULL || (type->kind == FSM_FLOAT && type->size == 8u)) {
             fsm_double_bits wide;
@@ -186,20 +195,27 @@ fmi2Status fmi2GetReal(REFERENCES, fmi2Real values[])
     return fmi2OK;
 }
 
+/* Whether a value has a float: it is none that is finite and beyond the greatest. */
+static bool is_float(double value)
+{
+    return (value >= -FLT_MAX && value <= FLT_MAX) || !(value >= -DBL_MAX && value <= DBL_MAX);
+}
+
 fmi2Status fmi2SetReal(REFERENCES, const fmi2Real values[])
 {
     for (size_t k = 0u; k < n; k++) {
         uint32_t offset = 0u;
         uint64_t bits;
         const fsm_type *type;
-        if (!is_as(vr[k], FMU_AS_REAL, FMU_AS_REAL) || !fmu_rows[vr[k]].is_input)
+        if (!is_as(vr[k], FMU_AS_REAL, FMU_AS_REAL) || !fmu_rows[vr[k]].is_input) {
             return refuse(c, "no such Real that is an input");
+        }
         type = fmu_type(&fmu_rows[vr[k]], &offset);
         if (type->kind == FSM_FLOAT && type->size == 8u) {
             fsm_double_bits wide;
             wide.value = values[k];
             bits = wide.bits;
-        } else if (type->kind == FSM_FLOAT) {
+        } else if (type->kind == FSM_FLOAT && is_float(values[k])) {
             fsm_float_bits narrow;
             narrow.value = (float)values[k];
             bits = narrow.bits;
@@ -210,8 +226,9 @@ fmi2Status fmi2SetReal(REFERENCES, const fmi2Real values[])
         } else {
             return refuse(c, "a value out of the range of its variable");
         }
-        if (!fmu_set((fmu_instance *)c, vr[k], bits))
+        if (!fmu_set((fmu_instance *)c, vr[k], bits)) {
             return refuse(c, "a value out of the range of its variable");
+        }
     }
     return fmi2OK;
 }
@@ -233,8 +250,9 @@ fmi2Status fmi2SetString(REFERENCES, const fmi2String values[])
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     fmu_copy *copy = fmu_save((const fmu_instance *)c, (fmu_copy *)*state);
-    if (copy == NULL)
+    if (copy == NULL) {
         return refuse(c, "all saved states are in use (FMU_STATES)");
+    }
     *state = copy;
     return fmi2OK;
 }
@@ -248,8 +266,9 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     (void)c;
-    if (*state != NULL)
+    if (*state != NULL) {
         ((fmu_copy *)*state)->is_taken = false;
+    }
     *state = NULL;
     return fmi2OK;
 }
@@ -263,8 +282,9 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    if (size < FMU_SAVED_BYTES)
+    if (size < FMU_SAVED_BYTES) {
         return refuse(c, "too few bytes for a state");
+    }
     fmu_export(&((const fmu_copy *)state)->state, (unsigned char *)bytes);
     return fmi2OK;
 }
@@ -273,8 +293,9 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
                                    fmi2FMUstate *state)
 {
     fmu_copy *copy = fmu_save(NULL, (fmu_copy *)*state);
-    if (copy == NULL)
+    if (copy == NULL) {
         return refuse(c, "all saved states are in use (FMU_STATES)");
+    }
     if (!fmu_import(&copy->state, (const unsigned char *)bytes, size)) {
         copy->is_taken = *state != NULL;
         return refuse(c, "the state is damaged, or that of another FMU");

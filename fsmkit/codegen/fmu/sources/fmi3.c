@@ -12,8 +12,9 @@
 static fmi3Status refuse(fmi3Instance c, const char *why)
 {
     const fmu_instance *i = (const fmu_instance *)c;
-    if (i != NULL && i->logger != NULL)
+    if (i != NULL && i->logger != NULL) {
         ((fmi3LogMessageCallback)i->logger)(i->environment, fmi3Error, "logStatusError", why);
+    }
     return fmi3Error;
 }
 
@@ -48,8 +49,9 @@ fmi3Instance fmi3InstantiateCoSimulation(
         why = "all instances are in use (FMU_INSTANCES)";
     }
     if (i == NULL) {
-        if (logger != NULL)
+        if (logger != NULL) {
             logger(environment, fmi3Error, "logStatusError", why);
+        }
         return NULL;
     }
     i->with_events = with_events;
@@ -61,8 +63,9 @@ fmi3Instance fmi3InstantiateCoSimulation(
 
 void fmi3FreeInstance(fmi3Instance c)
 {
-    if (c != NULL)
+    if (c != NULL) {
         ((fmu_instance *)c)->is_taken = false;
+    }
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance,
@@ -80,8 +83,9 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
     fmu_instance *i = (fmu_instance *)c;
     fmu_start(i);
     i->is_new = true;
-    if (i->with_events) /* initialization is followed by Event Mode */
+    if (i->with_events) { /* initialization is followed by Event Mode */
         (void)fmu_next(i);
+    }
     return status(c);
 }
 
@@ -158,20 +162,23 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 from, fmi3Float64 size, fmi3Bo
     while (i->state.pending_count == 0u && fmu_is_due_within(i, end, &due)) {
         i->state.time = due;
         *needs_events = i->with_events;
-        if (i->with_events && i->returns_early)
+        if (i->with_events && i->returns_early) {
             break;
+        }
         fmu_run(i);
     }
     *needs_events = i->with_events && (*needs_events || i->state.pending_count > 0u);
     *early = *needs_events && i->returns_early && i->state.time < end;
     if (!*early) {
         i->state.time = end;
-        if (!*needs_events || !i->returns_early)
+        if (!*needs_events || !i->returns_early) {
             fmu_run(i);
+        }
     }
     if (!i->with_events) {
-        while (fmu_next(i))
+        while (fmu_next(i)) {
             continue;
+        }
     }
     *reached = i->state.time;
     return status(c);
@@ -252,8 +259,9 @@ fmi3Status fmi3GetClock(REFERENCES, fmi3Clock values[])
     uint64_t bits = 0u;
     for (size_t k = 0u; k < n; k++) {
         if (!is_as(vr[k], FMU_AS_CLOCK, FMU_AS_CLOCK)
-            || !fmu_get((const fmu_instance *)c, vr[k], &bits))
+            || !fmu_get((const fmu_instance *)c, vr[k], &bits)) {
             return refuse(c, "no such Clock");
+        }
         values[k] = bits != 0u;
     }
     return fmi3OK;
@@ -262,12 +270,15 @@ fmi3Status fmi3GetClock(REFERENCES, fmi3Clock values[])
 fmi3Status fmi3SetClock(REFERENCES, const fmi3Clock values[])
 {
     for (size_t k = 0u; k < n; k++) {
-        if (!is_as(vr[k], FMU_AS_CLOCK, FMU_AS_CLOCK))
+        if (!is_as(vr[k], FMU_AS_CLOCK, FMU_AS_CLOCK)) {
             return refuse(c, "no such Clock");
-        if (fmu_rows[vr[k]].source == FMU_DEADLINE)
+        }
+        if (fmu_rows[vr[k]].source == FMU_DEADLINE) {
             continue; /* time does what is due, whoever says so */
-        if (!fmu_set((fmu_instance *)c, vr[k], values[k] ? 1u : 0u))
+        }
+        if (!fmu_set((fmu_instance *)c, vr[k], values[k] ? 1u : 0u)) {
             return refuse(c, "not an input Clock");
+        }
     }
     return fmi3OK;
 }
@@ -278,8 +289,9 @@ fmi3Status fmi3GetIntervalDecimal(REFERENCES, fmi3Float64 intervals[],
     const fmu_instance *i = (const fmu_instance *)c;
     double due = 0.0;
     for (size_t k = 0u; k < n; k++) {
-        if (vr[k] >= FMU_COUNT || fmu_rows[vr[k]].source != FMU_DEADLINE)
+        if (vr[k] >= FMU_COUNT || fmu_rows[vr[k]].source != FMU_DEADLINE) {
             return refuse(c, "no Clock with an interval");
+        }
         qualifiers[k] = fmu_deadline(i, &due) ? fmi3IntervalChanged : fmi3IntervalNotYetKnown;
         intervals[k] = qualifiers[k] == fmi3IntervalChanged ? due - i->state.time : 0.0;
     }
@@ -303,8 +315,9 @@ fmi3Status fmi3SetString(REFERENCES, const fmi3String values[], size_t count)
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
     fmu_copy *copy = fmu_save((const fmu_instance *)c, (fmu_copy *)*state);
-    if (copy == NULL)
+    if (copy == NULL) {
         return refuse(c, "all saved states are in use (FMU_STATES)");
+    }
     *state = copy;
     return fmi3OK;
 }
@@ -318,8 +331,9 @@ fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
     (void)c;
-    if (*state != NULL)
+    if (*state != NULL) {
         ((fmu_copy *)*state)->is_taken = false;
+    }
     *state = NULL;
     return fmi3OK;
 }
@@ -333,8 +347,9 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    if (size < FMU_SAVED_BYTES)
+    if (size < FMU_SAVED_BYTES) {
         return refuse(c, "too few bytes for a state");
+    }
     fmu_export(&((const fmu_copy *)state)->state, bytes);
     return fmi3OK;
 }
@@ -343,8 +358,9 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_
                                    fmi3FMUState *state)
 {
     fmu_copy *copy = fmu_save(NULL, (fmu_copy *)*state);
-    if (copy == NULL)
+    if (copy == NULL) {
         return refuse(c, "all saved states are in use (FMU_STATES)");
+    }
     if (!fmu_import(&copy->state, bytes, size)) {
         copy->is_taken = *state != NULL;
         return refuse(c, "the state is damaged, or that of another FMU");
@@ -443,8 +459,9 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3LogMessageCallback logger)
 {
     (void)name, (void)token, (void)path, (void)visible, (void)logging;
-    if (logger != NULL)
+    if (logger != NULL) {
         logger(environment, fmi3Error, "logStatusError", "this FMU is for Co-Simulation");
+    }
     return NULL;
 }
 

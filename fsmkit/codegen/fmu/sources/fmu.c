@@ -30,11 +30,13 @@ void fmu_reset(fmu_instance *i)
         uint32_t offset = 0u;
         const fsm_type *type = fmu_type(&fmu_rows[r], &offset);
         const uint64_t sign = (uint64_t)1u << 63;
-        if (type == NULL || type->kind == FSM_FLOAT || fmu_rows[r].source == FMU_VARIABLE)
+        if (type == NULL || type->kind == FSM_FLOAT || fmu_rows[r].source == FMU_VARIABLE) {
             continue;
-        if (!fsm_is_of(type, 0u)) /* the bound that is nearest to 0, as in modelDescription.xml */
+        }
+        if (!fsm_is_of(type, 0u)) { /* the bound that is nearest to 0, as in modelDescription.xml */
             i->state.held[r] = type->kind == FSM_SIGNED && (type->hi & sign) != 0u ? type->hi
                                                                                   : type->lo;
+        }
     }
 }
 
@@ -69,14 +71,15 @@ bool fmu_get(const fmu_instance *i, uint32_t reference, uint64_t *bits)
     const fmu_row *row = &fmu_rows[reference];
     uint32_t offset = 0u;
     const fsm_type *type = fmu_type(row, &offset);
-    if (row->source == FMU_VARIABLE)
+    if (row->source == FMU_VARIABLE) {
         *bits = fsm_bits_at(type, fsm_at(&i->state.machine, offset));
-    else if (row->source == FMU_REGION)
+    } else if (row->source == FMU_REGION) {
         *bits = fsm_number_at(&FMU_DRIVER.info->numbers[row->number], &i->state.machine);
-    else if (row->source == FMU_TIME)
+    } else if (row->source == FMU_TIME) {
         memcpy(bits, &i->state.time, sizeof i->state.time);
-    else
+    } else {
         *bits = i->state.held[reference];
+    }
     return true;
 }
 
@@ -85,12 +88,14 @@ bool fmu_set(fmu_instance *i, uint32_t reference, uint64_t bits)
     const fmu_row *row = &fmu_rows[reference];
     uint32_t offset = 0u;
     const fsm_type *type = fmu_type(row, &offset);
-    if (!row->is_input || (type != NULL && !fsm_is_of(type, bits)))
+    if (!row->is_input || (type != NULL && !fsm_is_of(type, bits))) {
         return false;
-    if (row->source == FMU_VARIABLE)
+    }
+    if (row->source == FMU_VARIABLE) {
         fsm_set_bits(type, fsm_place_at(&i->state.machine, offset), bits);
-    else
+    } else {
         i->state.held[reference] = bits;
+    }
     return true;
 }
 
@@ -105,8 +110,9 @@ static void append(fmu_state *s, uint32_t source, uint32_t number, const fsm_fie
         s->is_overrun = true;
         return;
     }
-    while (fmu_rows[reference].source != source || fmu_rows[reference].number != number)
+    while (fmu_rows[reference].source != source || fmu_rows[reference].number != number) {
         reference++;
+    }
     message = &s->pending[(s->pending_first + s->pending_count++) % FMU_PENDING];
     memset(message, 0, sizeof *message);
     message->reference = reference;
@@ -114,8 +120,9 @@ static void append(fmu_state *s, uint32_t source, uint32_t number, const fsm_fie
         const fmu_row *row = &fmu_rows[r];
         uint32_t offset = 0u;
         const fsm_type *type;
-        if ((row->source != FMU_FIELD && row->source != FMU_PARAMETER) || row->number != number)
+        if ((row->source != FMU_FIELD && row->source != FMU_PARAMETER) || row->number != number) {
             break;
+        }
         type = fsm_scalar(fields[row->field].type, row->scalar, &offset);
         message->bits[count++] = fsm_bits_at(type, fsm_at(arguments[row->field], offset));
     }
@@ -147,19 +154,22 @@ bool fmu_next(fmu_instance *i)
     uint32_t count = 0u;
     if (!i->is_counting) {
         for (uint32_t r = 0u; r < FMU_COUNT; r++) {
-            if (fmu_rows[r].source == FMU_OUT || fmu_rows[r].source == FMU_CALL)
+            if (fmu_rows[r].source == FMU_OUT || fmu_rows[r].source == FMU_CALL) {
                 s->held[r] = 0u;
+            }
         }
     }
-    if (s->pending_count == 0u)
+    if (s->pending_count == 0u) {
         return false;
+    }
     for (uint32_t r = message->reference + 1u; r < FMU_COUNT
          && (fmu_rows[r].source == FMU_FIELD || fmu_rows[r].source == FMU_PARAMETER); r++)
         s->held[r] = message->bits[count++];
-    if (i->is_counting)
+    if (i->is_counting) {
         s->held[message->reference] = (s->held[message->reference] + 1u) & INT32_MAX;
-    else
+    } else {
         s->held[message->reference] = 1u;
+    }
     s->pending_first = (s->pending_first + 1u) % FMU_PENDING;
     s->pending_count--;
     return true;
@@ -200,24 +210,29 @@ void fmu_start(fmu_instance *i)
 static void deliver(fmu_instance *i, uint32_t reference)
 {
     fmu_state *s = &i->state;
-    if (post(i, reference) || !fsm_is_running(FMU_DRIVER.info, &s->machine))
+    if (post(i, reference) || !fsm_is_running(FMU_DRIVER.info, &s->machine)) {
         return;
+    }
     FMU_DRIVER.run(&s->machine, (uint32_t)ticks(i, s->time));
-    if (!post(i, reference) && fsm_is_running(FMU_DRIVER.info, &s->machine))
+    if (!post(i, reference) && fsm_is_running(FMU_DRIVER.info, &s->machine)) {
         s->is_overrun = true;
+    }
 }
 
 void fmu_run(fmu_instance *i)
 {
     fmu_state *s = &i->state;
     for (uint32_t r = 0u; r < FMU_COUNT; r++) {
-        if (fmu_rows[r].source != FMU_IN)
+        if (fmu_rows[r].source != FMU_IN) {
             continue;
+        }
         if (i->is_counting) {
-            if (s->held[r] > s->posted[r] && s->held[r] - s->posted[r] > FMU_POSTED)
+            if (s->held[r] > s->posted[r] && s->held[r] - s->posted[r] > FMU_POSTED) {
                 s->is_overrun = true;
-            for (; s->posted[r] < s->held[r] && !s->is_overrun; s->posted[r]++)
+            }
+            for (; s->posted[r] < s->held[r] && !s->is_overrun; s->posted[r]++) {
                 deliver(i, r);
+            }
             s->posted[r] = s->held[r];
         } else if (s->held[r] != 0u) {
             deliver(i, r);
@@ -232,32 +247,38 @@ bool fmu_deadline(const fmu_instance *i, double *at)
     const uint64_t now = ticks(i, i->state.time);
     uint32_t due = 0u;
     int32_t left;
-    if (!FMU_DRIVER.next_deadline(&i->state.machine, &due))
+    if (!FMU_DRIVER.next_deadline(&i->state.machine, &due)) {
         return false;
+    }
     left = (int32_t)(due - (uint32_t)now);
     *at = i->state.time;
-    if (left > 0)
+    if (left > 0) {
         *at = i->state.start + (double)(now + (uint64_t)left) * (FMU_TICK_US / 1e6);
+    }
     return true;
 }
 
 bool fmu_is_due_within(const fmu_instance *i, double end, double *at)
 {
     if (!fmu_deadline(i, at) || ticks(i, *at) <= ticks(i, i->state.time)
-        || ticks(i, *at) > ticks(i, end))
+        || ticks(i, *at) > ticks(i, end)) {
         return false;
-    if (*at > end)
+    }
+    if (*at > end) {
         *at = end;
+    }
     return true;
 }
 
 const char *fmu_trouble(const fmu_instance *i)
 {
     const fsm_machine_info *info = FMU_DRIVER.info;
-    if (i->state.is_overrun)
+    if (i->state.is_overrun) {
         return "more events in a step than there is room for (FMU_PENDING, FMU_POSTED)";
-    if (info->fault != FSM_ABSENT && *(const uint8_t *)fsm_at(&i->state.machine, info->fault) != 0u)
+    }
+    if (info->fault != FSM_ABSENT && *(const uint8_t *)fsm_at(&i->state.machine, info->fault) != 0u) {
         return "the machine stopped with a fault";
+    }
     return NULL;
 }
 
@@ -266,13 +287,15 @@ const char *fmu_trouble(const fmu_instance *i)
 fmu_copy *fmu_save(const fmu_instance *i, fmu_copy *over)
 {
     for (size_t k = 0u; over == NULL && k < FMU_STATES; k++) {
-        if (!copies[k].is_taken)
+        if (!copies[k].is_taken) {
             over = &copies[k];
+        }
     }
     if (over != NULL) {
         over->is_taken = true;
-        if (i != NULL)
+        if (i != NULL) {
             over->state = i->state;
+        }
     }
     return over;
 }
@@ -281,8 +304,9 @@ fmu_copy *fmu_save(const fmu_instance *i, fmu_copy *over)
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = UINT64_C(0xcbf29ce484222325);
-    for (size_t k = 0u; k < size; k++)
+    for (size_t k = 0u; k < size; k++) {
         sum = (sum ^ bytes[k]) * UINT64_C(0x100000001b3);
+    }
     return sum;
 }
 
@@ -300,11 +324,13 @@ bool fmu_import(fmu_state *state, const unsigned char *bytes, size_t size)
 {
     const unsigned char *copy = bytes + FMU_SAVED_BYTES - sizeof *state;
     uint64_t sum;
-    if (size != FMU_SAVED_BYTES || memcmp(bytes, FMU_TOKEN, sizeof FMU_TOKEN) != 0)
+    if (size != FMU_SAVED_BYTES || memcmp(bytes, FMU_TOKEN, sizeof FMU_TOKEN) != 0) {
         return false;
+    }
     memcpy(&sum, bytes + sizeof FMU_TOKEN, sizeof sum);
-    if (sum != checksum(copy, sizeof *state))
+    if (sum != checksum(copy, sizeof *state)) {
         return false;
+    }
     memcpy(state, copy, sizeof *state);
     return true;
 }

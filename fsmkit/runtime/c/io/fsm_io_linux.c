@@ -39,13 +39,15 @@ static int read_number(int file, int32_t *number)
     char text[TEXT_ROOM], *end;
     long long found;
     const ssize_t length = pread(file, text, sizeof text - 1u, 0);
-    if (length < 0)
+    if (length < 0) {
         return errno;
+    }
     text[length] = '\0';
     errno = 0;
     found = strtoll(text, &end, 10);
-    if (end == text || errno != 0)
+    if (end == text || errno != 0) {
         return EIO;
+    }
     *number = (int32_t)(uint32_t)((unsigned long long)found & UINT32_MAX); /* a counter wraps */
     return 0;
 }
@@ -67,8 +69,9 @@ static int set_once(const char *folder, unsigned number, const char *after, uint
 {
     const int file = open_in(folder, "pwm", number, after, O_WRONLY);
     int error;
-    if (file < 0)
+    if (file < 0) {
         return errno;
+    }
     error = write_number(file, value);
     (void)close(file);
     return error;
@@ -83,11 +86,13 @@ static int export_pwm(const char *folder, unsigned number)
         (void)close(file);
         return 0;
     }
-    if (snprintf(path, sizeof path, "%s/export", folder) >= PATH_ROOM)
+    if (snprintf(path, sizeof path, "%s/export", folder) >= PATH_ROOM) {
         return ENAMETOOLONG;
+    }
     file = open(path, O_WRONLY | O_CLOEXEC);
-    if (file < 0)
+    if (file < 0) {
         return errno;
+    }
     error = write_number(file, number);
     (void)close(file);
     return error;
@@ -104,14 +109,18 @@ static int open_pwm(fsm_io_linux *self, const fsm_io_wire *wire, const char *fol
 {
     const unsigned number = wire->number;
     int error = export_pwm(folder, number), file;
-    if (error == 0)
+    if (error == 0) {
         error = set_once(folder, number, "/duty_cycle", 0u);
-    if (error == 0)
+    }
+    if (error == 0) {
         error = set_once(folder, number, "/period", self->period_ns);
-    if (error == 0)
+    }
+    if (error == 0) {
         error = set_once(folder, number, "/duty_cycle", duty(self, wire, wire->safe));
-    if (error == 0)
+    }
+    if (error == 0) {
         error = set_once(folder, number, "/enable", 1u);
+    }
     if (error != 0) {
         errno = error;
         return -1;
@@ -127,18 +136,22 @@ static int open_file(fsm_io_linux *self, uint16_t place, const fsm_io_linux_plac
                                : wire->kind == FSM_IO_COUNTER ? places->counter
                                                               : places->pwm;
     int file;
-    if (folder == NULL)
+    if (folder == NULL) {
         return ENODEV;
-    if (self->file_count >= FSM_IO_LINUX_FILES)
+    }
+    if (self->file_count >= FSM_IO_LINUX_FILES) {
         return EMFILE;
-    if (wire->kind == FSM_IO_ANALOG_IN)
+    }
+    if (wire->kind == FSM_IO_ANALOG_IN) {
         file = open_in(folder, "in_voltage", wire->number, "_raw", O_RDONLY);
-    else if (wire->kind == FSM_IO_COUNTER)
+    } else if (wire->kind == FSM_IO_COUNTER) {
         file = open_in(folder, "count", wire->number, "/count", O_RDONLY);
-    else
+    } else {
         file = open_pwm(self, wire, folder);
-    if (file < 0)
+    }
+    if (file < 0) {
         return errno;
+    }
     self->files[self->file_count].file = file;
     self->files[self->file_count].wire = place;
     self->file_count++;
@@ -149,8 +162,9 @@ static int open_file(fsm_io_linux *self, uint16_t place, const fsm_io_linux_plac
 
 static int add_line(fsm_io_linux_lines *lines, uint16_t place)
 {
-    if (lines->count >= FSM_IO_LINUX_LINES)
+    if (lines->count >= FSM_IO_LINUX_LINES) {
         return EMFILE;
+    }
     lines->wires[lines->count++] = place;
     return 0;
 }
@@ -159,16 +173,18 @@ static int ask_for_lines(fsm_io_linux *self, fsm_io_linux_lines *lines, int chip
 {
     struct gpio_v2_line_request request;
     uint64_t safe = 0u;
-    if (lines->count == 0u)
+    if (lines->count == 0u) {
         return 0;
+    }
     memset(&request, 0, sizeof request);
     (void)snprintf(request.consumer, sizeof request.consumer, "fsmkit");
     request.num_lines = lines->count;
     for (uint16_t i = 0; i < lines->count; i++) {
         const fsm_io_wire *const wire = &self->wires[lines->wires[i]];
         request.offsets[i] = wire->number;
-        if (wire->safe != 0)
+        if (wire->safe != 0) {
             safe |= UINT64_C(1) << i;
+        }
     }
     request.config.flags = is_output ? GPIO_V2_LINE_FLAG_OUTPUT : GPIO_V2_LINE_FLAG_INPUT;
     if (is_output) {
@@ -177,8 +193,9 @@ static int ask_for_lines(fsm_io_linux *self, fsm_io_linux_lines *lines, int chip
         request.config.attrs[0].attr.values = safe;
         request.config.attrs[0].mask = UINT64_MAX >> (64u - lines->count);
     }
-    if (self->ioctl(chip, GPIO_V2_GET_LINE_IOCTL, &request) < 0)
+    if (self->ioctl(chip, GPIO_V2_GET_LINE_IOCTL, &request) < 0) {
         return errno;
+    }
     lines->file = request.fd;
     return 0;
 }
@@ -186,16 +203,20 @@ static int ask_for_lines(fsm_io_linux *self, fsm_io_linux_lines *lines, int chip
 static int open_lines(fsm_io_linux *self, const char *path)
 {
     int chip, error;
-    if (self->in.count == 0u && self->out.count == 0u)
+    if (self->in.count == 0u && self->out.count == 0u) {
         return 0;
-    if (path == NULL)
+    }
+    if (path == NULL) {
         return ENODEV;
+    }
     chip = open(path, O_RDWR | O_CLOEXEC);
-    if (chip < 0)
+    if (chip < 0) {
         return errno;
+    }
     error = ask_for_lines(self, &self->in, chip, false);
-    if (error == 0)
+    if (error == 0) {
         error = ask_for_lines(self, &self->out, chip, true);
+    }
     (void)close(chip); /* the lines stay */
     return error;
 }
@@ -205,45 +226,55 @@ static int open_lines(fsm_io_linux *self, const char *path)
 static int open_wire(fsm_io_linux *self, uint16_t place, const fsm_io_linux_places *places)
 {
     const fsm_io_wire *const wire = &self->wires[place];
-    if (is_of_file(wire))
+    if (is_of_file(wire)) {
         return open_file(self, place, places);
-    if (wire->kind == FSM_IO_DIGITAL_IN)
+    }
+    if (wire->kind == FSM_IO_DIGITAL_IN) {
         return add_line(&self->in, place);
-    if (wire->kind == FSM_IO_DIGITAL_OUT)
+    }
+    if (wire->kind == FSM_IO_DIGITAL_OUT) {
         return add_line(&self->out, place);
+    }
     return ENOTSUP;
 }
 
 int fsm_io_linux_open(fsm_io_linux *self, const fsm_io_linux_places *places)
 {
     int error = 0;
-    if (self->ioctl == NULL)
+    if (self->ioctl == NULL) {
         self->ioctl = ask_system;
+    }
     self->period_ns = places->pwm_period_ns;
     self->in.file = self->out.file = -1;
     for (size_t i = 0u; i < self->count && error == 0; i++) {
         error = open_wire(self, (uint16_t)i, places);
-        if (error != 0)
+        if (error != 0) {
             self->failed = self->wires[i].name;
+        }
     }
     if (error == 0) {
         error = open_lines(self, places->gpio);
-        if (error != 0)
+        if (error != 0) {
             self->failed = "lines";
+        }
     }
-    if (error != 0)
+    if (error != 0) {
         fsm_io_linux_close(self);
+    }
     return error;
 }
 
 static void note(fsm_io_linux *self, int error, int *first)
 {
-    if (error == 0)
+    if (error == 0) {
         return;
-    if (self->errors < UINT32_MAX)
+    }
+    if (self->errors < UINT32_MAX) {
         self->errors++;
-    if (*first == 0)
+    }
+    if (*first == 0) {
         *first = error;
+    }
 }
 
 int fsm_io_linux_read(fsm_io_linux *self, void *raw)
@@ -251,16 +282,19 @@ int fsm_io_linux_read(fsm_io_linux *self, void *raw)
     int first = 0;
     if (self->in.file >= 0) {
         struct gpio_v2_line_values values = {0u, UINT64_MAX >> (64u - self->in.count)};
-        if (self->ioctl(self->in.file, GPIO_V2_LINE_GET_VALUES_IOCTL, &values) < 0)
+        if (self->ioctl(self->in.file, GPIO_V2_LINE_GET_VALUES_IOCTL, &values) < 0) {
             note(self, errno, &first);
-        else
-            for (uint16_t i = 0; i < self->in.count; i++)
+        } else {
+            for (uint16_t i = 0; i < self->in.count; i++) {
                 *fsm_io_at(raw, &self->wires[self->in.wires[i]]) = (values.bits >> i & 1u) != 0u;
+            }
+        }
     }
     for (uint16_t i = 0; i < self->file_count; i++) {
         const fsm_io_wire *const wire = &self->wires[self->files[i].wire];
-        if (!fsm_io_is_output(wire))
+        if (!fsm_io_is_output(wire)) {
             note(self, read_number(self->files[i].file, fsm_io_at(raw, wire)), &first);
+        }
     }
     return first;
 }
@@ -270,30 +304,37 @@ int fsm_io_linux_write(fsm_io_linux *self, const void *raw)
     int first = 0;
     if (self->out.file >= 0) {
         struct gpio_v2_line_values values = {0u, UINT64_MAX >> (64u - self->out.count)};
-        for (uint16_t i = 0; i < self->out.count; i++)
-            if (*fsm_io_in(raw, &self->wires[self->out.wires[i]]) != 0)
+        for (uint16_t i = 0; i < self->out.count; i++) {
+            if (*fsm_io_in(raw, &self->wires[self->out.wires[i]]) != 0) {
                 values.bits |= UINT64_C(1) << i;
-        if (self->ioctl(self->out.file, GPIO_V2_LINE_SET_VALUES_IOCTL, &values) < 0)
+            }
+        }
+        if (self->ioctl(self->out.file, GPIO_V2_LINE_SET_VALUES_IOCTL, &values) < 0) {
             note(self, errno, &first);
+        }
     }
     for (uint16_t i = 0; i < self->file_count; i++) {
         const fsm_io_wire *const wire = &self->wires[self->files[i].wire];
-        if (fsm_io_is_output(wire))
+        if (fsm_io_is_output(wire)) {
             note(self,
                  write_number(self->files[i].file, duty(self, wire, *fsm_io_in(raw, wire))),
                  &first);
+        }
     }
     return first;
 }
 
 void fsm_io_linux_close(fsm_io_linux *self)
 {
-    for (uint16_t i = 0; i < self->file_count; i++)
+    for (uint16_t i = 0; i < self->file_count; i++) {
         (void)close(self->files[i].file);
-    if (self->in.file >= 0)
+    }
+    if (self->in.file >= 0) {
         (void)close(self->in.file);
-    if (self->out.file >= 0)
+    }
+    if (self->out.file >= 0) {
         (void)close(self->out.file);
+    }
     self->file_count = self->in.count = self->out.count = 0u;
     self->in.file = self->out.file = -1;
 }

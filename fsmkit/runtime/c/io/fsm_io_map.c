@@ -43,8 +43,9 @@ static uint32_t mask(const fsm_io_register *it)
 static int32_t value_of(const fsm_io_register *it, uint32_t word)
 {
     uint32_t bits = (word >> it->shift) & mask(it);
-    if (it->is_signed && bits > mask(it) >> 1u)
+    if (it->is_signed && bits > mask(it) >> 1u) {
         bits |= ~mask(it);
+    }
     return bits <= (uint32_t)INT32_MAX ? (int32_t)bits : -1 - (int32_t)(UINT32_MAX - bits);
 }
 
@@ -52,8 +53,9 @@ bool fsm_io_map_fits(const fsm_io_map *self)
 {
     for (size_t i = 0u; i < self->count; i++) {
         const fsm_io_register *const it = &self->registers[i];
-        if (it->offset > self->size || self->size - it->offset < it->access / 8u)
+        if (it->offset > self->size || self->size - it->offset < it->access / 8u) {
             return false;
+        }
     }
     return true;
 }
@@ -70,10 +72,12 @@ void fsm_io_map_read(const fsm_io_map *self, void *raw)
     for (size_t i = 0u; i < self->count; i++) {
         const fsm_io_register *const it = &self->registers[i];
         const fsm_io_wire *const wire = &self->wires[it->wire];
-        if (fsm_io_is_output(wire))
+        if (fsm_io_is_output(wire)) {
             continue;
-        if (is_first(self, i))
+        }
+        if (is_first(self, i)) {
             word = load(self, it);
+        }
         *fsm_io_at(raw, wire) = value_of(it, word);
     }
 }
@@ -84,12 +88,15 @@ void fsm_io_map_write(const fsm_io_map *self, const void *raw)
     for (size_t i = 0u; i < self->count; i++) {
         const fsm_io_register *const it = &self->registers[i];
         const fsm_io_wire *const wire = &self->wires[it->wire];
-        if (!fsm_io_is_output(wire))
+        if (!fsm_io_is_output(wire)) {
             continue;
-        if (is_first(self, i))
+        }
+        if (is_first(self, i)) {
             word = 0u;
+        }
         word |= ((uint32_t)*fsm_io_in(raw, wire) & mask(it)) << it->shift;
-        if (i + 1u == self->count || is_first(self, i + 1u))
+        if (i + 1u == self->count || is_first(self, i + 1u)) {
             store(self, it, word);
+        }
     }
 }

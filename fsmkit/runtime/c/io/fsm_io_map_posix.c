@@ -15,20 +15,23 @@ int fsm_io_map_open(fsm_io_map *self, const char *path, uint64_t from)
     void *window;
     int error = 0;
     const int file = open(path, O_RDWR | O_SYNC | O_CLOEXEC);
-    if (file < 0)
+    if (file < 0) {
         return errno;
-    if (!fsm_io_map_fits(self) || from > (uint64_t)INT64_MAX - self->size)
+    }
+    if (!fsm_io_map_fits(self) || from > (uint64_t)INT64_MAX - self->size) {
         error = EINVAL;
-    else if (fstat(file, &about) != 0)
+    } else if (fstat(file, &about) != 0) {
         error = errno;
-    else if (S_ISREG(about.st_mode) && (uint64_t)about.st_size < from + self->size)
+    } else if (S_ISREG(about.st_mode) && (uint64_t)about.st_size < from + self->size) {
         error = EINVAL; /* else a signal would come of the first access */
+    }
     if (error == 0) {
         window = mmap(NULL, self->size, PROT_READ | PROT_WRITE, MAP_SHARED, file, (off_t)from);
-        if (window == MAP_FAILED)
+        if (window == MAP_FAILED) {
             error = errno;
-        else
+        } else {
             self->base = window;
+        }
     }
     (void)close(file); /* the window stays */
     return error;
@@ -36,7 +39,8 @@ int fsm_io_map_open(fsm_io_map *self, const char *path, uint64_t from)
 
 void fsm_io_map_close(fsm_io_map *self)
 {
-    if (self->base != NULL)
+    if (self->base != NULL) {
         (void)munmap((void *)(uintptr_t)self->base, self->size);
+    }
     self->base = NULL;
 }
