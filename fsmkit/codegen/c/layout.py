@@ -196,7 +196,7 @@ def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Me
         found.append(Member("uint8_t internal_count", 1, 1))
     if does.stops:
         found.append(Member("uint8_t fault", 1, 1, "fsm_fault"))
-    if does.fails or "failed" in names.used:
+    if names.can_fail:
         found.append(Member("uint8_t failed", 1, 1))
     if does.running:
         found.append(Member("bool running", 1, 1))

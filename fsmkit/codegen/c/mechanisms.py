@@ -35,8 +35,6 @@ class Mechanisms:
     raises: bool
     """Events enter the internal queue."""
     eventless: bool
-    fails: bool
-    """Content or a guard notes that it failed."""
     loops: bool
     """A macrostep can have several microsteps."""
     stops: bool
@@ -92,7 +90,6 @@ def mechanisms_of(plan: Plan, options: Options, *, is_family: bool, has_slots: b
         runs=polls or is_family or deadlines,
         raises=raises,
         eventless=features.eventless,
-        fails=features.fails,
         loops=loops,
         stops=loops,
         ends=ends,

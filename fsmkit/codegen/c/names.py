@@ -39,6 +39,8 @@ NARROW = 255
 """The greatest number in a byte."""
 LONG = 2**31
 """What every C takes as a number without a mark is less."""
+NOTING = frozenset({"failed", "end_block", "holds", "guard_holds", "clamp", "clamp_u", "clamp_f"})
+"""What operators and helpers that look at ``failed`` are noted as."""
 NO_STATE = 65535
 """The greatest number in two bytes."""
 
@@ -160,6 +162,11 @@ class Names:
     def mark(self, name: str | None) -> int:
         """Return the number of the id of a delayed send, 0 for none."""
         return 0 if name is None else self.marks.setdefault(name, len(self.marks) + 1)
+
+    @property
+    def can_fail(self) -> bool:
+        """Whether something notes that it failed; known when all content is printed."""
+        return not self.used.isdisjoint(NOTING) or any(u.startswith("guarded ") for u in self.used)
 
     def failure(self) -> str:
         """Return the address at which an operator notes that it failed."""
