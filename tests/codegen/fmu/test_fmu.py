@@ -78,7 +78,7 @@ def test_charts_of_the_cell_are_valid_and_compile_without_a_warning(
 
 LEVEL = """
 chart: Level
-inputs: {level: float32}
+inputs: {level: float32, count: int64, total: uint64}
 outputs: {is_high: bool = false}
 initial: low
 states:
@@ -109,7 +109,7 @@ states:
 """
 
 
-def test_a_real_beyond_its_float_is_refused(tmp_path: Path) -> None:
+def test_a_real_that_its_variable_cannot_hold_is_refused(tmp_path: Path) -> None:
     from fmpy.fmi1 import FMICallException
 
     from tests.codegen.fmu.importer import Importer
@@ -122,9 +122,20 @@ def test_a_real_beyond_its_float_is_refused(tmp_path: Path) -> None:
     for value in (-3.4e38, float("inf")):
         importer.fmu.setReal(reference, [value])
         assert importer.fmu.getReal(reference) == [pytest.approx(value)]
-    for value in (1e300, -1e39):
-        with pytest.raises(FMICallException):
-            importer.fmu.setReal(reference, [value])
+    wrong = {
+        "level": (1e300, -1e39),
+        "count": (1e19, -1e19, 1.5, float("nan")),
+        "total": (2e19, -1.0, 0.5),
+    }
+    for name, values in wrong.items():
+        reference = [importer.by_name[name].valueReference]
+        for value in values:
+            with pytest.raises(FMICallException):
+                importer.fmu.setReal(reference, [value])
+    for name, value in (("count", -(2.0**53)), ("total", 2.0**53)):
+        reference = [importer.by_name[name].valueReference]
+        importer.fmu.setReal(reference, [value])
+        assert importer.fmu.getReal(reference) == [value]
 
 
 @pytest.mark.parametrize("version", VERSIONS)

@@ -206,6 +206,7 @@ fmi2Status fmi2SetReal(REFERENCES, const fmi2Real values[])
     for (size_t k = 0u; k < n; k++) {
         uint32_t offset = 0u;
         uint64_t bits;
+        bool is_whole = true;
         const fsm_type *type;
         if (!is_as(vr[k], FMU_AS_REAL, FMU_AS_REAL) || !fmu_rows[vr[k]].is_input) {
             return refuse(c, "no such Real that is an input");
@@ -221,12 +222,14 @@ fmi2Status fmi2SetReal(REFERENCES, const fmi2Real values[])
             bits = narrow.bits;
         } else if (type->kind == FSM_SIGNED && values[k] >= -0x1p63 && values[k] < 0x1p63) {
             bits = (uint64_t)(int64_t)values[k];
+            is_whole = (double)(int64_t)values[k] == values[k];
         } else if (type->kind != FSM_SIGNED && values[k] >= 0.0 && values[k] < 0x1p64) {
             bits = (uint64_t)values[k];
+            is_whole = (double)bits == values[k];
         } else {
             return refuse(c, "a value out of the range of its variable");
         }
-        if (!fmu_set((fmu_instance *)c, vr[k], bits)) {
+        if (!is_whole || !fmu_set((fmu_instance *)c, vr[k], bits)) {
             return refuse(c, "a value out of the range of its variable");
         }
     }
