@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,9 @@ def test_all_threads_of_a_link_have_its_priority_and_processor(connect: Open) ->
     link: Any = connect("a", priority=PRIORITY, cpus=[cpu])
     new = threads() - before
     assert len(new) >= 4  # sender and receiver; ZeroMQ's reaper and one for input and output
+    until = time.monotonic() + 20  # each thread schedules itself, when it comes to run
+    while any(os.sched_getaffinity(t) != {cpu} for t in new) and time.monotonic() < until:
+        time.sleep(0.01)
     assert {frozenset(os.sched_getaffinity(thread)) for thread in new} == {frozenset({cpu})}
     policies = {os.sched_getscheduler(thread) for thread in new}
     if is_granted():
