@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fsmkit.export.exporter import Exported
     from fsmkit.runtime.binding import Delivery
     from fsmkit.runtime.clock import Clock, SimulatedClock, WallClock
+    from fsmkit.runtime.node import Node
     from fsmkit.runtime.session import Outcome, Session
     from fsmkit.system.deployment import Deployment
     from fsmkit.system.reading import Model
@@ -44,6 +45,7 @@ __all__ = [
     "Exported",
     "Findings",
     "FsmkitError",
+    "Node",
     "Outcome",
     "Report",
     "Session",
@@ -69,6 +71,7 @@ HOME_OF = {
     "Exported": "export.exporter",
     "Findings": "diagnostics",
     "FsmkitError": "diagnostics",
+    "Node": "runtime.node",
     "Outcome": "runtime.session",
     "Report": "verify.report.verdict",
     "Session": "runtime.session",

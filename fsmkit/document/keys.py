@@ -284,7 +284,7 @@ MACHINE = _named(chart="its file", with_="values of its constants and start valu
 CONNECTION = _named(
     kind="direct, queued or lossy",
     capacity="messages that wait at most",
-    loss="messages that are lost at most",
+    loss="messages that are lost at most, or any",
     delay="how long a message travels",
 )
 ENVIRONMENT = _named(

@@ -158,6 +158,12 @@ class SystemSession:
             self._snapshots[index] = after
         return after is not None
 
+    def drive(self, machine: str, number: int, value: Value) -> None:
+        """Give a value from outside to an input of a machine, or after those to shared data."""
+        index = self._names.index(machine)
+        target = self.system.machines[index]
+        self._snapshots[index] = driven(target, self._snapshots[index], number, value)
+
     def run(self, until: int) -> list[Happening]:
         """Let the machines work until a time (ticks); return what happened, in order."""
         done = self._settle()

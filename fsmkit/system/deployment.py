@@ -87,6 +87,27 @@ class Deployment:
         """What crosses the nodes."""
         return self.wires.map
 
+    def machines_of(self, place: int) -> tuple[int, ...]:
+        """Return the machines of a node, by their numbers in the system."""
+        return tuple(number for number, node in enumerate(self.placed) if node == place)
+
+    def part(self, place: int) -> System:
+        """Return the machines of a node as a system, with the connections among them."""
+        whole, numbers = self.system, self.machines_of(place)
+        events = tuple(
+            replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
+            for link in whole.event_links
+            if link.source in numbers and link.target in numbers
+        )
+        inputs = tuple(
+            replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
+            for link in whole.input_links
+            if link.source in numbers and link.target in numbers
+        )
+        machines = tuple(whole.machines[number] for number in numbers)
+        name = f"{whole.name}_{self.nodes[place]}"
+        return System(name, machines, events, inputs, source=whole.source)
+
 
 def deployment_of(
     root: Node | None,

@@ -26,13 +26,15 @@ from fsmkit.yaml.reader import read_document
 KINDS = ("direct", "queued", "lossy")
 MOST = 255
 """Messages that a connection can hold, and lose."""
+ANY = MOST + 1
+"""Losses of a connection that may lose every message."""
 CAPACITY = 8
 """Messages that a queued connection holds unless it says how many."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChannelOptions:
-    """How messages travel. ``capacity`` 0: at once; ``loss``: how many can be lost."""
+    """How messages travel. ``capacity`` 0: at once; ``loss``: how many can be lost, or `ANY`."""
 
     capacity: int = 0
     loss: int = 0
@@ -73,7 +75,9 @@ def read_options(node: Node, tick: int, findings: Findings) -> ChannelOptions | 
             )
             return None
     capacity = _count(texts.get("capacity"), CAPACITY if name == "queued" else 0, 1, findings)
-    loss = _count(texts.get("loss"), 1 if name == "lossy" else 0, 0, findings)
+    lost = texts.get("loss")
+    is_any = lost is not None and lost.value == "any"
+    loss = ANY if is_any else _count(lost, 1 if name == "lossy" else 0, 0, findings)
     delay = 0
     if (late := texts.get("delay")) is not None:
         delay = read_duration(late, Scope(tick=tick), findings) or 0
@@ -137,10 +141,13 @@ def _text(fields: tuple[Field, ...], options: ChannelOptions, tick: int) -> str:
     lines.append(f"capacity: {{queue: {room}, delayed: {room}, tick: {tick}us}}")
     lines.append(f'events: {{in: ["put({shown})"], out: ["get({shown})"]}}')
     if options.loss:
-        lines.append(f"data: {{lost: 0..{options.loss} = 0}}")
         lines.append('operations: ["loses() -> bool"]')
+    if 0 < options.loss <= MOST:
+        lines.append(f"data: {{lost: 0..{options.loss} = 0}}")
     lines += ["initial: open", "states:", "  open:", "    rest: true", "    on:", "      put:"]
-    if options.loss:
+    if options.loss == ANY:
+        lines.append("        - {if: loses()}")
+    elif options.loss:
         lines.append(f'        - {{if: "lost < {options.loss} and loses()", do: lost += 1}}')
     lines.append(f'        - {{do: "send get({values}){later}"}}')
     return "\n".join(lines) + "\n"

@@ -54,6 +54,41 @@ def test_a_lossy_connection_keeps_its_order(load: Load) -> None:
     assert verdicts(system, "python", untimed=True)["T_ord"] is HOLDS
 
 
+LOSING = """
+system: Losing
+machines: {source: source.yaml, sink: sink.yaml}
+connect: [{source.job -> sink.job: {kind: lossy, loss: LOSS}}]
+properties:
+  nothing_came: {reachable: source.In(done) and sink.seen == 0}
+  all_came: {reachable: source.In(done) and sink.seen == 4}
+"""
+SOURCE = """
+chart: Source
+data: {n: 0..4 = 0}
+events: {out: [job]}
+initial: sending
+states:
+  sending: {every: {10ms: {if: n < 4, do: n += 1; send job}}, after: {60ms: done}}
+  done: {rest: true}
+"""
+SINK = """
+chart: Sink
+data: {seen: 0..4 = 0}
+events: {in: [job]}
+initial: taking
+states: {taking: {rest: true, on: {job: {do: seen += 1}}}}
+"""
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize(("loss", "verdict"), [("3", VIOLATED), ("4", HOLDS), ("any", HOLDS)])
+def test_a_connection_loses_what_it_may(load: Load, loss: str, verdict: Verdict) -> None:
+    system = load(losing=LOSING.replace("LOSS", loss), source=SOURCE, sink=SINK)
+    both(system, untimed=False)
+    found = verdicts(system, "python", untimed=False)
+    assert (found["nothing_came"], found["all_came"]) == (verdict, HOLDS)
+
+
 @pytest.mark.slow
 def test_two_connections_overtake_each_other(load: Load) -> None:
     files = {name: (FOUND / f"{name}.yaml").read_text() for name in ("queued_delay", "tx", "rx")}

@@ -86,6 +86,21 @@ def test_an_interrupt_leaves_what_is_known_and_its_code(
 
 
 @pytest.mark.cc
+def test_no_time_is_measured_in_what_is_too_large(
+    load: Load, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After an interrupt, or without memory, another exploration would only take long."""
+    monkeypatch.setattr(engine.CEngine, "watch", lambda *_: pytest.fail("it explores again"))
+    system = "machines: {c: chart.yaml}\nenvironment: {may: [c.more, c.other]}\n"
+    property_ = "properties: {soon: {within: [c.n > 3, 5ms, c.n > 4]}}\n"
+    timed = ENDLESS + "    after: {1s: a}\n"
+    found = load(system=f"system: S\n{system}{property_}", chart=timed)
+    report = check(found, Findings(), options=ExplorationOptions("c", time="zones", timeout=1.0))
+    verdicts = {result.name: result.verdict.value for result in report.results}
+    assert verdicts["soon"] == "undecided"
+
+
+@pytest.mark.cc
 def test_an_interrupt_while_it_reads(tmp_path: Path) -> None:
     path = tmp_path / "counter.yaml"
     path.write_text(ENDLESS)

@@ -63,25 +63,11 @@ def nodes_of(deployment: Deployment) -> tuple[Node, ...]:
 
 
 def _node(deployment: Deployment, place: int) -> Node:
-    whole = deployment.system
-    numbers = tuple(n for n, node in enumerate(deployment.placed) if node == place)
-    events = tuple(
-        replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
-        for link in whole.event_links
-        if link.source in numbers and link.target in numbers
-    )
-    inputs = tuple(
-        replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
-        for link in whole.input_links
-        if link.source in numbers and link.target in numbers
-    )
-    machines = tuple(whole.machines[number] for number in numbers)
-    name = whole.name + "_" + deployment.nodes[place]
-    system = System(name, machines, events, inputs, source=whole.source)
+    numbers, system = deployment.machines_of(place), deployment.part(place)
     begins = tuple(
         replace(link, source=numbers.index(link.source))
         for link in deployment.wires.events
         if link.source in numbers
     )
-    named = replace(system, event_links=(*events, *begins))
+    named = replace(system, event_links=(*system.event_links, *begins))
     return Node(deployment, place, system, numbers, named_charts(named))

@@ -30,13 +30,16 @@ def temporal_answers(
 ) -> tuple[Answer, ...]:
     """Decide the temporal properties; ``names`` limits them, none named: all.
 
-    Of runs nothing is asked unless all that is reached was ``found``. All of these explorations
-    together keep to the deadline of the engine.
+    Nothing is asked unless all that is reached was ``found``: with a clock more there are no fewer
+    zones, and after an interrupt nothing long begins. All of these explorations together keep to
+    the deadline of the engine.
     """
+    if found.end is not End.COMPLETE:
+        return ()
     properties = closed.system.properties
     asked = [n for n, p in enumerate(properties) if _is_asked(p, names)]
     within = [n for n in asked if _is_timed(properties[n])]
-    of_runs = [n for n in asked if n not in within and found.end is End.COMPLETE]
+    of_runs = [n for n in asked if n not in within]
     answers = [_delay(built, closed, number, memory) for number in within]
     return (*answers, *_of_runs(built, of_runs, memory, progress))
 

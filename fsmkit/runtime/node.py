@@ -1,0 +1,247 @@
+"""A node of a deployment in Python: its machines in the interpreter, and its link.
+
+A cycle is that of the generated C (``<node>_cycle``): the levels of other nodes become inputs, the
+events that came are posted, the machines run until they rest, and what crosses nodes is sent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from types import TracebackType
+from typing import Any, Self
+
+from fsmkit.language.values import from_python, to_python
+from fsmkit.runtime.binding import BoundHost, find
+from fsmkit.runtime.fan import open_link
+from fsmkit.runtime.interpreter.macrostep import initial
+from fsmkit.runtime.interpreter.run import has_room
+from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence
+from fsmkit.runtime.links.event_map import Message
+from fsmkit.runtime.links.faults import Faults
+from fsmkit.runtime.system_session import Happening, SystemSession
+from fsmkit.system.deployment import Deployment
+from fsmkit.system.schedule import unit_of
+from fsmkit.system.shared import written_value
+from fsmkit.system.system import port_name
+
+
+class Node:
+    """The machines of a node, and its link to the other nodes.
+
+    Args:
+        deployment: What `fsmkit.read` returns.
+        name: The node.
+        session: Another number for each start of the program, 1 to 2^32 - 1; as a rule the time.
+        operations: By machine, an object with a method for each operation of its chart, or a
+            mapping of functions. An operation that is connected to an event needs none.
+        kind: What carries frames between the nodes of fsmkit.
+        options: Those of the kind.
+        foreign: By foreign node, options of its carrier besides those of the deployment.
+        faults: Seeded faults of what arrives.
+        seed: Picks the delays that a chart gives as intervals.
+
+    Raises:
+        FsmkitError: ``missing-operation``; ``different-ticks``; ``link-not-opened``.
+        ValueError: There is no node of this name, or it is a foreign one.
+
+    """
+
+    def __init__(
+        self,
+        deployment: Deployment,
+        name: str,
+        *,
+        session: int,
+        operations: Mapping[str, object] | None = None,
+        kind: str = "zeromq",
+        options: Mapping[str, Any] | None = None,
+        foreign: Mapping[str, Mapping[str, Any]] | None = None,
+        faults: Faults | None = None,
+        seed: int = 0,
+    ) -> None:
+        self.deployment = deployment
+        self.place = deployment.map.node(name)
+        if self.place not in deployment.own_nodes:
+            raise ValueError(f"the node `{name}` is foreign: its machines only model it")
+        self.system = deployment.part(self.place)
+        unit_of(self.system)  # all count time alike, or it says that they do not
+        self.machines = SystemSession(self.system, self._answers(operations or {}, seed), seed=seed)
+        """The machines; their clock is the time of the last cycle, in ticks."""
+        self.lost = 0
+        """Events for machines that do not run."""
+        given = foreign or {}
+        carried = _foreign_options(deployment, name)
+        self.link = open_link(
+            deployment.map,
+            name,
+            session=session,
+            kind=kind,
+            faults=faults,
+            options={**_keys(deployment, kind), **(options or {})},
+            foreign={peer: {**own, **given.get(peer, {})} for peer, own in carried.items()},
+        )
+        """The link, with its counters, and the silence of each peer."""
+        self._put_start_levels()
+        self._is_started = False
+        self._left: Message | None = None
+
+    def cycle(self, now: int) -> list[Happening]:
+        """Do a cycle at a time (ticks since the start), and return what the machines did.
+
+        The first cycle starts the machines. An event for whose machine's queue there is no room
+        waits in the link until the machines have run.
+        """
+        done: list[Happening] = []
+        if not self._is_started:
+            self._is_started = True
+            done += self._passed_on(self.machines.start())
+        self.link.begin_cycle()
+        for level in self.deployment.map.levels:
+            if level.receiver == self.place and level.sender != self.place:
+                self._put_level(level.name, self.link.level(level.name))
+        goes_on = True
+        while goes_on:
+            goes_on = self._post_all()
+            done += self._passed_on(self.machines.run(now))
+            goes_on = goes_on and self._left is not None
+        self.link.end_cycle(self._own_levels())
+        return done
+
+    def close(self) -> None:
+        """Close the link."""
+        self.link.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    # --- what comes ----------------------------------------------------------------------------
+
+    def _post_all(self) -> bool:
+        """Post what has come; False if nothing could be posted. What finds no room is kept."""
+        has_posted = False
+        while True:
+            message = self._left or self.link.receive()
+            self._left = None
+            if message is None:
+                return has_posted
+            snapshot = self.machines.snapshot(message.machine)
+            chart = self._chart(message.machine)
+            if not snapshot.running:
+                self.lost += 1
+            elif not has_room(chart, snapshot):
+                self._left = message
+                return has_posted
+            else:
+                event = chart.event_index[message.event]
+                self.machines.enqueue(message.machine, Occurrence(event, message.values))
+            has_posted = True
+
+    def _put_start_levels(self) -> None:
+        """Give inputs that other nodes set the start values of the outputs there."""
+        for wire, level in zip(
+            self.deployment.wires.levels, self.deployment.map.levels, strict=True
+        ):
+            if level.receiver == self.place:
+                sender = self.deployment.system.machines[wire.source]
+                data = initial(sender.chart).data
+                value = written_value(sender, sender.chart, data, wire.output)
+                self._put_level(level.name, to_python(value, level.type))
+
+    def _put_level(self, name: str, value: object) -> None:
+        if value is None:
+            return
+        levels = self.deployment.map.levels
+        place = next(n for n, level in enumerate(levels) if level.name == name)
+        wire = self.deployment.wires.levels[place]
+        machine = self.deployment.system.machines[wire.target].name
+        self.machines.drive(machine, wire.input, from_python(value, levels[place].type))
+
+    # --- what goes -----------------------------------------------------------------------------
+
+    def _passed_on(self, happened: list[Happening]) -> list[Happening]:
+        """Send what left the machines for other nodes."""
+        for happening in happened:
+            chart = self._chart(happening.machine)
+            for effect in happening.macrostep.effects:
+                match effect:
+                    case Emitted(Occurrence(event, payload)):
+                        self._send(happening.machine, event, payload)
+                    case Called(operation, arguments):
+                        names = [declared.name for declared in chart.operations]
+                        port = len(chart.events) + names.index(operation)
+                        self._send(happening.machine, port, arguments)
+                    case _:
+                        pass
+        return happened
+
+    def _send(self, machine: str, port: int, values: tuple[Any, ...]) -> None:
+        wires = self.deployment.wires
+        for wire, message in zip(wires.events, wires.map.messages, strict=True):
+            if wire.port == port and message.source.machine == machine:
+                self.link.send(Message(message, tuple(values[n] for n in wire.arguments)))
+
+    def _own_levels(self) -> dict[str, object]:
+        found = {}
+        wires = self.deployment.wires
+        for wire, level in zip(wires.levels, wires.map.levels, strict=True):
+            if level.sender == self.place:
+                machine = self.deployment.system.machines[wire.source]
+                data = self.machines.snapshot(machine.name).data
+                value = written_value(machine, machine.chart, data, wire.output)
+                found[level.name] = to_python(value, level.type)
+        return found
+
+    # --- inside --------------------------------------------------------------------------------
+
+    def _chart(self, machine: str) -> Any:
+        return next(each.chart for each in self.system.machines if each.name == machine)
+
+    def _answers(self, operations: Mapping[str, object], seed: int) -> dict[str, dict[str, Any]]:
+        """Return the functions of all operations; those that are connected need not be given."""
+        whole = self.deployment.system
+        answers = {}
+        for machine in self.system.machines:
+            given = operations.get(machine.name, {})
+            number = whole.machines.index(machine)
+            connected = {
+                port_name(machine.chart, link.port)
+                for link in whole.event_links
+                if link.source == number
+            }
+            functions = {
+                operation.name: find(given, operation.name)
+                or (_nothing if operation.name in connected else None)
+                for operation in machine.chart.operations
+            }
+            host = BoundHost(machine.chart, functions, seed)
+            answers[machine.name] = {
+                operation.name: partial(host.call, operation.name)
+                for operation in machine.chart.operations
+            }
+        return answers
+
+
+def _nothing(*_: object) -> None:
+    """Do nothing: the connection carries the call."""
+
+
+def _keys(deployment: Deployment, kind: str) -> dict[str, Any]:
+    is_with_keys = kind == "zeromq" and deployment.keys is not None
+    return {"keys": deployment.keys} if is_with_keys else {}
+
+
+def _foreign_options(deployment: Deployment, node: str) -> dict[str, dict[str, Any]]:
+    """Return the options of the carriers of foreign nodes that the deployment has."""
+    from fsmkit.runtime.can.plugin import can_options
+    from fsmkit.runtime.ros.plugin import ros_options
+
+    return {**can_options(deployment, node), **ros_options(deployment, node)}

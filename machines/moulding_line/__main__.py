@@ -1,0 +1,131 @@
+"""Runs the line: two nodes of fsmkit, a heater on CAN and a lens on ROS 2, each a process.
+
+``python -m machines.moulding_line --seconds 600 --loss 0.05``. At the end the properties of
+handshakes.yaml and heating.yaml, which `fsmkit check` proves, are judged on the records.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import click
+
+import fsmkit
+from fsmkit.runtime.can.plugin import can_options
+
+from .judge import Judged, Row, judge
+
+HERE = Path(__file__).parent
+SYSTEMS = ("handshakes", "heating")
+RECORDS = {"press": "press.jsonl", "supply": "supply.jsonl"}
+"""By node of fsmkit."""
+LOOPBACK = """<CycloneDDS><Domain Id="any">
+<General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
+<AllowMulticast>false</AllowMulticast></General>
+<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>30</MaxAutoParticipantIndex>
+<Peers><Peer Address="127.0.0.1"/></Peers></Discovery>
+</Domain></CycloneDDS>"""
+"""DDS within this computer, also where it has no network."""
+
+
+@click.command()
+@click.option("--seconds", type=float, default=60.0, show_default=True)
+@click.option("--loss", type=float, default=0.05, show_default=True, help="Of each carrier.")
+@click.option("--seed", type=int, default=1, show_default=True)
+@click.option("--out", type=click.Path(path_type=Path), default=Path("build/moulding_line"))
+def main(seconds: float, loss: float, seed: int, out: Path) -> None:
+    """Run the line in real time and judge its properties on the record."""
+    out.mkdir(parents=True, exist_ok=True)
+    said = run(out, seconds, loss, seed)
+    for line in said:
+        click.echo(line)
+    rows = read_rows(out)
+    verdicts = judged(rows)
+    for system, found in verdicts:
+        shown = {True: "holds", False: "VIOLATED", None: "not judged"}[found.holds]
+        where = "" if found.at is None else f"  at {found.at:.3f} s"
+        click.echo(f"{shown:10}  {system}: {found.name}{where}")
+    click.echo(f"{moulded(rows)} blocks moulded, {len(rows)} rows recorded")
+    sys.exit(any(found.holds is False for _, found in verdicts))
+
+
+def run(
+    out: Path, seconds: float, loss: float, seed: int, deployment: Path = HERE / "deployment.yaml"
+) -> list[str]:
+    """Run all processes for some seconds; return what they printed, a line each."""
+    line = fsmkit.read(deployment)
+    if not isinstance(line, fsmkit.Deployment):
+        raise click.ClickException(f"{deployment} is no deployment")
+    bus = can_options(line, "press")["heater"]["bus"].removeprefix("udp:")
+    domain = line.ros[line.map.node("vision")].domain
+    common = ["--seconds", str(seconds), "--loss", str(loss)]
+    of_nodes = [*common, "--seed", str(seed + 2), "--deployment", str(deployment)]
+    commands = [
+        ["heater", bus, *common, "--seed", str(seed)],
+        ["lens", str(domain), *common, "--seed", str(seed + 1)],
+        *(
+            ["node", name, *of_nodes, "--record", str(out / record)]
+            for name, record in RECORDS.items()
+        ),
+    ]
+    running = [
+        subprocess.Popen(
+            [sys.executable, "-m", f"machines.moulding_line.{name}", *arguments],
+            stdout=subprocess.PIPE,
+            text=True,
+            env={"CYCLONEDDS_URI": LOOPBACK, **os.environ},
+        )
+        for name, *arguments in commands
+    ]
+    try:
+        while any(process.poll() is None for process in running):
+            if any(process.poll() for process in running):
+                break
+            time.sleep(0.1)
+        ended = [process.poll() for process in running]
+    finally:
+        for process in running:
+            process.kill()
+    said = [process.communicate()[0].strip() for process in running]
+    for (name, *_), code in zip(commands, ended, strict=True):
+        if code:
+            raise click.ClickException(f"the program `{name}` ended with {code}")
+    return said
+
+
+def read_rows(folder: Path) -> list[Row]:
+    """Return the rows of all nodes, by their times."""
+    rows = []
+    for record in RECORDS.values():
+        for line in (folder / record).read_text(encoding="utf-8").splitlines():
+            at, machine, states, data, inputs = json.loads(line)
+            rows.append(Row(at, machine, frozenset(states), data, inputs))
+    return sorted(rows, key=lambda row: row.at)
+
+
+def judged(rows: Sequence[Row]) -> list[tuple[str, Judged]]:
+    """Return the verdicts of a record, with the systems in which the properties are proved."""
+    return [
+        (name, found)
+        for name in SYSTEMS
+        for found in judge(fsmkit.read_system(HERE / f"{name}.yaml"), rows)
+    ]
+
+
+def moulded(rows: Sequence[Row]) -> int:
+    """Return how many blocks were moulded and judged."""
+    chart = fsmkit.read_chart(HERE / "molder.yaml")
+    number = [data.name for data in chart.data].index("number")
+    numbers = [row.data[number] for row in rows if row.machine == "molder"]
+    return sum(a != b for a, b in pairwise(numbers))
+
+
+if __name__ == "__main__":
+    main()
