@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from fsmkit.language import BoolType, DurationType, EnumType, FloatType, IntType, Type
 from fsmkit.language.conversion import of_type
 from fsmkit.texts import Identifier, plain
+from fsmkit.texts.c import WORDS
 
 INTEGERS = {
     "uint8": (0, 2**8 - 1),
@@ -160,7 +161,7 @@ def event_type(
     package: Identifier, name: Identifier, fields: Iterable[tuple[str, Type]]
 ) -> tuple[RosType, tuple[Identifier, ...]]:
     """Return the message of an event, and the names that its fields have there."""
-    taken = {*COUNTERS, *TAKEN}
+    taken = {*COUNTERS, *TAKEN, *WORDS}  # ROS makes members of structs in C and C++ of fields
     constants: set[str] = set()
     found = [RosField(Identifier(counter), "uint32") for counter in COUNTERS]
     names = []

@@ -4,6 +4,17 @@ from __future__ import annotations
 
 from fsmkit.texts.lines import one_line
 
+_WORDS = """
+    alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl
+    const constexpr continue decltype default delete do double else enum explicit export
+    extern false float for friend goto if inline int long mutable namespace new noexcept not
+    not_eq nullptr operator or or_eq private protected public register restrict return short
+    signed sizeof static struct switch template this throw true try typedef typeid typename
+    typeof union unsigned using virtual void volatile wchar_t while xor xor_eq
+    """
+WORDS = frozenset(_WORDS.split())
+"""Keywords of C and C++."""
+
 
 def comment(text: str) -> str:
     """Return a text as it can stand in a comment: no name ends it, or begins a line."""

@@ -45,7 +45,7 @@ def _loopback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def domain() -> int:
     """Return a domain that no other test of this computer uses."""
     return 10 + os.getpid() % 200

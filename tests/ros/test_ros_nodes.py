@@ -12,7 +12,7 @@ import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.language import BOOL, DURATION, EnumType, FloatType, IntType, Type
-from fsmkit.ros.messages import camel, holds, level_type, lower, package_name
+from fsmkit.ros.messages import camel, event_type, holds, level_type, lower, package_name
 from fsmkit.system.deployment import Deployment
 from tests.ros.cell import DEPLOYMENT, FILES, written
 
@@ -217,6 +217,13 @@ def test_names_are_those_that_ros_allows() -> None:
     assert camel("lens[3]", "is_sharp") == "Lens3IsSharp"
     assert camel("é", "1") == "M1"
     assert (lower("_Is__sharp_"), lower("2nd"), lower("é")) == ("is_sharp", "f2nd", "f")
+
+
+def test_no_field_has_the_name_of_a_keyword_of_c_or_a_counter() -> None:
+    fields = [(name, BOOL) for name in ("register", "Class", "events", "near", "Near")]
+    type_, names = event_type(package_name("Cell"), camel("Look"), fields)
+    assert names == ("register_2", "class_2", "events_2", "near", "near_2")
+    assert [field.name for field in type_.fields[3:]] == list(names)
 
 
 @pytest.mark.external

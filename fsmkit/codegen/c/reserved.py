@@ -5,20 +5,14 @@ from __future__ import annotations
 import re
 
 from fsmkit.emit import legal
+from fsmkit.texts.c import WORDS
 
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-KEYWORDS = _words(
-    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const "
-    "constexpr continue decltype default delete do double else enum explicit export extern false "
-    "float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr "
-    "operator or or_eq private protected public register restrict return short signed sizeof "
-    "static struct switch template this throw true try typedef typeid typename typeof union "
-    "unsigned using virtual void volatile wchar_t while xor xor_eq m linux unix"
-)
+KEYWORDS = WORDS | {"m", "linux", "unix"}
 """Of C and C++ both, since the header is read by either; ``m`` is the machine everywhere."""
 
 LOCALS = KEYWORDS | _words(

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.system.board.printer import compose_board
 from fsmkit.codegen.system.can_tables import compose_can
+from fsmkit.codegen.system.dds_tables import compose_dds
 from fsmkit.codegen.system.glue import compose
 from fsmkit.codegen.system.node import Node, nodes_of
 from fsmkit.codegen.system.node_printer import compose_node
@@ -133,7 +134,8 @@ def _program(
     if isinstance(joined, System):
         parts.append(Generated(compose(joined, charts, queued, findings), {}))
     elif joined is not None:
-        parts.append(Generated(compose_node(joined, queued) | compose_can(joined), {}))
+        files = compose_node(joined, queued) | compose_can(joined) | compose_dds(joined)
+        parts.append(Generated(files, {}))
     return Program(_united(parts), machines)
 
 

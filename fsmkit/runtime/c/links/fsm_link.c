@@ -498,6 +498,12 @@ static void through(fsm_link *link, fsm_link_faults *faults, const uint8_t *byte
     }
 }
 
+uint32_t fsm_link_room(const fsm_link *link)
+{
+    FSM_INDEX put = fsm_shared_read(&link->in.ring.put);
+    return FSM_LINK_SLOTS - (uint32_t)(FSM_INDEX)(put - fsm_shared_read(&link->in.ring.got));
+}
+
 void fsm_link_pass_time(fsm_link *link)
 {
     fsm_link_faults *faults = link->faults;

@@ -263,6 +263,10 @@ bool fsm_link_next(fsm_link *link, fsm_link_frame *frame);
  * another than that of fsm_link_next. */
 bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length);
 
+/* How many events that arrive the link has room for; other threads that call fsm_link_arrive, and
+ * frames that seeded faults delay, may take it first. */
+uint32_t fsm_link_room(const fsm_link *link);
+
 /* Let delayed frames go on whose time has come: now and then, by the thread of fsm_link_arrive. */
 void fsm_link_pass_time(fsm_link *link);
 

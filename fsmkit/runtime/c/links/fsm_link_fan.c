@@ -159,6 +159,12 @@ bool fsm_link_fan_arrive(fsm_link_fan *fan, uint8_t peer, uint16_t message, cons
     return true;
 }
 
+void fsm_link_fan_missed(fsm_link_fan *fan, uint8_t peer, uint32_t events)
+{
+    fan->peers[peer].sequence += events;
+    fan->peers[peer].events += events;
+}
+
 void fsm_link_fan_restarted(fsm_link_fan *fan, uint8_t peer)
 {
     fan->peers[peer].session++;

@@ -64,6 +64,9 @@ int fsm_link_fan_start(fsm_link_fan *fan, int priority);
 bool fsm_link_fan_arrive(fsm_link_fan *fan, uint8_t peer, uint16_t message, const uint8_t *payload,
                          uint16_t size);
 
+/* The foreign node sent so many events that never came: the link counts them as lost. */
+void fsm_link_fan_missed(fsm_link_fan *fan, uint8_t peer, uint32_t events);
+
 /* What the foreign node sends next is of another run of it: its frames begin a new session. */
 void fsm_link_fan_restarted(fsm_link_fan *fan, uint8_t peer);
 
