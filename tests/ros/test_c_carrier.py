@@ -27,7 +27,7 @@ pytestmark = [pytest.mark.external, pytest.mark.slow, pytest.mark.cc]
 HERE = Path(__file__).parent
 RUNTIME = HERE.parents[1] / "fsmkit/runtime/c"
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-SOURCES = "fsm_link", "fsm_link_fan", "fsm_link_dds"
+SOURCES = "fsm_link", "fsm_link_fan", "dds/fsm_link_dds"
 
 
 class Builder:
@@ -50,12 +50,13 @@ class Builder:
             subprocess.run(command, cwd=each.parent, check=True)
         sources = sorted(made.glob("*.c"))
         subprocess.run([gcc, "-c", *map(str, sources)], cwd=made, check=True)
-        folders = [out / "b", made, RUNTIME, RUNTIME / "hosts", RUNTIME / "links"]
+        links = RUNTIME / "links"
+        folders = [out / "b", made, RUNTIME, RUNTIME / "hosts", links, links / "dds"]
         flags = ["-g", "-O1", "-pthread", *(f"-I{folder}" for folder in folders)]
         if compiler == "gcc":
             flags.append("-fsanitize=address,undefined")
         own = [*sorted((out / "b").glob("*.c")), HERE / program]
-        own += [RUNTIME / "links" / f"{name}.c" for name in SOURCES]
+        own += [links / f"{name}.c" for name in SOURCES]
         objects = [source.with_suffix(".o") for source in sources]
         player = self.folder / Path(program).stem
         parts = map(str, [*own, *objects])
