@@ -28,18 +28,22 @@ demo: $(VENV)/ready
 
 # Boards, plant, links as processes; HOURS=1 BLOCKS=3. FAULT: jam, lost_block, stuck_sensor, dead_link,
 # loss, estop, kill, or a file of them. CAMERA=aruco reads the blocks off rendered pictures; the default
-# is CAMERA=itself. CELL=--help lists the rest.
+# is CAMERA=itself. PLANT=fmu packs the plant as an FMU; PLANT=path is another's. CELL=--help lists the rest.
 cell: HOURS = 1
 cell: BLOCKS = 3
 cell: CAMERA = itself
+cell: PLANT = itself
 cell: $(VENV)/ready
 	@$(if $(filter-out itself aruco,$(CAMERA)),echo "there is no CAMERA=$(CAMERA): itself or aruco"; exit 2)
 	@test $(CAMERA) = itself || $(BIN)/python -c 'import cv2' 2>/dev/null || \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell,camera]'
+	@test $(PLANT) = itself || $(BIN)/python -c 'import fmpy, pythonfmu3' 2>/dev/null || \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell,fmi]'
 	@$(BIN)/python -c 'import numpy, zmq, matplotlib' 2>/dev/null || \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
 	@$(BIN)/python -m machines.production_cell.simulation --hours $(HOURS) --blocks $(BLOCKS) \
-	  $(if $(FAULT),--fault $(FAULT)) $(if $(filter aruco,$(CAMERA)),--aruco) $(CELL)
+	  $(if $(FAULT),--fault $(FAULT)) $(if $(filter aruco,$(CAMERA)),--aruco) \
+	  --plant '$(PLANT)' $(CELL)
 
 # The same in the time of the clock on the wall: boards in loops of 1 kHz, HZ exchanges a second.
 hitl: HZ = 200

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from dataclasses import asdict, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -18,7 +19,7 @@ from rich.text import Text
 
 from fsmkit.diagnostics import FsmkitError
 
-from . import boards, faults, markers, monitor, nodes, picture, recording
+from . import boards, faults, markers, monitor, nodes, picture, plant_fmu, recording
 from .camera import Detector, Judgement, itself
 from .effects import Effect, effects
 from .monitor import Judged
@@ -54,6 +55,12 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.option("--strict", is_flag=True, help="End with 1 if a fault had no effect.")
 @click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks.")
 @click.option("--aruco", is_flag=True, help="Read the blocks off rendered pictures, with OpenCV.")
+@click.option(
+    "--plant",
+    default="itself",
+    show_default=True,
+    help="`fmu`: packed as an FMU; or the path of another's FMU.",
+)
 @click.option("--double", is_flag=True, help="The boards in Python, in one process, instead of C.")
 @click.option("--hz", type=int, default=0, help="Hardware in the loop: cycles a second.")
 @click.option(
@@ -69,8 +76,8 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
 def main(
     hours: float, seconds: float | None, blocks: int, seed: int, fault: str, strict: bool,
-    bad: float, aruco: bool, double: bool, hz: int, priority: int, registers: bool, out: Path,
-    timeout: float,
+    bad: float, aruco: bool, plant: str, double: bool, hz: int, priority: int, registers: bool,
+    out: Path, timeout: float,
 ) -> None:  # fmt: skip
     """Run boards and plant of the Production Cell together, and tell what came of it."""
     out = out.resolve()
@@ -91,7 +98,7 @@ def main(
                 )
             )
             setup = Setup(
-                steps, programs, nodes.plant_program(seed), out, Path(folder), schedule,
+                steps, programs, _plant(plant, out, seed), out, Path(folder), schedule,
                 {"seed": seed, "blocks": blocks, "fault": fault}, timeout, pace=pace,
             )  # fmt: skip
             world = World(Operator(blocks), Judgement(seed, bad), (), _detector(aruco, seed))
@@ -127,6 +134,19 @@ def _detector(aruco: bool, seed: int) -> Detector:
         return markers.detector(seed)
     except ImportError:
         raise nodes.CellError("OpenCV is missing: pip install 'fsmkit[camera]'") from None
+
+
+def _plant(plant: str, out: Path, seed: int) -> nodes.Program:
+    """Return the plant: itself, itself as an FMU, or another's FMU."""
+    if plant == "itself":
+        return nodes.plant_program(seed)
+    for package in ("fmpy", *(("pythonfmu3",) if plant == "fmu" else ())):
+        if find_spec(package) is None:
+            raise nodes.CellError(f"{package} is missing: pip install 'fsmkit[fmi]'")
+    path = plant_fmu.build(out) if plant == "fmu" else Path(plant).resolve()
+    if not path.is_file():
+        raise nodes.CellError(f"there is no FMU {plant}; --plant is `itself`, `fmu` or a file")
+    return nodes.fmu_program(path, seed)
 
 
 def _stay_on_one_core() -> None:

@@ -42,6 +42,13 @@ def plant_program(seed: int) -> Program:
     return Program("plant", (sys.executable, "-m", module, "{endpoint}", "--seed", str(seed)))
 
 
+def fmu_program(path: Path, seed: int) -> Program:
+    """Return an FMU as plant."""
+    module = f"{PACKAGE}.fmu_process"
+    command = (sys.executable, "-m", module, "{endpoint}", str(path), "--seed", str(seed))
+    return Program("plant", command)
+
+
 def double_program() -> Program:
     """Return the double of all boards."""
     return Program("double", (sys.executable, "-m", f"{PACKAGE}.double", "--cosim", "{endpoint}"))

@@ -29,6 +29,11 @@ class PlantServer:
         self._events: list[Json] = []
         self._outputs: list[int] = []
 
+    @property
+    def outputs(self) -> Sequence[int]:
+        """The outputs as they are now."""
+        return self._outputs
+
     def about(self) -> Json:
         """Tell that nobody sends frames."""
         return {"peers": []}
