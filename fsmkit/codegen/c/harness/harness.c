@@ -3,12 +3,20 @@
 
 #include <stdlib.h>
 
-enum { LONGEST = 65536, MADE = 256 };
+#ifndef HARNESS_LONGEST /* bytes of a line; a small processor has less memory */
+#define HARNESS_LONGEST 65536
+#endif
+#ifndef HARNESS_MADE /* symbols that the machine does not know, and bytes of each */
+#define HARNESS_MADE 256
+#endif
+#ifndef HARNESS_PATH /* bytes of the names of slots in slots */
+#define HARNESS_PATH 4096
+#endif
 
 static char pending[64]; /* the first line of a macrostep that may turn out to be none */
-static char line[LONGEST];
+static char line[HARNESS_LONGEST];
 static char *at = line;
-static char made[MADE][256];
+static char made[HARNESS_MADE][HARNESS_MADE];
 static unsigned made_count;
 static uint32_t random_state = 1;
 static bool after_bracket;
@@ -62,7 +70,12 @@ static const char *read_text(void)
 static int64_t read_integer(void)
 {
     const char *text = read_text();
-    return text[0] == '-' ? strtoll(text, NULL, 10) : (int64_t)strtoull(text, NULL, 10);
+    const bool is_negative = *text == '-';
+    uint64_t value = 0;
+    for (text += is_negative; *text >= '0' && *text <= '9'; text++) {
+        value = 10u * value + (uint64_t)(*text - '0');
+    }
+    return (int64_t)(is_negative ? 0u - value : value);
 }
 
 static double read_float(void)
@@ -90,7 +103,8 @@ static unsigned read_member(const char *const *members, unsigned count)
 /* Symbols that the machine does not know but a script or a host names. */
 static const char *symbol_text(const fsm_machine_info *info, uint32_t symbol)
 {
-    return symbol >= 65536 - MADE && symbol < 65536 ? made[65535 - symbol] : info->symbol(symbol);
+    return symbol >= UINT32_C(65536) - HARNESS_MADE && symbol < UINT32_C(65536) ? made[UINT32_C(65535) - symbol]
+                                                                              : info->symbol(symbol);
 }
 
 static uint16_t find_symbol(const fsm_machine_info *info, const char *text)
@@ -105,7 +119,7 @@ static uint16_t find_symbol(const fsm_machine_info *info, const char *text)
             return (uint16_t)(65535u - i);
         }
     }
-    if (made_count == MADE) {
+    if (made_count == HARNESS_MADE) {
         wrong("too many symbols");
     }
     snprintf(made[made_count], sizeof made[0], "%s", text);
@@ -122,13 +136,22 @@ static void space(void)
     after_bracket = false;
 }
 
+/* By hand: not every C library prints 64 bits. */
 static void show_integer(bool negative, uint64_t value)
 {
+    char digits[20];
+    unsigned count = 0;
     space();
     if (negative) {
-        printf("%" PRId64, (int64_t)value);
-    } else {
-        printf("%" PRIu64, value);
+        putchar('-');
+        value = 0u - value;
+    }
+    do {
+        digits[count++] = (char)('0' + (int)(value % 10u));
+        value /= 10u;
+    } while (value != 0);
+    while (count > 0) {
+        putchar(digits[--count]);
     }
 }
 
@@ -289,18 +312,18 @@ static void begun(const watched *of)
 static void hook_begin(const watched *of, const void *m, int cause, unsigned index)
 {
     const uint32_t since = of->info->now;
-    const unsigned now = since == FSM_ABSENT ? of->now : *(const uint32_t *)fsm_at(m, since);
+    const uint32_t now = since == FSM_ABSENT ? of->now : *(const uint32_t *)fsm_at(m, since);
     if (cause != FSM_EVENTLESS) {
         begun(of);
     }
     if (cause == FSM_START) {
-        printf("@%u > start\n", now);
+        printf("@%" PRIu32 " > start\n", now);
     } else if (cause == FSM_EVENT) {
-        printf("@%u > event ", now);
+        printf("@%" PRIu32 " > event ", now);
     } else if (cause == FSM_TIMEOUT) {
-        printf("@%u > timeout %u\n", now, index);
+        printf("@%" PRIu32 " > timeout %u\n", now, index);
     } else {
-        sprintf(pending, "@%u > eventless\n", now);
+        sprintf(pending, "@%" PRIu32 " > eventless\n", now);
     }
 }
 
@@ -398,7 +421,7 @@ static void dump(const watched *of, const void *m)
     }
     for (unsigned i = 0; i < info->slot_count; i += 1u + info->slots[i].within) {
         const fsm_slot *slot = &info->slots[i];
-        char path[4096];
+        char path[HARNESS_PATH];
         const watched inner = {slot->info, path, 0};
         snprintf(path, sizeof path, "%s%s: ", of->path, slot->name);
         if (fsm_is_running(slot->info, fsm_at(m, slot->offset))) {
